@@ -1,0 +1,308 @@
+#include "pneuma_client/client.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <utility>
+
+#include "base/limits.h"
+#include "connection.h"
+
+namespace pneuma::client {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+using v1::ServerMessage;
+
+base::Status to_status(const v1::Error& error) {
+  using Code = base::StatusCode;
+  const auto code = [&] {
+    switch (error.code()) {
+      case v1::Error::INVALID_ARGUMENT:
+        return Code::invalid_argument;
+      case v1::Error::NOT_FOUND:
+        return Code::not_found;
+      case v1::Error::ALREADY_EXISTS:
+        return Code::already_exists;
+      case v1::Error::LIMIT_EXCEEDED:
+        return Code::limit_exceeded;
+      case v1::Error::UNAUTHENTICATED:
+        return Code::unauthenticated;
+      case v1::Error::FAILED_PRECONDITION:
+        return Code::failed_precondition;
+      case v1::Error::UNSUPPORTED:
+        return Code::unsupported;
+      case v1::Error::MALFORMED:
+        return Code::malformed;
+      case v1::Error::UNAVAILABLE:
+        return Code::unavailable;
+      default:
+        return Code::internal;
+    }
+  }();
+  std::string what = error.what();
+  if (error.retry_after_s() > 0.0) {
+    what += " (try again in " + std::to_string(static_cast<int>(std::ceil(error.retry_after_s()))) + " s)";
+  }
+  return {code, std::move(what), error.where()};
+}
+
+/// With the server's address where the status names no place of its own.
+base::Status located(const base::Status& status, const std::string& address) {
+  return status.where().empty() ? status.inside(address) : status;
+}
+
+}  // namespace
+
+struct Client::Impl {
+  explicit Impl(ConnectOptions given) : options(std::move(given)), decoder(options.topologies) {}
+
+  base::Status open(const std::string& address);
+  base::Result<ServerMessage> call(v1::ClientMessage request, Deadline deadline);
+  /// Waits for an update that `wanted` holds for, and takes it out.
+  base::Result<std::optional<Update>> next(Deadline deadline, const std::function<bool(const Update&)>& wanted);
+
+  /// Takes one message in: a reply goes to `reply`, what is unasked is kept. False when the deadline passes first.
+  base::Result<bool> receive(Deadline deadline, std::optional<ServerMessage>& reply);
+  base::Status take_unasked(ServerMessage& message, std::size_t bytes);
+  void keep(Update update);
+  base::Status fail(base::Status status);
+
+  ConnectOptions options;
+  Connection connection;
+  v1::Welcome welcome;
+  StreamDecoder decoder;
+  std::deque<Update> updates;
+  std::uint64_t last_request_id = 0;
+  std::uint64_t updates_dropped = 0;
+  std::uint64_t gaps = 0;
+  std::uint64_t ticks_missed = 0;
+  base::Status failure;
+};
+
+base::Status Client::Impl::open(const std::string& address) {
+  const Deadline deadline = Clock::now() + options.connect_timeout;
+  std::string host;
+  std::string port;
+  if (!split_address(address, host, port)) return base::invalid("not HOST:PORT", address);
+  const base::Status opened = connection.open(host, port, options.tls, options.ca_file, deadline);
+  if (!opened.ok()) return located(opened, address);
+
+  welcome.set_message_bytes_max(base::message_bytes_max_before_hello);
+  v1::ClientMessage request;
+  request.mutable_hello()->set_protocol_version(base::protocol_version);
+  request.mutable_hello()->set_token(options.token);
+  request.mutable_hello()->set_client_name(options.client_name);
+  auto reply = call(std::move(request), deadline);
+  if (!reply.ok()) return located(reply.status(), address);
+  if (!reply->has_welcome()) return {base::StatusCode::malformed, "a greeting that is no welcome", address};
+  welcome = std::move(*reply->mutable_welcome());
+  return {};
+}
+
+base::Status Client::Impl::fail(base::Status status) {
+  failure = std::move(status);
+  return failure;
+}
+
+base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, Deadline deadline) {
+  if (!failure.ok()) return failure;
+  const std::uint64_t id = ++last_request_id;
+  request.set_request_id(id);
+  const std::string bytes = request.SerializeAsString();
+  if (bytes.size() > welcome.message_bytes_max()) {
+    return base::Status(base::StatusCode::limit_exceeded, "a request of " + std::to_string(bytes.size()) +
+                                                              " bytes; the server takes " +
+                                                              std::to_string(welcome.message_bytes_max()));
+  }
+  connection.queue(bytes);
+  const base::Status sent = connection.flush(deadline);
+  // A server that closes says why first; that is worth more than the broken pipe.
+  while (Clock::now() < deadline) {
+    std::optional<ServerMessage> reply;
+    const auto received = receive(deadline, reply);
+    if (!received.ok()) return received.status();
+    if (!reply || reply->request_id() != id) continue;  // unasked, or the late reply to a call given up on
+    if (reply->has_error()) return to_status(reply->error());
+    if (reply->has_subscribed()) {
+      const base::Status added = decoder.add_stream(reply->subscribed());
+      if (!added.ok()) return fail(added);
+    }
+    if (reply->has_done() && request.has_unsubscribe()) decoder.remove_stream(request.unsubscribe().stream_id());
+    return std::move(*reply);
+  }
+  if (!sent.ok()) return fail(sent);
+  return base::Status(base::StatusCode::unavailable, "no reply in time");
+}
+
+base::Result<bool> Client::Impl::receive(Deadline deadline, std::optional<ServerMessage>& reply) {
+  if (!failure.ok()) return failure;
+  auto bytes = connection.receive(deadline);
+  if (!bytes.ok()) return fail(bytes.status());
+  if (!*bytes) return false;
+  ServerMessage message;
+  if (!message.ParseFromString(**bytes)) {
+    return fail({base::StatusCode::malformed, "a message that is no ServerMessage: not a pneuma-server"});
+  }
+  if (message.request_id() != 0) {
+    reply = std::move(message);
+    return true;
+  }
+  const base::Status taken = take_unasked(message, (*bytes)->size() + 4);
+  if (!taken.ok()) return fail(taken);
+  return true;
+}
+
+base::Status Client::Impl::take_unasked(ServerMessage& message, std::size_t bytes) {
+  switch (message.message_case()) {
+    case ServerMessage::kTopology:
+      return decoder.take_topology(message.topology());
+    case ServerMessage::kLayout:
+      return decoder.take_layout(message.layout());
+    case ServerMessage::kFrame: {
+      auto frame = decoder.take_frame(message.frame(), bytes);
+      if (!frame.ok()) return frame.status();
+      if (*frame) keep(std::move(**frame));
+      return {};
+    }
+    case ServerMessage::kGap:
+      if (!decoder.has_stream(message.gap().stream_id())) return {};
+      ++gaps;
+      ticks_missed += message.gap().to_tick() - message.gap().from_tick() + 1;
+      keep(std::move(*message.mutable_gap()));
+      return {};
+    case ServerMessage::kEvent:
+      keep(std::move(*message.mutable_event()));
+      return {};
+    case ServerMessage::kPing: {
+      v1::ClientMessage pong;
+      pong.set_request_id(++last_request_id);
+      pong.mutable_pong()->set_nonce(message.ping().nonce());
+      connection.queue(pong.SerializeAsString());
+      return {};
+    }
+    case ServerMessage::kError:
+      return to_status(message.error());
+    case ServerMessage::kGoodbye: {
+      const base::Status reason = to_status(message.goodbye().reason());
+      return {reason.code(), "the server said goodbye: " + reason.what(), reason.where()};
+    }
+    default:
+      return {};  // of a newer server
+  }
+}
+
+void Client::Impl::keep(Update update) {
+  if (updates.size() == updates_max) {
+    updates.pop_front();
+    ++updates_dropped;
+  }
+  updates.push_back(std::move(update));
+}
+
+base::Result<std::optional<Update>> Client::Impl::next(Deadline deadline,
+                                                       const std::function<bool(const Update&)>& wanted) {
+  std::size_t late = 0;  // messages taken past the deadline: those that have come count, a flood must not hold us
+  while (late <= updates_max) {
+    const auto found = std::ranges::find_if(updates, wanted);
+    if (found != updates.end()) {
+      std::optional<Update> update(std::move(*found));
+      updates.erase(found);
+      return update;
+    }
+    std::optional<ServerMessage> late_reply;
+    const auto received = receive(deadline, late_reply);
+    if (!received.ok()) return received.status();
+    if (!*received) break;
+    if (Clock::now() >= deadline) ++late;
+  }
+  return std::optional<Update>();
+}
+
+Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+Client::~Client() = default;
+
+base::Result<Client> Client::connect(const std::string& address, const ConnectOptions& options) {
+  auto impl = std::make_unique<Impl>(options);
+  const base::Status opened = impl->open(address);
+  if (!opened.ok()) return opened;
+  return Client(std::move(impl));
+}
+
+const v1::Welcome& Client::welcome() const {
+  return impl_->welcome;
+}
+
+base::Result<ServerMessage> Client::call(v1::ClientMessage request, milliseconds timeout) {
+  if (timeout == milliseconds(0)) timeout = impl_->options.reply_timeout;
+  return impl_->call(std::move(request), Clock::now() + timeout);
+}
+
+base::Result<std::optional<Update>> Client::next_update(milliseconds timeout) {
+  return impl_->next(Clock::now() + timeout, [](const Update&) { return true; });
+}
+
+namespace {
+
+template <class Kind>
+bool is(const Update& update) {
+  return std::holds_alternative<Kind>(update);
+}
+
+template <class Kind>
+base::Result<std::optional<Kind>> as(base::Result<std::optional<Update>> update) {
+  if (!update.ok()) return update.status();
+  if (!*update) return std::optional<Kind>();
+  return std::optional<Kind>(std::get<Kind>(std::move(**update)));
+}
+
+}  // namespace
+
+base::Result<std::optional<DecodedFrame>> Client::next_frame(milliseconds timeout) {
+  return as<DecodedFrame>(impl_->next(Clock::now() + timeout, is<DecodedFrame>));
+}
+
+base::Result<std::optional<v1::Event>> Client::next_event(milliseconds timeout) {
+  return as<v1::Event>(impl_->next(Clock::now() + timeout, is<v1::Event>));
+}
+
+std::uint64_t Client::updates_dropped() const {
+  return impl_->updates_dropped;
+}
+std::uint64_t Client::gaps() const {
+  return impl_->gaps;
+}
+std::uint64_t Client::ticks_missed() const {
+  return impl_->ticks_missed;
+}
+std::vector<TopologyPtr> Client::topologies() const {
+  return impl_->decoder.topologies();
+}
+
+bool split_address(std::string_view address, std::string& host, std::string& port) {
+  const std::size_t colon = address.rfind(':');
+  if (colon == std::string_view::npos || colon == 0 || colon + 1 == address.size()) return false;
+  std::string_view name = address.substr(0, colon);
+  const std::string_view number = address.substr(colon + 1);
+  if (name.starts_with('[') && name.ends_with(']')) {
+    name = name.substr(1, name.size() - 2);
+  } else if (name.find(':') != std::string_view::npos) {
+    return false;  // a V6 address needs its brackets
+  }
+  unsigned value = 0;
+  const auto parsed = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (parsed.ec != std::errc() || parsed.ptr != number.data() + number.size() || value == 0 || value > 65535)
+    return false;
+  if (name.empty()) return false;
+  host = name;
+  port = number;
+  return true;
+}
+
+}  // namespace pneuma::client

@@ -1,0 +1,49 @@
+// The subcommands of `pneuma`, one function each: what is asked, and where what comes back is written.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "base/status.h"
+#include "command/output.h"
+#include "pneuma_client/client.h"
+
+namespace pneuma::client {
+
+/// What every subcommand works with.
+struct Session {
+  Client& client;
+  Output& output;
+  bool json = false;
+};
+
+struct CreateArguments {
+  std::string source;  // a scene file, "-", or the name of a built-in scene
+  std::string name;    // empty: the scene's
+  bool paused = false;
+};
+
+struct WatchArguments {
+  std::string world;
+  std::optional<std::uint64_t> frames;
+  std::optional<double> seconds;
+  double rate_hz = 0.0;
+  double max_error_m = 0.0;
+  std::string obj_folder;  // empty: none
+};
+
+[[nodiscard]] base::Status list_worlds(Session& session);
+[[nodiscard]] base::Status create(Session& session, const CreateArguments& arguments);
+/// Prints frames, gaps and events until enough of them have come or the user interrupts, then a summary. Fails when the
+/// world or the connection ends before that.
+[[nodiscard]] base::Status watch(Session& session, const WatchArguments& arguments);
+/// `file`: a SceneEdit as JSON, "-" for standard input.
+[[nodiscard]] base::Status edit(Session& session, const std::string& world, const std::string& file);
+[[nodiscard]] base::Status stats(Session& session, const std::string& world);
+/// For people the scene in its file form, which `create` takes.
+[[nodiscard]] base::Status scene(Session& session, const std::string& world);
+/// Says what a change came to: `deed`, for people, as in "paused".
+[[nodiscard]] base::Status report(Session& session, const std::string& deed, const base::Result<v1::Done>& done);
+
+}  // namespace pneuma::client

@@ -1,0 +1,254 @@
+// `pneuma watch`: frames as they come, a line each, until there are enough or the user interrupts.
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <variant>
+
+#include "command/commands.h"
+
+namespace pneuma::client {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+extern "C" void note_interrupt(int) {
+  interrupted = 1;
+}
+
+struct Extent {
+  std::array<double, 3> centre{};
+  std::array<double, 3> min{};
+  std::array<double, 3> max{};
+};
+
+/// The mean of the vertices and the box around them.
+Extent extent_of(const SoftBodyFrame& body) {
+  Extent extent;
+  extent.min.fill(std::numeric_limits<double>::infinity());
+  extent.max.fill(-std::numeric_limits<double>::infinity());
+  const std::size_t vertices = body.positions_m.size() / 3;
+  for (std::size_t i = 0; i < body.positions_m.size(); ++i) {
+    const std::size_t axis = i % 3;
+    const double value = body.positions_m[i];
+    extent.centre[axis] += value / static_cast<double>(vertices);
+    extent.min[axis] = std::min(extent.min[axis], value);
+    extent.max[axis] = std::max(extent.max[axis], value);
+  }
+  return extent;
+}
+
+std::size_t vertex_count(const DecodedFrame& frame) {
+  std::size_t count = 0;
+  for (const SoftBodyFrame& body : frame.bodies) count += body.positions_m.size() / 3;
+  return count;
+}
+
+std::string frame_text(const DecodedFrame& frame) {
+  std::array<char, 96> head{};
+  std::snprintf(head.data(), head.size(), "tick %-7llu %9.3f s  %-5s %7zu B",
+                static_cast<unsigned long long>(frame.tick), frame.time_s, frame.key ? "key" : "delta", frame.bytes);
+  std::string text = head.data();
+  for (const SoftBodyFrame& body : frame.bodies) {
+    const Extent extent = extent_of(body);
+    std::array<char, 96> centre{};
+    std::snprintf(centre.data(), centre.size(), " (%.3f, %.3f, %.3f)", extent.centre[0], extent.centre[1],
+                  extent.centre[2]);
+    text += "  " + body.name + centre.data();
+  }
+  return text;
+}
+
+std::string frame_json(const DecodedFrame& frame) {
+  std::vector<JsonObject> bodies;
+  for (const SoftBodyFrame& body : frame.bodies) {
+    const Extent extent = extent_of(body);
+    bodies.emplace_back()
+        .add("name", body.name)
+        .add("vertices", std::uint64_t{body.positions_m.size() / 3})
+        .add("centre", extent.centre)
+        .add("min", extent.min)
+        .add("max", extent.max);
+  }
+  std::vector<JsonObject> solids;
+  for (const SolidFrame& solid : frame.solids) {
+    const std::array<double, 3> position{solid.position.x(), solid.position.y(), solid.position.z()};
+    const auto& turn = solid.orientation;
+    const std::array<double, 4> orientation{turn.w(), turn.x(), turn.y(), turn.z()};
+    solids.emplace_back().add("name", solid.name).add("position", position).add("orientation", orientation);
+  }
+  return JsonObject()
+      .add("type", "frame")
+      .add("tick", frame.tick)
+      .add("time_s", frame.time_s)
+      .add("key", frame.key)
+      .add("bytes", std::uint64_t{frame.bytes})
+      .add("bodies", std::span<const JsonObject>(bodies))
+      .add("solids", std::span<const JsonObject>(solids))
+      .text();
+}
+
+/// The soft bodies of a frame as a Wavefront file, an object each.
+base::Status write_obj(const DecodedFrame& frame, const std::string& folder) {
+  std::array<char, 40> name{};
+  std::snprintf(name.data(), name.size(), "frame-%09llu.obj", static_cast<unsigned long long>(frame.tick));
+  const std::filesystem::path path = std::filesystem::path(folder) / name.data();
+  std::ofstream out(path);
+  out.precision(9);
+  std::size_t first = 1;
+  for (const SoftBodyFrame& body : frame.bodies) {
+    out << "o " << body.name << '\n';
+    for (std::size_t i = 0; i + 2 < body.positions_m.size(); i += 3) {
+      out << "v " << body.positions_m[i] << ' ' << body.positions_m[i + 1] << ' ' << body.positions_m[i + 2] << '\n';
+    }
+    const auto& indices = body.topology->indices;
+    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+      out << "f " << first + indices[i] << ' ' << first + indices[i + 1] << ' ' << first + indices[i + 2] << '\n';
+    }
+    first += body.positions_m.size() / 3;
+  }
+  out.close();
+  if (!out) return {base::StatusCode::unavailable, std::strerror(errno), path.string()};
+  return {};
+}
+
+class Watch {
+ public:
+  Watch(Session& session, const WatchArguments& arguments)
+      : session_(session), arguments_(arguments), start_(Clock::now()) {}
+
+  base::Status run();
+
+ private:
+  [[nodiscard]] double elapsed_s() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  [[nodiscard]] bool is_enough() const;
+  [[nodiscard]] std::chrono::milliseconds patience() const;
+  base::Status take(const DecodedFrame& frame);
+  base::Status take(const v1::Gap& gap);
+  base::Status take(const v1::Event& event);
+  base::Status summarise();
+
+  Session& session_;
+  const WatchArguments& arguments_;
+  Clock::time_point start_;
+  std::uint64_t frames_ = 0;
+  std::uint64_t gaps_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t vertices_ = 0;  // of all frames together
+};
+
+base::Status Watch::run() {
+  auto subscribed = session_.client.subscribe(arguments_.world, {arguments_.rate_hz, arguments_.max_error_m});
+  if (!subscribed.ok()) return subscribed.status();
+  base::Status status;
+  while (status.ok() && !is_enough()) {
+    auto update = session_.client.next_update(patience());
+    if (!update.ok()) {
+      status = update.status();
+    } else if (*update) {
+      status = std::visit([this](const auto& one) { return take(one); }, **update);
+    }
+  }
+  if (session_.output.is_closed()) return {};
+  const base::Status summarised = summarise();
+  return status.ok() ? summarised : status;
+}
+
+bool Watch::is_enough() const {
+  return interrupted != 0 || (arguments_.frames && frames_ >= *arguments_.frames) ||
+         (arguments_.seconds && elapsed_s() >= *arguments_.seconds);
+}
+
+/// Short enough to notice an interrupt soon, and the end of the time asked for.
+std::chrono::milliseconds Watch::patience() const {
+  constexpr double interrupt_s = 0.1;
+  const double left_s = arguments_.seconds ? *arguments_.seconds - elapsed_s() : interrupt_s;
+  return std::chrono::milliseconds(static_cast<int>(1e3 * std::clamp(left_s, 0.0, interrupt_s)) + 1);
+}
+
+base::Status Watch::take(const DecodedFrame& frame) {
+  ++frames_;
+  bytes_ += frame.bytes;
+  vertices_ += vertex_count(frame);
+  if (!arguments_.obj_folder.empty()) {
+    if (base::Status written = write_obj(frame, arguments_.obj_folder); !written.ok()) return written;
+  }
+  return session_.output.line(session_.json ? frame_json(frame) : frame_text(frame));
+}
+
+base::Status Watch::take(const v1::Gap& gap) {
+  ++gaps_;
+  if (session_.json) {
+    return session_.output.line(
+        JsonObject().add("type", "gap").add("from_tick", gap.from_tick()).add("to_tick", gap.to_tick()).text());
+  }
+  return session_.output.line("gap: ticks " + std::to_string(gap.from_tick()) + " to " + std::to_string(gap.to_tick()) +
+                              " were not sent, this reader is too slow");
+}
+
+base::Status Watch::take(const v1::Event& event) {
+  const std::string& kind = v1::Event::Kind_Name(event.kind());
+  if (session_.json) {
+    const base::Status written = session_.output.line(JsonObject()
+                                                          .add("type", "event")
+                                                          .add("kind", kind)
+                                                          .add("world", event.world())
+                                                          .add("body", event.body())
+                                                          .add("tick", event.tick())
+                                                          .add("detail", event.detail())
+                                                          .text());
+    if (!written.ok()) return written;
+  } else {
+    std::string text = "event: " + kind + " " + event.world();
+    if (!event.body().empty()) text += " " + event.body();
+    text += " at tick " + std::to_string(event.tick());
+    if (!event.detail().empty()) text += ": " + event.detail();
+    if (base::Status written = session_.output.line(text); !written.ok()) return written;
+  }
+  if (event.kind() == v1::Event::WORLD_DESTROYED && event.world() == arguments_.world) {
+    return base::not_found("the world was destroyed", event.world());
+  }
+  return {};
+}
+
+base::Status Watch::summarise() {
+  const double bits = vertices_ == 0 ? 0.0 : 8.0 * static_cast<double>(bytes_) / static_cast<double>(vertices_);
+  if (session_.json) {
+    return session_.output.line(JsonObject()
+                                    .add("type", "summary")
+                                    .add("frames", frames_)
+                                    .add("gaps", gaps_)
+                                    .add("seconds", elapsed_s())
+                                    .add("bytes", bytes_)
+                                    .add("bits_per_vertex", bits)
+                                    .text());
+  }
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(), "%llu frames, %llu gaps, %.2f s, %.2f bits a vertex",
+                static_cast<unsigned long long>(frames_), static_cast<unsigned long long>(gaps_), elapsed_s(), bits);
+  return session_.output.line(text.data());
+}
+
+}  // namespace
+
+base::Status watch(Session& session, const WatchArguments& arguments) {
+  if (!arguments.obj_folder.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(arguments.obj_folder, error);
+    if (error) return {base::StatusCode::unavailable, error.message(), arguments.obj_folder};
+  }
+  std::signal(SIGINT, note_interrupt);
+  std::signal(SIGTERM, note_interrupt);
+  return Watch(session, arguments).run();
+}
+
+}  // namespace pneuma::client

@@ -1,0 +1,242 @@
+// The `pneuma` command: flags to a request, a reply to lines. Exit codes: 0 done, 1 the work failed, 2 bad usage.
+#include <csignal>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "base/version.h"
+#include "command/arguments.h"
+#include "command/commands.h"
+#include "pneuma_client/client.h"
+
+namespace {
+
+using pneuma::base::Status;
+using pneuma::client::parse_numbers;
+using pneuma::client::Session;
+using pneuma::client::to_vec3;
+
+constexpr int exit_done = 0;
+constexpr int exit_failed = 1;
+constexpr int exit_usage = 2;
+
+struct Flags {
+  std::string server = "127.0.0.1:7420";
+  pneuma::client::ConnectOptions connect;
+  bool json = false;
+};
+
+using Work = std::function<Status(Session&)>;
+
+const CLI::Validator address_check(
+    [](const std::string& text) -> std::string {
+      std::string host;
+      std::string port;
+      return pneuma::client::split_address(text, host, port) ? "" : "not HOST:PORT: " + text;
+    },
+    "", "address");
+
+const CLI::Validator positive_check(
+    [](const std::string& text) -> std::string {
+      const auto number = parse_numbers<1>(text);
+      return number && (*number)[0] > 0.0 ? "" : "must be more than 0: " + text;
+    },
+    "", "positive");
+
+template <std::size_t N>
+CLI::Validator numbers_check() {
+  return {[](const std::string& text) -> std::string {
+            return parse_numbers<N>(text) ? "" : "not " + std::to_string(N) + " numbers with commas: " + text;
+          },
+          "", "numbers"};
+}
+
+pneuma::v1::Vec3 vector_of(const std::string& text) {
+  const auto numbers = parse_numbers<3>(text).value();
+  return to_vec3(numbers[0], numbers[1], numbers[2]);
+}
+
+void add_worlds(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("worlds", "List the server's worlds");
+  command->callback([&work] { work = pneuma::client::list_worlds; });
+}
+
+void add_create(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("create", "Create a world from a built-in scene or a scene file");
+  auto arguments = std::make_shared<pneuma::client::CreateArguments>();
+  command->add_option("SCENE", arguments->source, "A scene file, - for standard input, or the name of a built-in scene")
+      ->required();
+  command->add_option("--name", arguments->name, "The world's name; otherwise the scene's");
+  command->add_flag("--paused", arguments->paused, "Create it paused");
+  command->callback([&work, arguments] {
+    work = [arguments](Session& session) { return pneuma::client::create(session, *arguments); };
+  });
+}
+
+void add_watch(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("watch", "Print a world's frames as they come");
+  auto arguments = std::make_shared<pneuma::client::WatchArguments>();
+  command->add_option("WORLD", arguments->world)->required();
+  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check);
+  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check);
+  command->add_option("--rate", arguments->rate_hz, "Frames a second; otherwise the world's rate")
+      ->check(positive_check);
+  command->add_option("--max-error", arguments->max_error_m, "No vertex is further off than this, in metres")
+      ->check(positive_check);
+  command->add_option("--obj", arguments->obj_folder, "Write each frame into this folder as a Wavefront file");
+  command->callback([&work, arguments] {
+    work = [arguments](Session& session) { return pneuma::client::watch(session, *arguments); };
+  });
+}
+
+struct ImpulseArguments {
+  pneuma::v1::Impulse request;
+  std::uint32_t vertex = 0;
+  std::string at;
+  std::string ray;
+  std::string impulse;
+  double radius_m = 0.0;
+};
+
+Status send_impulse(Session& session, ImpulseArguments arguments) {
+  pneuma::v1::Impulse& request = arguments.request;
+  *request.mutable_impulse() = vector_of(arguments.impulse);
+  if (!arguments.at.empty()) {
+    *request.mutable_near()->mutable_position() = vector_of(arguments.at);
+    request.mutable_near()->set_radius_m(arguments.radius_m);
+  } else if (!arguments.ray.empty()) {
+    const auto ray = parse_numbers<6>(arguments.ray).value();
+    *request.mutable_ray()->mutable_origin() = to_vec3(ray[0], ray[1], ray[2]);
+    *request.mutable_ray()->mutable_direction() = to_vec3(ray[3], ray[4], ray[5]);
+    request.mutable_ray()->set_radius_m(arguments.radius_m);
+  }
+  return pneuma::client::report(session, "hit", session.client.impulse(request));
+}
+
+void add_impulse(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("impulse", "Hit a body: at a vertex, at a point, along a ray, or as a whole");
+  auto arguments = std::make_shared<ImpulseArguments>();
+  command
+      ->add_option_function<std::string>("WORLD",
+                                         [arguments](const std::string& name) { arguments->request.set_world(name); })
+      ->required();
+  auto* body = command->add_option_function<std::string>(
+      "BODY", [arguments](const std::string& name) { arguments->request.set_body(name); },
+      "A soft or rigid body; with --ray, the first one hit where none is named");
+  auto* vertex = command->add_option("--vertex", arguments->vertex, "The vertex of this index");
+  auto* at = command->add_option("--at", arguments->at, "X,Y,Z: the surface near this point, in metres");
+  auto* ray = command->add_option("--ray", arguments->ray, "OX,OY,OZ,DX,DY,DZ: where a ray first meets a surface");
+  auto* radius = command->add_option("--radius", arguments->radius_m, "Share it with the vertices within, in metres");
+  command->add_option("--impulse", arguments->impulse, "X,Y,Z in newton seconds")
+      ->required()
+      ->check(numbers_check<3>());
+  at->check(numbers_check<3>())->excludes(vertex);
+  ray->check(numbers_check<6>())->excludes(vertex)->excludes(at);
+  radius->check(CLI::NonNegativeNumber)->excludes(vertex);
+  command->callback([&work, arguments, body, vertex, at, ray, radius] {
+    if (body->empty() && ray->empty()) throw CLI::RequiredError("BODY");
+    if (!radius->empty() && at->empty() && ray->empty()) throw CLI::RequiresError("--radius", "--at or --ray");
+    if (!vertex->empty()) arguments->request.set_vertex(arguments->vertex);
+    work = [arguments](Session& session) { return send_impulse(session, *arguments); };
+  });
+}
+
+void add_edit(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("edit", "Change a running world");
+  auto world = std::make_shared<std::string>();
+  auto file = std::make_shared<std::string>();
+  command->add_option("WORLD", *world)->required();
+  command->add_option("FILE", *file, "A SceneEdit as JSON, - for standard input")->required();
+  command->callback([&work, world, file] {
+    work = [world, file](Session& session) { return pneuma::client::edit(session, *world, *file); };
+  });
+}
+
+void add_step(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("step", "Step a paused world");
+  auto world = std::make_shared<std::string>();
+  auto ticks = std::make_shared<std::uint32_t>(0);
+  command->add_option("WORLD", *world)->required();
+  command->add_option("N", *ticks, "Ticks")->required()->check(positive_check);
+  command->callback([&work, world, ticks] {
+    work = [world, ticks](Session& session) {
+      return pneuma::client::report(session, "stepped", session.client.step(*world, *ticks));
+    };
+  });
+}
+
+/// A subcommand that names nothing but a world.
+void add_of_world(CLI::App& app, Work& work, const std::string& name, const std::string& description,
+                  std::function<Status(Session&, const std::string&)> act) {
+  auto* command = app.add_subcommand(name, description);
+  auto world = std::make_shared<std::string>();
+  command->add_option("WORLD", *world)->required();
+  command->callback(
+      [&work, world, act = std::move(act)] { work = [world, act](Session& session) { return act(session, *world); }; });
+}
+
+/// A change of a world as a whole; `deed` is what is said of it.
+auto change(const std::string& deed,
+            pneuma::base::Result<pneuma::v1::Done> (pneuma::client::Client::*request)(const std::string&)) {
+  return [deed, request](Session& session, const std::string& world) {
+    return pneuma::client::report(session, deed, (session.client.*request)(world));
+  };
+}
+
+void add_subcommands(CLI::App& app, Work& work) {
+  using pneuma::client::Client;
+  add_worlds(app, work);
+  add_create(app, work);
+  add_of_world(app, work, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
+  add_watch(app, work);
+  add_impulse(app, work);
+  add_edit(app, work);
+  add_of_world(app, work, "pause", "Pause a world", change("paused", &Client::pause));
+  add_of_world(app, work, "resume", "Let a paused world go on", change("resumed", &Client::resume));
+  add_step(app, work);
+  add_of_world(app, work, "reset", "Put a world back to its scene", change("reset", &Client::reset));
+  add_of_world(app, work, "stats", "A world's numbers", pneuma::client::stats);
+  add_of_world(app, work, "scene", "A world's scene as it is now", pneuma::client::scene);
+}
+
+int run(const Flags& flags, const Work& work) {
+  auto client = pneuma::client::Client::connect(flags.server, flags.connect);
+  pneuma::client::Output output;
+  Status status = client.status();
+  if (client.ok()) {
+    Session session{*client, output, flags.json};
+    status = work(session);
+  }
+  if (status.ok() || output.is_closed()) return exit_done;
+  std::fprintf(stderr, "pneuma: %s\n", status.message().c_str());
+  return exit_failed;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away is seen where it is written to
+  Flags flags;
+  flags.connect.client_name = "pneuma";
+  Work work;
+  CLI::App app("The client of pneuma-server.", "pneuma");
+  app.set_version_flag("--version", "pneuma " + std::string(pneuma::base::version));
+  app.fallthrough();
+  app.require_subcommand(1);
+  app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check);
+  app.add_option("--token", flags.connect.token, "What the server's token file asks for");
+  app.add_flag("--json", flags.json, "One JSON object a line, for scripts");
+  auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
+  app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);
+  add_subcommands(app, work);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? exit_done : exit_usage;
+  }
+  return run(flags, work);
+}

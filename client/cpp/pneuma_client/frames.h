@@ -1,0 +1,93 @@
+// What a subscriber gets: decoded frames, and the state that decoding keeps from frame to frame. No sockets here.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/status.h"
+#include "codec/frame_codec.h"
+#include "pneuma/v1/frame.pb.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::client {
+
+/// The triangles of a mesh; shared by all bodies, streams and connections that use them.
+struct Topology {
+  std::string hash;  // 16 bytes
+  std::uint32_t vertex_count = 0;
+  std::vector<std::uint32_t> indices;  // three a face
+};
+using TopologyPtr = std::shared_ptr<const Topology>;
+
+struct SoftBodyFrame {
+  std::string name;
+  TopologyPtr topology;
+  std::vector<double> positions_m;  // x y z a vertex
+};
+
+struct SolidFrame {
+  std::string name;
+  bool dynamic = false;  // a rigid body; otherwise a collider
+  v1::Shape shape;
+  v1::Vec3 position;
+  v1::Quaternion orientation;
+};
+
+/// A whole world at one tick, as a stream sees it.
+struct DecodedFrame {
+  std::uint32_t stream_id = 0;
+  std::string world;
+  std::uint64_t tick = 0;
+  double time_s = 0.0;  // simulated
+  bool key = false;
+  std::size_t bytes = 0;  // that the frame took on the wire, framing included
+  std::vector<SoftBodyFrame> bodies;
+  std::vector<SolidFrame> solids;
+};
+
+/// Turns the messages of all streams of a connection into frames. Any message that does not fit, or is past the limits
+/// of base/limits.h, gives an error and changes nothing.
+class StreamDecoder {
+ public:
+  /// Takes the topologies held from an earlier connection.
+  explicit StreamDecoder(const std::vector<TopologyPtr>& known = {});
+
+  [[nodiscard]] base::Status add_stream(const v1::Subscribed& subscribed);
+  void remove_stream(std::uint32_t stream_id);
+  [[nodiscard]] bool has_stream(std::uint32_t stream_id) const { return streams_.contains(stream_id); }
+
+  [[nodiscard]] base::Status take_topology(const v1::Topology& message);
+  /// Of a stream that is not there (it was ended a moment ago): ignored.
+  [[nodiscard]] base::Status take_layout(const v1::Layout& message);
+  /// `bytes` is the size on the wire, handed through. Nothing where the stream is not there.
+  [[nodiscard]] base::Result<std::optional<DecodedFrame>> take_frame(const v1::Frame& message, std::size_t bytes);
+
+  [[nodiscard]] std::vector<TopologyPtr> topologies() const;
+
+ private:
+  struct Body {
+    std::string name;
+    TopologyPtr topology;
+  };
+  struct Stream {
+    std::string world;
+    double grid_step_m = 0.0;
+    std::optional<std::uint32_t> layout_id;
+    std::vector<Body> bodies;
+    std::vector<SolidFrame> solids;
+    std::optional<std::uint64_t> tick;     // of the last frame; none before the layout's first key frame
+    std::vector<codec::Lattice> lattices;  // that frame's, a body each
+  };
+
+  [[nodiscard]] base::Status check_frame(const Stream& stream, const v1::Frame& message) const;
+
+  std::map<std::string, TopologyPtr> topologies_;  // by hash
+  std::map<std::uint32_t, Stream> streams_;        // by id
+};
+
+}  // namespace pneuma::client

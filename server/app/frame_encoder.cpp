@@ -1,0 +1,106 @@
+#include "app/frame_encoder.h"
+
+#include <cassert>
+#include <utility>
+
+#include "app/protocol.h"
+
+namespace pneuma::app {
+
+namespace {
+
+std::vector<physics::Pose> poses_of(const physics::World& world) {
+  std::vector<physics::Pose> poses;
+  poses.reserve(world.rigid_bodies().size() + world.colliders().size());
+  for (const auto& rigid : world.rigid_bodies()) poses.push_back({rigid.position, rigid.orientation});
+  for (const auto& collider : world.colliders()) poses.push_back({collider.position, collider.orientation});
+  return poses;
+}
+
+bool same(const physics::Pose& a, const physics::Pose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
+  v1::Pose& out = *frame.add_poses();
+  out.set_solid(static_cast<std::uint32_t>(solid));
+  out.mutable_position()->set_x(pose.position.x());
+  out.mutable_position()->set_y(pose.position.y());
+  out.mutable_position()->set_z(pose.position.z());
+  out.mutable_orientation()->set_w(pose.orientation.w());
+  out.mutable_orientation()->set_x(pose.orientation.x());
+  out.mutable_orientation()->set_y(pose.orientation.y());
+  out.mutable_orientation()->set_z(pose.orientation.z());
+}
+
+}  // namespace
+
+FrameEncoder::FrameEncoder(std::uint32_t stream_id, double max_error_m)
+    : stream_id_(stream_id), grid_step_m_(codec::grid_step_m(max_error_m)) {}
+
+net::StreamFrame FrameEncoder::encode(const physics::World& world, std::uint64_t tick, std::uint32_t layout_id,
+                                      bool with_key) {
+  const bool delta = last_tick_ && *last_tick_ < tick && layout_id_ == layout_id;
+  const std::optional<std::uint64_t> base_tick = last_tick_;
+  std::swap(base_lattices_, lattices_);
+  const std::vector<physics::Pose> base_poses = std::exchange(poses_, poses_of(world));
+
+  lattices_.resize(world.soft_body_count());
+  for (std::size_t i = 0; i < lattices_.size(); ++i) {
+    positions_m_.resize(3 * world.soft_body(i).mesh->positions_m.size());
+    lattices_[i].resize(positions_m_.size());
+    world.copy_positions(i, positions_m_);
+    codec::quantise(positions_m_, grid_step_m_, lattices_[i]);
+  }
+  last_tick_ = tick;
+  layout_id_ = layout_id;
+  time_s_ = world.time_s();
+
+  net::StreamFrame out;
+  out.stream_id = stream_id_;
+  out.tick = tick;
+  if (delta) {
+    out.base_tick = *base_tick;
+    v1::ServerMessage message = header();
+    v1::Frame& frame = *message.mutable_frame();
+    frame.set_base_tick(*base_tick);
+    for (std::size_t i = 0; i < lattices_.size(); ++i) {
+      codec::encode_delta(lattices_[i], base_lattices_[i], *frame.mutable_payload());
+    }
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      if (!same(poses_[i], base_poses[i])) add_pose(frame, i, poses_[i]);
+    }
+    out.delta = serialise(message);
+  }
+  if (with_key || !delta) out.key = key();
+  return out;
+}
+
+net::StreamFrame FrameEncoder::last_as_key() const {
+  assert(last_tick_);
+  net::StreamFrame out;
+  out.stream_id = stream_id_;
+  out.tick = *last_tick_;
+  out.key = key();
+  return out;
+}
+
+v1::ServerMessage FrameEncoder::header() const {
+  v1::ServerMessage message;
+  v1::Frame& frame = *message.mutable_frame();
+  frame.set_stream_id(stream_id_);
+  frame.set_layout_id(layout_id_);
+  frame.set_tick(*last_tick_);
+  frame.set_time_s(time_s_);
+  return message;
+}
+
+net::SharedBytes FrameEncoder::key() const {
+  v1::ServerMessage message = header();
+  v1::Frame& frame = *message.mutable_frame();
+  for (const codec::Lattice& lattice : lattices_) codec::encode_key(lattice, *frame.mutable_payload());
+  for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);
+  return serialise(message);
+}
+
+}  // namespace pneuma::app

@@ -1,0 +1,196 @@
+#include "app/frame_hub.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/limits.h"
+#include "codec/topology_hash.h"
+
+namespace pneuma::app {
+
+FrameHub::FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id)
+    : take_stream_id_(std::move(take_stream_id)), drop_stream_id_(std::move(drop_stream_id)) {}
+
+base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>& session, const v1::Subscribe& request,
+                                                 double world_rate_hz) {
+  if (!std::isfinite(request.rate_hz()) || request.rate_hz() < 0.0) {
+    return base::invalid("must be 0 or more", "subscribe.rate_hz");
+  }
+  const double max_error_m = request.max_error_m() == 0.0 ? base::max_error_default_m : request.max_error_m();
+  if (!(max_error_m >= base::max_error_min_m && max_error_m <= base::max_error_max_m)) {
+    return base::invalid("must be 0 or from 1e-6 to 10", "subscribe.max_error_m");
+  }
+  const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
+  // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
+  constexpr double divisor_max = 86'400.0 * base::rate_hz_max;
+  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m};
+
+  auto found = classes_.find(quality);
+  const bool joined = found != classes_.end() && found->second.subscribers.contains(session->id());
+  if (!joined && streams_of(session->id()) >= base::session_streams_per_world_max) {
+    return base::Status(
+        base::StatusCode::limit_exceeded,
+        "a session has at most " + std::to_string(base::session_streams_per_world_max) + " streams of a world",
+        "subscribe");
+  }
+  if (found == classes_.end()) {
+    if (classes_.size() >= base::world_quality_classes_max) {
+      return base::Status(base::StatusCode::limit_exceeded,
+                          "the world has its " + std::to_string(base::world_quality_classes_max) +
+                              " qualities (pairs of rate and error) already",
+                          "subscribe");
+    }
+    const std::uint32_t stream_id = take_stream_id_();
+    found = classes_.emplace(quality, QualityClass{stream_id, FrameEncoder(stream_id, max_error_m), {}, {}}).first;
+  }
+  QualityClass& quality_class = found->second;
+  for (const std::string& hash : request.known_topologies()) {
+    if (hash.size() == codec::topology_hash_bytes) session->knows_topology(hash);
+  }
+  if (!joined) {
+    quality_class.subscribers.try_emplace(session->id(), Subscriber{session});
+    quality_class.sessions.reset();
+  }
+
+  v1::Subscribed subscribed;
+  subscribed.set_stream_id(quality_class.stream_id);
+  subscribed.set_world(request.world());
+  subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+  subscribed.set_max_error_m(max_error_m);
+  subscribed.set_grid_step_m(quality_class.encoder.grid_step_m());
+  return subscribed;
+}
+
+bool FrameHub::unsubscribe(net::SessionId session, std::uint32_t stream_id, Outbox& outbox) {
+  for (auto it = classes_.begin(); it != classes_.end(); ++it) {
+    QualityClass& quality_class = it->second;
+    if (quality_class.stream_id != stream_id || quality_class.subscribers.erase(session) == 0) continue;
+    quality_class.sessions.reset();
+    outbox.end_stream(session, stream_id);
+    if (quality_class.subscribers.empty()) {
+      drop_stream_id_(stream_id);
+      classes_.erase(it);
+    }
+    return true;
+  }
+  return false;
+}
+
+void FrameHub::session_ended(net::SessionId session) {
+  for (auto it = classes_.begin(); it != classes_.end();) {
+    QualityClass& quality_class = it->second;
+    if (quality_class.subscribers.erase(session) > 0) quality_class.sessions.reset();
+    if (quality_class.subscribers.empty()) {
+      drop_stream_id_(quality_class.stream_id);
+      it = classes_.erase(it);
+    } else {
+      ++it;
+    }
+  }
+}
+
+void FrameHub::key_wanted(net::SessionId session, std::uint32_t stream_id) {
+  for (auto& [quality, quality_class] : classes_) {
+    const auto found = quality_class.subscribers.find(session);
+    if (quality_class.stream_id == stream_id && found != quality_class.subscribers.end())
+      found->second.wants_key = true;
+  }
+}
+
+void FrameHub::close(Outbox& outbox) {
+  for (const auto& [quality, quality_class] : classes_) {
+    for (const auto& [session, subscriber] : quality_class.subscribers) {
+      outbox.end_stream(session, quality_class.stream_id);
+    }
+    drop_stream_id_(quality_class.stream_id);
+  }
+  classes_.clear();
+}
+
+void FrameHub::encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox) {
+  if (classes_.empty()) return;
+  const bool new_layout = refresh_layout(world);
+  for (auto& [quality, quality_class] : classes_) {
+    introduce(quality_class, outbox);
+    if (all || new_layout || !quality_class.encoder.last_tick() || tick % quality.rate_divisor == 0) {
+      publish_new(quality_class, world, tick, outbox);
+    } else {
+      publish_last(quality_class, outbox);
+    }
+  }
+}
+
+void FrameHub::encode_rest(const physics::World& world, std::uint64_t tick, Outbox& outbox) {
+  if (classes_.empty()) return;
+  const bool edited = edited_;
+  refresh_layout(world);
+  for (auto& [quality, quality_class] : classes_) {
+    introduce(quality_class, outbox);
+    if (edited || quality_class.encoder.last_tick() != tick) {
+      publish_new(quality_class, world, tick, outbox);
+    } else {
+      publish_last(quality_class, outbox);
+    }
+  }
+}
+
+bool FrameHub::refresh_layout(const physics::World& world) {
+  return std::exchange(edited_, false) && layout_.update(world);
+}
+
+// Topologies and the layout go before the first frame that needs them.
+void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
+  net::SharedBytes layout;
+  for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (subscriber.layout_id == layout_.id()) continue;
+    for (const TopologyMessage& topology : layout_.topologies()) {
+      outbox.send_topology(subscriber.session, topology);
+    }
+    if (layout == nullptr) layout = serialise(layout_.message(quality_class.stream_id));
+    outbox.send(id, layout);
+    subscriber.layout_id = layout_.id();
+  }
+}
+
+void FrameHub::publish_new(QualityClass& quality_class, const physics::World& world, std::uint64_t tick,
+                           Outbox& outbox) {
+  bool with_key = false;
+  for (auto& [id, subscriber] : quality_class.subscribers) with_key |= std::exchange(subscriber.wants_key, false);
+  if (quality_class.sessions == nullptr) {
+    auto sessions = std::make_shared<std::vector<net::SessionId>>();
+    for (const auto& [id, subscriber] : quality_class.subscribers) sessions->push_back(id);
+    quality_class.sessions = std::move(sessions);
+  }
+  outbox.publish(quality_class.sessions, quality_class.encoder.encode(world, tick, layout_.id(), with_key));
+}
+
+void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
+  auto waiting = std::make_shared<std::vector<net::SessionId>>();
+  for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (std::exchange(subscriber.wants_key, false)) waiting->push_back(id);
+  }
+  if (!waiting->empty()) outbox.publish(std::move(waiting), quality_class.encoder.last_as_key());
+}
+
+void FrameHub::send_to_all(const v1::ServerMessage& message, Outbox& outbox) const {
+  std::set<net::SessionId> sessions;
+  for (const auto& [quality, quality_class] : classes_) {
+    for (const auto& [id, subscriber] : quality_class.subscribers) sessions.insert(id);
+  }
+  const net::SharedBytes bytes = serialise(message);
+  for (const net::SessionId session : sessions) outbox.send(session, bytes);
+}
+
+std::size_t FrameHub::streams_of(net::SessionId session) const {
+  return static_cast<std::size_t>(std::count_if(
+      classes_.begin(), classes_.end(), [&](const auto& entry) { return entry.second.subscribers.contains(session); }));
+}
+
+std::size_t FrameHub::subscriber_count() const {
+  std::size_t count = 0;
+  for (const auto& [quality, quality_class] : classes_) count += quality_class.subscribers.size();
+  return count;
+}
+
+}  // namespace pneuma::app

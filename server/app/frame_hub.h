@@ -1,0 +1,89 @@
+// A world's subscribers and their frames: encoded once a tick for all subscribers of the same quality.
+// Called by the thread that steps the world.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/frame_encoder.h"
+#include "app/layout.h"
+#include "app/outbox.h"
+#include "app/session.h"
+#include "base/status.h"
+#include "physics/world.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+class FrameHub {
+ public:
+  /// `take_stream_id` gives an id that no other stream of the server has; `drop_stream_id` hears of the ones that
+  /// ended.
+  FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id);
+
+  /// Adds the session to the quality class that `request` asks for; a second time changes nothing. Errors name the
+  /// field.
+  [[nodiscard]] base::Result<v1::Subscribed> subscribe(const std::shared_ptr<Session>& session,
+                                                       const v1::Subscribe& request, double world_rate_hz);
+  /// False where the session has no such stream.
+  bool unsubscribe(net::SessionId session, std::uint32_t stream_id, Outbox& outbox);
+  void session_ended(net::SessionId session);
+  /// The session waits for a key frame of the stream.
+  void key_wanted(net::SessionId session, std::uint32_t stream_id);
+  /// Ends all streams.
+  void close(Outbox& outbox);
+
+  /// The world was edited. Where that added or removed something, new layouts go out, then key frames.
+  void edited() { edited_ = true; }
+
+  /// Frames of the tick just done, for the classes that are due; for all of them where `all` is set. Whoever waits for
+  /// a key frame of a class that is not due gets its last frame as a key.
+  void encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox);
+  /// Key frames for a world that rests between two ticks: for whoever waits, or for everyone where it was edited.
+  void encode_rest(const physics::World& world, std::uint64_t tick, Outbox& outbox);
+
+  /// Sends a message to every session that has a stream here, once.
+  void send_to_all(const v1::ServerMessage& message, Outbox& outbox) const;
+
+  [[nodiscard]] std::size_t subscriber_count() const;
+  [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
+
+ private:
+  struct Quality {
+    std::uint64_t rate_divisor;
+    double max_error_m;
+    auto operator<=>(const Quality&) const = default;
+  };
+  struct Subscriber {
+    std::shared_ptr<Session> session;
+    std::uint32_t layout_id = 0;  // the last one sent; 0: none
+    bool wants_key = true;
+  };
+  struct QualityClass {
+    std::uint32_t stream_id;
+    FrameEncoder encoder;
+    std::map<net::SessionId, Subscriber> subscribers;
+    SessionIds sessions;  // of all subscribers; null where they changed
+  };
+
+  [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
+  bool refresh_layout(const physics::World& world);
+  void introduce(QualityClass& quality_class, Outbox& outbox);
+  void publish_new(QualityClass& quality_class, const physics::World& world, std::uint64_t tick, Outbox& outbox);
+  void publish_last(QualityClass& quality_class, Outbox& outbox);
+
+  std::function<std::uint32_t()> take_stream_id_;
+  std::function<void(std::uint32_t)> drop_stream_id_;
+  WorldLayout layout_;
+  bool edited_ = true;
+  std::map<Quality, QualityClass> classes_;
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,188 @@
+#include "app/hosted_world.h"
+
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "app/protocol.h"
+#include "base/limits.h"
+
+namespace pneuma::app {
+
+namespace {
+
+// A slow world says so, but not at every tick.
+constexpr std::chrono::seconds slow_event_interval{5};
+
+double ms_between(HostedWorld::TimePoint from, HostedWorld::TimePoint to) {
+  return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+std::uint32_t vertex_count(const physics::World& world) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) count += world.soft_body(i).mesh->positions_m.size();
+  return static_cast<std::uint32_t>(count);
+}
+
+}  // namespace
+
+HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
+                         Wiring wiring)
+    : name_(std::move(name)),
+      wiring_(std::move(wiring)),
+      live_(std::move(live)),
+      hub_(wiring_.take_stream_id, wiring_.drop_stream_id),
+      journal_(std::move(journal)),
+      paused_(paused) {
+  // The sessions that held the grabs of a restored world are gone.
+  const std::set<std::uint64_t> grabs = live_.grabs();
+  for (const std::uint64_t grab : grabs) release(grab);
+  const TimePoint now = std::chrono::steady_clock::now();
+  clock_.start(now);
+  publish_status(now);
+}
+
+WorldStatus HostedWorld::status() const {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
+  if (mid_tick_) return;
+  for (Command& command : inbox_.take()) backlog_.push_back(std::move(command));
+  const bool had_commands = !backlog_.empty();
+  while (!backlog_.empty()) {
+    const bool had_its_share = std::chrono::steady_clock::now() >= until || outbox.bytes >= base::drain_reply_bytes_max;
+    if (had_its_share && !destroyed_by_) break;  // the rest after the next tick
+    const Command command = std::move(backlog_.front());
+    backlog_.pop_front();
+    if (const auto* request = std::get_if<Request>(&command)) answer(*request, now, outbox);
+    if (const auto* wanted = std::get_if<KeyWanted>(&command)) hub_.key_wanted(wanted->session, wanted->stream_id);
+    if (const auto* ended = std::get_if<SessionEnded>(&command)) session_ended(ended->session);
+  }
+  if (destroyed_by_) return;
+  if (paused_ && pending_steps_.empty()) hub_.encode_rest(live_.physics(), live_.tick(), outbox);
+  if (had_commands) publish_status(now);
+}
+
+bool HostedWorld::tick_due(TimePoint now) const {
+  if (halted_ || destroyed_by_) return false;
+  return mid_tick_ || !pending_steps_.empty() || (!paused_ && now >= clock_.due());
+}
+
+bool HostedWorld::step(const std::function<bool()>& give_way) {
+  const TimePoint start = std::chrono::steady_clock::now();
+  if (!mid_tick_) sample_ = {};
+  mid_tick_ = true;
+  do {
+    mid_tick_ = !live_.physics().substep(workers_);
+  } while (mid_tick_ && !give_way());
+  const TimePoint end = std::chrono::steady_clock::now();
+  sample_.step_ms += ms_between(start, end);
+  const std::lock_guard lock(status_mutex_);
+  status_.last_active = end;
+  return !mid_tick_;
+}
+
+void HostedWorld::encode(Outbox& outbox) {
+  const TimePoint start = std::chrono::steady_clock::now();
+  // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
+  const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
+  hub_.encode_tick(live_.physics(), live_.tick(), last_of_step, outbox);
+  sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
+
+  for (const physics::FrozenBody& frozen : live_.physics().take_frozen()) {
+    spdlog::warn("world={} body={} tick={} frozen: {}", name_, frozen.name, live_.tick(), frozen.reason);
+    hub_.send_to_all(event_message(v1::Event::BODY_FROZEN, name_, live_.tick(), frozen.name, frozen.reason), outbox);
+  }
+}
+
+void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
+  wiring_.metrics->ticks.Increment();
+  wiring_.metrics->step_seconds.Observe(1e-3 * sample_.step_ms);
+  wiring_.metrics->encode_seconds.Observe(1e-3 * sample_.encode_ms);
+
+  if (!pending_steps_.empty()) {
+    PendingStep& pending = pending_steps_.front();
+    if (--pending.ticks_left == 0) {
+      if (journal_) journal_->note_tick(live_.tick());
+      outbox.send(pending.session->id(), done_reply(pending.request_id, live_.tick(), name_));
+      pending_steps_.pop_front();
+      if (pending_steps_.empty()) clock_.start(now);
+    }
+    publish_status(now);
+    return;
+  }
+
+  sample_.period_s = live_.physics().tick_period_s();
+  sample_.due_error_ms = ms_between(clock_.due(), now);
+  const auto period = std::chrono::duration_cast<WorldClock::Duration>(std::chrono::duration<double>(sample_.period_s));
+  sample_.slipped_s = std::chrono::duration<double>(clock_.tick_ended(now, period)).count();
+  slipped_s_ += sample_.slipped_s;
+  window_.add(now, sample_);
+  if (sample_.slipped_s > 0.0) {
+    wiring_.metrics->slipped_seconds.Increment(sample_.slipped_s);
+    if (now - last_slow_event_ > slow_event_interval) {
+      last_slow_event_ = now;
+      const double ratio = window_.summary(now).time_ratio;
+      spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", name_, live_.tick(), ratio,
+                   slipped_s_);
+      hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
+                                     "simulated over real time: " + std::to_string(ratio)),
+                       outbox);
+    }
+  }
+  publish_status(now);
+}
+
+void HostedWorld::checkpoint(TimePoint now, bool force) {
+  if (journal_ && !mid_tick_ && !halted_ && (force || journal_->checkpoint_due(now, live_.tick())))
+    journal_->checkpoint(now, live_.save(), paused_);
+}
+
+std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const {
+  if (tick_due(now) || (!backlog_.empty() && !halted_ && !destroyed_by_)) return now;
+  if (paused_ || halted_ || destroyed_by_) return std::nullopt;
+  return clock_.due();
+}
+
+void HostedWorld::finish_tick(TimePoint deadline) {
+  while (mid_tick_ && std::chrono::steady_clock::now() < deadline) mid_tick_ = !live_.physics().substep(workers_);
+}
+
+void HostedWorld::halt(const std::string& why, Outbox& outbox) {
+  spdlog::error("world={} tick={} halted: {}", name_, live_.tick(), why);
+  halted_ = true;
+  paused_ = true;
+  mid_tick_ = false;
+  const base::Status fault(base::StatusCode::internal, "the world was halted by a fault");
+  for (const PendingStep& pending : pending_steps_) {
+    outbox.send(pending.session->id(), error_reply(pending.request_id, fault));
+  }
+  pending_steps_.clear();
+}
+
+void HostedWorld::forget() {
+  if (journal_) journal_->remove();
+}
+
+void HostedWorld::publish_status(TimePoint now) {
+  const physics::World& world = live_.physics();
+  WorldStatus status;
+  v1::WorldList::World& listing = status.listing;
+  listing.set_name(name_);
+  listing.set_scene_name(live_.scene_name());
+  listing.set_tick(live_.tick());
+  listing.set_time_s(world.time_s());
+  listing.set_paused(paused_);
+  listing.set_soft_bodies(static_cast<std::uint32_t>(world.soft_body_count()));
+  listing.set_rigid_bodies(static_cast<std::uint32_t>(world.rigid_bodies().size()));
+  listing.set_vertices(vertex_count(world));
+  listing.set_rate_hz(1.0 / world.tick_period_s());
+  listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  status.last_active = now;
+  const std::lock_guard lock(status_mutex_);
+  status_ = std::move(status);
+}
+
+}  // namespace pneuma::app

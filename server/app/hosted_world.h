@@ -1,0 +1,131 @@
+// A world as the server hosts it: what moves (LiveWorld), who watches (FrameHub), what is asked of it (Inbox), when its
+// ticks are due (WorldClock) and what is kept of it (WorldJournal).
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/frame_hub.h"
+#include "app/inbox.h"
+#include "app/live_world.h"
+#include "app/metrics.h"
+#include "app/outbox.h"
+#include "app/tick_window.h"
+#include "app/world_clock.h"
+#include "app/world_journal.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+/// What others may know of a world without asking the thread that steps it.
+struct WorldStatus {
+  v1::WorldList::World listing;
+  std::chrono::steady_clock::time_point last_active;  // when a tick last ended, or the world began or went on
+};
+
+class HostedWorld {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  struct Wiring {
+    std::function<std::uint32_t()> take_stream_id;
+    std::function<void(std::uint32_t)> drop_stream_id;
+    Metrics* metrics = nullptr;
+  };
+
+  /// `journal` may be null: nothing of the world is kept.
+  HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal, Wiring wiring);
+
+  // Any thread:
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] Inbox::Post post(Command command) { return inbox_.post(std::move(command)); }
+  [[nodiscard]] WorldStatus status() const;
+
+  // The stepping thread, in the order of a tick:
+
+  /// Carries out what came since the last tick. Nothing where a tick is under way.
+  /// What is not done at `until`, or makes too many replies at once, waits for the next slice.
+  void drain(TimePoint now, TimePoint until, Outbox& outbox);
+  /// A tick is under way, asked for, or due by its clock.
+  [[nodiscard]] bool tick_due(TimePoint now) const;
+  /// Steps until the tick ends (true), or `give_way` says so between two substeps.
+  bool step(const std::function<bool()>& give_way);
+  /// The tick's frames, replies and events.
+  void encode(Outbox& outbox);
+  void end_tick(TimePoint now, Outbox& outbox);
+  /// Where one is due, or `force` is set.
+  void checkpoint(TimePoint now, bool force);
+  /// When it wants to run next; nothing where it rests.
+  [[nodiscard]] std::optional<TimePoint> next_due(TimePoint now) const;
+
+  /// Ends the tick under way, if one is, without anyone seeing it.
+  void finish_tick(TimePoint deadline);
+  /// Stops the world for good, after something that should not have happened.
+  void halt(const std::string& why, Outbox& outbox);
+
+  /// The request that ended the world; null where it lives.
+  [[nodiscard]] const Request* destroyed_by() const { return destroyed_by_ ? &*destroyed_by_ : nullptr; }
+  /// Removes what is kept of it.
+  void forget();
+
+ private:
+  using Answer = base::Result<v1::ServerMessage>;
+
+  struct PendingStep {
+    std::shared_ptr<Session> session;
+    std::uint64_t request_id;
+    std::uint32_t ticks_left;
+  };
+
+  // hosted_world_requests.cpp: what a request does.
+  void answer(const Request& request, TimePoint now, Outbox& outbox);
+  [[nodiscard]] std::optional<Answer> carry_out(const Request& request, TimePoint now, Outbox& outbox);
+  [[nodiscard]] Answer change(const Request& request, Outbox& outbox);
+  [[nodiscard]] Answer pause(const v1::ClientMessage& message);
+  [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now);
+  [[nodiscard]] std::optional<Answer> step_on(const Request& request);
+  void destroy(const Request& request, Outbox& outbox);
+  void session_ended(net::SessionId session);
+  void release(std::uint64_t grab_id);
+  [[nodiscard]] v1::ServerMessage stats(TimePoint now) const;
+
+  void publish_status(TimePoint now);
+  [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
+
+  const std::string name_;
+  const Wiring wiring_;
+  Inbox inbox_;
+
+  LiveWorld live_;
+  FrameHub hub_;
+  std::unique_ptr<WorldJournal> journal_;
+  physics::Workers workers_{1};  // worlds run in parallel, not the bodies of a world
+  std::map<std::uint64_t, net::SessionId> grab_owners_;
+
+  bool paused_;
+  std::deque<Command> backlog_;  // taken from the inbox, not carried out yet
+  std::deque<PendingStep> pending_steps_;
+  std::optional<Request> destroyed_by_;
+  bool halted_ = false;
+
+  WorldClock clock_;
+  bool mid_tick_ = false;
+  TickSample sample_;  // of the tick under way
+  TickWindow window_;
+  double slipped_s_ = 0.0;
+  TimePoint last_slow_event_{};
+
+  mutable std::mutex status_mutex_;
+  WorldStatus status_;
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,216 @@
+// What each request does to a world, between two of its ticks.
+#include <exception>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "app/hosted_world.h"
+#include "app/protocol.h"
+#include "app/world_stats.h"
+#include "base/limits.h"
+
+namespace pneuma::app {
+
+using base::Status;
+using base::StatusCode;
+
+namespace {
+
+Status no_such_grab(std::uint64_t grab_id, const std::string& field) {
+  return base::not_found("this session holds no grab " + std::to_string(grab_id), field);
+}
+
+v1::ServerMessage reply_to(const v1::ClientMessage& message) {
+  v1::ServerMessage reply;
+  reply.set_request_id(message.request_id());
+  return reply;
+}
+
+}  // namespace
+
+void HostedWorld::answer(const Request& request, TimePoint now, Outbox& outbox) {
+  const std::uint64_t request_id = request.message.request_id();
+  std::optional<Answer> answer;
+  if (destroyed_by_) {
+    answer = base::not_found("no world " + name_);
+  } else {
+    // No request ends the server, whatever a library makes of it.
+    try {
+      answer = carry_out(request, now, outbox);
+    } catch (const std::exception& error) {
+      spdlog::error("world={} session={} {} threw: {}", name_, request.session->id(), kind_of(request.message),
+                    error.what());
+      answer = Status(StatusCode::internal, "the server failed at this request");
+    }
+  }
+  if (!answer) return;
+  const v1::ServerMessage reply = answer->ok() ? **answer : error_reply(request_id, answer->status());
+  wiring_.metrics->count_command(kind_of(request.message),
+                                 answer->ok() ? "ok" : v1::Error::Code_Name(reply.error().code()));
+  outbox.send(request.session->id(), reply);
+}
+
+std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request, TimePoint now, Outbox& outbox) {
+  const v1::ClientMessage& message = request.message;
+  switch (message.request_case()) {
+    case v1::ClientMessage::kSubscribe: {
+      auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s());
+      if (!subscribed.ok()) return Answer(subscribed.status());
+      v1::ServerMessage reply = reply_to(message);
+      *reply.mutable_subscribed() = std::move(*subscribed);
+      return Answer(std::move(reply));
+    }
+    case v1::ClientMessage::kUnsubscribe: {
+      const std::uint32_t stream_id = message.unsubscribe().stream_id();
+      if (!hub_.unsubscribe(request.session->id(), stream_id, outbox)) {
+        return Answer(
+            base::not_found("this session has no stream " + std::to_string(stream_id), "unsubscribe.stream_id"));
+      }
+      return Answer(done_reply(message.request_id(), live_.tick(), name_));
+    }
+    case v1::ClientMessage::kPause:
+      return pause(message);
+    case v1::ClientMessage::kResume:
+      return resume(message, now);
+    case v1::ClientMessage::kStep:
+      return step_on(request);
+    case v1::ClientMessage::kGetStats: {
+      v1::ServerMessage reply = stats(now);
+      reply.set_request_id(message.request_id());
+      return Answer(std::move(reply));
+    }
+    case v1::ClientMessage::kGetScene: {
+      v1::ServerMessage reply = reply_to(message);
+      *reply.mutable_scene()->mutable_scene() = live_.scene();
+      reply.mutable_scene()->set_tick(live_.tick());
+      return Answer(std::move(reply));
+    }
+    case v1::ClientMessage::kDestroyWorld:
+      destroy(request, outbox);
+      return std::nullopt;
+    default:
+      return change(request, outbox);
+  }
+}
+
+HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) {
+  const v1::ClientMessage& message = request.message;
+  const net::SessionId session = request.session->id();
+  const auto owns = [&](std::uint64_t grab_id) {
+    const auto owner = grab_owners_.find(grab_id);
+    return owner != grab_owners_.end() && owner->second == session;
+  };
+  if (message.has_move_grab() && !owns(message.move_grab().grab_id())) {
+    return no_such_grab(message.move_grab().grab_id(), "move_grab.grab_id");
+  }
+  if (message.has_release_grab() && !owns(message.release_grab().grab_id())) {
+    return no_such_grab(message.release_grab().grab_id(), "release_grab.grab_id");
+  }
+  if (!LiveWorld::is_change(message)) return Status(StatusCode::unsupported, "not a request to a world");
+
+  auto effect = live_.change(message);
+  if (!effect.ok()) return effect.status();
+  if (journal_) journal_->append(live_.tick(), message);
+  if (effect->edited) hub_.edited();
+  if (message.has_release_grab()) grab_owners_.erase(message.release_grab().grab_id());
+  if (message.has_reset()) {
+    grab_owners_.clear();
+    hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, live_.tick()), outbox);
+  }
+  // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
+  const bool shows_at_rest = effect->edited && paused_ && pending_steps_.empty();
+  if (effect->grabbed) {
+    grab_owners_.emplace(effect->grabbed->grab_id(), session);
+    v1::ServerMessage reply = reply_to(message);
+    *reply.mutable_grabbed() = *effect->grabbed;
+    reply.mutable_grabbed()->set_tick(next_tick());
+    return reply;
+  }
+  return done_reply(message.request_id(), shows_at_rest ? live_.tick() : next_tick(), name_, effect->detail);
+}
+
+HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message) {
+  if (!paused_ && journal_) journal_->append(live_.tick(), message);
+  paused_ = true;
+  return done_reply(message.request_id(), live_.tick(), name_);
+}
+
+HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now) {
+  if (halted_) return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it");
+  if (paused_) {
+    if (journal_) journal_->append(live_.tick(), message);
+    paused_ = false;
+    clock_.start(now);
+  }
+  return done_reply(message.request_id(), next_tick(), name_);
+}
+
+std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
+  const std::uint32_t ticks = request.message.step().ticks();
+  if (halted_) return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it"));
+  if (!paused_) return Answer(Status(StatusCode::failed_precondition, "the world runs; pause it first", "step.world"));
+  if (ticks == 0 || ticks > base::step_ticks_max) {
+    return Answer(base::invalid("must be from 1 to " + std::to_string(base::step_ticks_max), "step.ticks"));
+  }
+  pending_steps_.push_back({request.session, request.message.request_id(), ticks});
+  return std::nullopt;  // answered in end_tick
+}
+
+void HostedWorld::destroy(const Request& request, Outbox& outbox) {
+  destroyed_by_ = request;
+  hub_.send_to_all(event_message(v1::Event::WORLD_DESTROYED, name_, live_.tick()), outbox);
+  hub_.close(outbox);
+  const Status gone = base::not_found("no world " + name_ + ": it was destroyed");
+  for (const PendingStep& pending : pending_steps_) {
+    outbox.send(pending.session->id(), error_reply(pending.request_id, gone));
+  }
+  pending_steps_.clear();
+  for (const Command& late : inbox_.close()) {
+    if (const auto* asked = std::get_if<Request>(&late)) {
+      outbox.send(asked->session->id(), error_reply(asked->message.request_id(), gone));
+    }
+  }
+}
+
+void HostedWorld::session_ended(net::SessionId session) {
+  hub_.session_ended(session);
+  const auto dropped =
+      std::erase_if(pending_steps_, [&](const PendingStep& pending) { return pending.session->id() == session; });
+  if (dropped > 0 && journal_) journal_->note_tick(live_.tick());
+  for (auto grab = grab_owners_.begin(); grab != grab_owners_.end();) {
+    if (grab->second != session) {
+      ++grab;
+      continue;
+    }
+    release(grab->first);
+    grab = grab_owners_.erase(grab);
+  }
+}
+
+void HostedWorld::release(std::uint64_t grab_id) {
+  v1::ClientMessage message;
+  message.mutable_release_grab()->set_world(name_);
+  message.mutable_release_grab()->set_grab_id(grab_id);
+  if (live_.change(message).ok() && journal_) journal_->append(live_.tick(), message);
+}
+
+v1::ServerMessage HostedWorld::stats(TimePoint now) const {
+  v1::ServerMessage message;
+  v1::Stats& out = *message.mutable_stats();
+  describe(live_.physics(), out);
+  const TickSummary summary = window_.summary(now);
+  out.set_world(name_);
+  out.set_tick(live_.tick());
+  out.set_paused(paused_);
+  out.set_time_ratio(summary.time_ratio);
+  out.set_slipped_s(slipped_s_);
+  out.set_step_time_ms(summary.step_ms_median);
+  out.set_step_time_max_ms(summary.step_ms_max);
+  out.set_encode_time_ms(summary.encode_ms_median);
+  out.set_due_error_ms_p99(summary.due_error_ms_p99);
+  out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));
+  return message;
+}
+
+}  // namespace pneuma::app

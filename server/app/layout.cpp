@@ -1,0 +1,75 @@
+#include "app/layout.h"
+
+#include <span>
+#include <utility>
+
+#include "app/protocol.h"
+#include "codec/topology_hash.h"
+#include "scene_io/translate.h"
+
+namespace pneuma::app {
+
+namespace {
+
+TopologyMessage topology_of(const physics::Mesh& mesh) {
+  const auto vertex_count = static_cast<std::uint32_t>(mesh.positions_m.size());
+  const std::span<const std::uint32_t> indices(mesh.faces.empty() ? nullptr : mesh.faces.front().data(),
+                                               3 * mesh.faces.size());
+  TopologyMessage topology;
+  topology.hash = codec::topology_hash(vertex_count, indices);
+  v1::ServerMessage message;
+  v1::Topology& out = *message.mutable_topology();
+  out.set_hash(topology.hash);
+  out.set_vertex_count(vertex_count);
+  out.mutable_indices()->Add(indices.begin(), indices.end());
+  topology.message = serialise(message);
+  return topology;
+}
+
+void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape& shape, bool dynamic) {
+  v1::Layout::Solid& solid = *layout.add_solids();
+  solid.set_name(name);
+  *solid.mutable_shape() = scene_io::to_proto(shape);
+  solid.set_dynamic(dynamic);
+}
+
+}  // namespace
+
+bool WorldLayout::update(const physics::World& world) {
+  v1::Layout layout;
+  std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    const physics::SoftBody& body = world.soft_body(i);
+    auto& topology = topologies[body.mesh];
+    if (const auto known = topologies_.find(body.mesh); known != topologies_.end()) topology = known->second;
+    if (topology.message == nullptr) topology = topology_of(*body.mesh);
+    v1::Layout::Soft& soft = *layout.add_soft_bodies();
+    soft.set_name(body.name);
+    soft.set_topology_hash(topology.hash);
+  }
+  for (const auto& rigid : world.rigid_bodies()) add_solid(layout, rigid.body.name, rigid.body.shape, true);
+  for (const auto& collider : world.colliders())
+    add_solid(layout, collider.collider.name, collider.collider.shape, false);
+
+  topologies_ = std::move(topologies);
+  layout.set_layout_id(layout_.layout_id());
+  if (layout.layout_id() != 0 && layout.SerializeAsString() == layout_.SerializeAsString()) return false;
+  layout.set_layout_id(layout_.layout_id() + 1);
+  layout_ = std::move(layout);
+  return true;
+}
+
+std::vector<TopologyMessage> WorldLayout::topologies() const {
+  std::vector<TopologyMessage> out;
+  for (const auto& [mesh, topology] : topologies_) out.push_back(topology);
+  return out;
+}
+
+v1::ServerMessage WorldLayout::message(std::uint32_t stream_id) const {
+  v1::ServerMessage message;
+  *message.mutable_layout() = layout_;
+  message.mutable_layout()->set_stream_id(stream_id);
+  return message;
+}
+
+}  // namespace pneuma::app

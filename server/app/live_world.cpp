@@ -1,0 +1,184 @@
+#include "app/live_world.h"
+
+#include <utility>
+
+#include "app/request_fields.h"
+#include "base/limits.h"
+#include "scene_io/edit.h"
+#include "scene_io/json.h"
+#include "scene_io/translate.h"
+
+namespace pneuma::app {
+
+using base::Result;
+using base::Status;
+
+namespace {
+
+Result<physics::World> build(const v1::Scene& scene) {
+  auto built = scene_io::to_physics(scene);
+  if (!built.ok()) return built.status();
+  return physics::World::create(std::move(*built));
+}
+
+}  // namespace
+
+LiveWorld::LiveWorld(SharedScene created, SharedScene edited, physics::World world)
+    : created_(std::move(created)), edited_(std::move(edited)), world_(std::move(world)) {
+  world_.set_profiling(true);
+}
+
+Result<LiveWorld> LiveWorld::create(v1::Scene scene) {
+  auto world = build(scene);
+  if (!world.ok()) return world.status();
+  const auto created = std::make_shared<const v1::Scene>(std::move(scene));
+  return LiveWorld(created, created, std::move(*world));
+}
+
+Result<LiveWorld> LiveWorld::restore(const Saved& saved) {
+  auto world = build(*saved.edited);
+  if (!world.ok()) return world.status().inside("saved scene");
+  if (auto status = world->restore(saved.snapshot); !status.ok()) return status.inside("saved state");
+  if (saved.tick < world->tick()) return base::invalid("is before its state's", "saved tick");
+  LiveWorld live(saved.created, saved.edited, std::move(*world));
+  live.tick_offset_ = saved.tick - live.world_.tick();
+  live.next_grab_id_ = saved.next_grab_id;
+  live.grabs_ = saved.grabs;
+  return live;
+}
+
+LiveWorld::Saved LiveWorld::save() const {
+  return {created_, edited_, world_.snapshot(), tick(), next_grab_id_, grabs_};
+}
+
+v1::Scene LiveWorld::scene() const {
+  return scene_io::to_proto(world_.scene(), *edited_);
+}
+
+bool LiveWorld::is_change(const v1::ClientMessage& request) {
+  switch (request.request_case()) {
+    case v1::ClientMessage::kEdit:
+    case v1::ClientMessage::kImpulse:
+    case v1::ClientMessage::kGrab:
+    case v1::ClientMessage::kMoveGrab:
+    case v1::ClientMessage::kReleaseGrab:
+    case v1::ClientMessage::kReset:
+      return true;
+    default:
+      return false;
+  }
+}
+
+Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request) {
+  switch (request.request_case()) {
+    case v1::ClientMessage::kEdit:
+      return edit(request.edit());
+    case v1::ClientMessage::kImpulse:
+      return impulse(request.impulse());
+    case v1::ClientMessage::kGrab:
+      return grab(request.grab());
+    case v1::ClientMessage::kMoveGrab:
+      return move_grab(request.move_grab());
+    case v1::ClientMessage::kReleaseGrab:
+      return release_grab(request.release_grab());
+    case v1::ClientMessage::kReset:
+      return reset();
+    default:
+      return Status(base::StatusCode::internal, "not a change");
+  }
+}
+
+Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
+  v1::SceneEdit edit;
+  if (request.source_case() == v1::Edit::kEditJson) {
+    auto parsed = scene_io::parse_edit_json(request.edit_json());
+    if (!parsed.ok()) return parsed.status().inside("edit.edit_json");
+    edit = std::move(*parsed);
+  } else if (request.source_case() == v1::Edit::kEdit) {
+    edit = request.edit();
+  } else {
+    return base::invalid("holds no edit", "edit.source");
+  }
+
+  // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
+  auto edited = scene_io::apply_edit(scene(), edit);
+  if (!edited.ok()) return edited.status();
+  auto built = scene_io::to_physics(*edited);
+  if (!built.ok()) return built.status();
+  if (auto status = world_.apply(std::move(*built)); !status.ok()) return status;
+  edited_ = std::make_shared<const v1::Scene>(std::move(*edited));
+  Effect effect;
+  effect.edited = true;
+  return effect;
+}
+
+Result<LiveWorld::Effect> LiveWorld::impulse(const v1::Impulse& request) {
+  const auto at = read_at(request);
+  if (!at.ok()) return at.status();
+  const auto impulse_n_s = read_vector(request.impulse(), base::impulse_max_n_s, "impulse.impulse");
+  if (!impulse_n_s.ok()) return impulse_n_s.status();
+  const auto hit = world_.apply_impulse(request.body(), *at, *impulse_n_s);
+  if (!hit.ok()) return hit.status();
+  Effect effect;
+  effect.detail = hit->body;
+  if (hit->vertex) effect.detail += " vertex " + std::to_string(*hit->vertex);
+  return effect;
+}
+
+Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
+  if (grabs_.size() >= base::world_grabs_max) {
+    return Status(base::StatusCode::limit_exceeded,
+                  "the world has its " + std::to_string(base::world_grabs_max) + " grabs already", "grab");
+  }
+  const auto at = read_at(request);
+  if (!at.ok()) return at.status();
+  const auto target = read_vector(request.target(), base::coordinate_max_m, "grab.target");
+  if (!target.ok()) return target.status();
+  if (auto status = check_amount(request.stiffness_n_m(), base::stiffness_max_n_m, "grab.stiffness_n_m");
+      !status.ok()) {
+    return status;
+  }
+  if (auto status = check_amount(request.damping_n_s_m(), base::stiffness_max_n_m, "grab.damping_n_s_m");
+      !status.ok()) {
+    return status;
+  }
+  const auto hit =
+      world_.add_grab(next_grab_id_, request.body(), *at, *target, request.stiffness_n_m(), request.damping_n_s_m());
+  if (!hit.ok()) return hit.status();
+  grabs_.insert(next_grab_id_);
+  Effect effect;
+  effect.grabbed.emplace().set_grab_id(next_grab_id_++);
+  effect.grabbed->set_body(hit->body);
+  effect.grabbed->set_vertex(*hit->vertex);
+  return effect;
+}
+
+Result<LiveWorld::Effect> LiveWorld::move_grab(const v1::MoveGrab& request) {
+  const auto target = read_vector(request.target(), base::coordinate_max_m, "move_grab.target");
+  if (!target.ok()) return target.status();
+  if (auto status = world_.move_grab(request.grab_id(), *target); !status.ok()) return status;
+  return Effect{};
+}
+
+Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request) {
+  // A grab whose body was removed is gone in the engine; it is still ours to forget.
+  const bool known = grabs_.erase(request.grab_id()) > 0;
+  const Status status = world_.release_grab(request.grab_id());
+  if (!known && !status.ok()) return status;
+  return Effect{};
+}
+
+Result<LiveWorld::Effect> LiveWorld::reset() {
+  auto world = build(*created_);
+  if (!world.ok()) return world.status();
+  tick_offset_ = tick();
+  world_ = std::move(*world);
+  world_.set_profiling(true);
+  edited_ = created_;
+  grabs_.clear();
+  Effect effect;
+  effect.edited = true;
+  return effect;
+}
+
+}  // namespace pneuma::app

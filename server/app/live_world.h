@@ -1,0 +1,77 @@
+// A scene in motion, and the requests that change it. The same scene and the same requests at the same ticks give the
+// same bits: there is no clock, no network and no file in here.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "base/status.h"
+#include "physics/world.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+class LiveWorld {
+ public:
+  /// What a change did.
+  struct Effect {
+    bool edited = false;                 // what the frames speak of, or where it is, may have changed without a step
+    std::optional<v1::Grabbed> grabbed;  // its tick left open
+    std::string detail;                  // for the reply: what was hit
+  };
+
+  /// What it takes to go on somewhere else.
+  struct Saved {
+    std::shared_ptr<const v1::Scene> created;
+    std::shared_ptr<const v1::Scene> edited;
+    std::string snapshot;  // physics::World::snapshot
+    std::uint64_t tick = 0;
+    std::uint64_t next_grab_id = 1;
+    std::set<std::uint64_t> grabs;
+  };
+
+  /// Builds the scene. Slow for large meshes.
+  [[nodiscard]] static base::Result<LiveWorld> create(v1::Scene scene);
+  [[nodiscard]] static base::Result<LiveWorld> restore(const Saved& saved);
+  /// Between two ticks.
+  [[nodiscard]] Saved save() const;
+
+  /// True for the requests that change() takes.
+  [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
+  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field, body or
+  /// grab, and nothing has changed then.
+  [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request);
+
+  [[nodiscard]] physics::World& physics() { return world_; }
+  [[nodiscard]] const physics::World& physics() const { return world_; }
+  /// Ticks done since the world was created; a reset does not set it back.
+  [[nodiscard]] std::uint64_t tick() const { return tick_offset_ + world_.tick(); }
+  /// The name of the scene that the world was created from.
+  [[nodiscard]] const std::string& scene_name() const { return created_->name(); }
+  /// The scene as it is now: edits applied, gas live.
+  [[nodiscard]] v1::Scene scene() const;
+  [[nodiscard]] const std::set<std::uint64_t>& grabs() const { return grabs_; }
+
+ private:
+  using SharedScene = std::shared_ptr<const v1::Scene>;
+  LiveWorld(SharedScene created, SharedScene edited, physics::World world);
+
+  [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request);
+  [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
+  [[nodiscard]] base::Result<Effect> grab(const v1::Grab& request);
+  [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);
+  [[nodiscard]] base::Result<Effect> release_grab(const v1::ReleaseGrab& request);
+  [[nodiscard]] base::Result<Effect> reset();
+
+  SharedScene created_;
+  SharedScene edited_;
+  physics::World world_;
+  std::uint64_t tick_offset_ = 0;  // ticks done before the last reset
+  std::uint64_t next_grab_id_ = 1;
+  std::set<std::uint64_t> grabs_;
+};
+
+}  // namespace pneuma::app

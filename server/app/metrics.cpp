@@ -1,0 +1,58 @@
+#include "app/metrics.h"
+
+#include <prometheus/text_serializer.h>
+
+namespace pneuma::app {
+
+namespace {
+
+// From a small world's tick to one that is far behind 60 Hz.
+const prometheus::Histogram::BucketBoundaries seconds{5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3,
+                                                      1e-2, 2e-2, 5e-2, 0.1,  0.2,  0.5,  1.0};
+
+prometheus::Counter& counter(prometheus::Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add({});
+}
+prometheus::Gauge& gauge(prometheus::Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+}
+prometheus::Histogram& histogram(prometheus::Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildHistogram().Name(name).Help(help).Register(registry).Add({}, seconds);
+}
+
+}  // namespace
+
+Metrics::Metrics()
+    : commands_(prometheus::BuildCounter()
+                    .Name("pneuma_commands_total")
+                    .Help("Requests answered, by kind and result.")
+                    .Register(registry_)),
+      worlds(gauge(registry_, "pneuma_worlds", "Worlds hosted.")),
+      ticks(counter(registry_, "pneuma_ticks_total", "Ticks done, all worlds.")),
+      step_seconds(histogram(registry_, "pneuma_step_seconds", "Time to step one tick.")),
+      encode_seconds(histogram(registry_, "pneuma_encode_seconds", "Time to encode one tick for all its qualities.")),
+      slipped_seconds(counter(registry_, "pneuma_slipped_seconds_total", "Real time that worlds fell behind.")),
+      sessions(gauge(registry_, "pneuma_sessions", "Connections open.")),
+      queue_bytes(gauge(registry_, "pneuma_queue_bytes", "Bytes waiting to be sent, all sessions.")),
+      frames_sent(counter(registry_, "pneuma_frames_sent_total", "Frames sent.")),
+      frames_dropped(counter(registry_, "pneuma_frames_dropped_total", "Frames left out for slow readers.")),
+      bytes_sent(counter(registry_, "pneuma_sent_bytes_total", "Bytes sent.")),
+      bytes_received(counter(registry_, "pneuma_received_bytes_total", "Bytes received.")),
+      disk_errors(counter(registry_, "pneuma_disk_errors_total", "Checkpoints and log records that failed.")) {}
+
+void Metrics::count_command(std::string_view kind, std::string_view result) {
+  commands_.Add({{"kind", std::string(kind)}, {"result", std::string(result)}}).Increment();
+}
+
+void Metrics::count_session(const net::SessionStats& before, const net::SessionStats& now) {
+  frames_sent.Increment(static_cast<double>(now.frames_sent - before.frames_sent));
+  frames_dropped.Increment(static_cast<double>(now.frames_dropped - before.frames_dropped));
+  bytes_sent.Increment(static_cast<double>(now.bytes_sent - before.bytes_sent));
+  bytes_received.Increment(static_cast<double>(now.bytes_received - before.bytes_received));
+}
+
+std::string Metrics::text() const {
+  return prometheus::TextSerializer().Serialize(registry_.Collect());
+}
+
+}  // namespace pneuma::app

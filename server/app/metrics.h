@@ -1,0 +1,46 @@
+// What the server counts, for /metrics. Any thread.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/histogram.h>
+#include <prometheus/registry.h>
+
+#include "net/server.h"
+
+namespace pneuma::app {
+
+class Metrics {
+ private:
+  prometheus::Registry registry_;  // first: the others live in it
+  prometheus::Family<prometheus::Counter>& commands_;
+
+ public:
+  Metrics();
+
+  prometheus::Gauge& worlds;
+  prometheus::Counter& ticks;
+  prometheus::Histogram& step_seconds;
+  prometheus::Histogram& encode_seconds;
+  prometheus::Counter& slipped_seconds;
+  prometheus::Gauge& sessions;
+  prometheus::Gauge& queue_bytes;
+  prometheus::Counter& frames_sent;
+  prometheus::Counter& frames_dropped;
+  prometheus::Counter& bytes_sent;
+  prometheus::Counter& bytes_received;
+  prometheus::Counter& disk_errors;
+
+  /// `kind` is a request's field name, `result` "ok" or an error code's name.
+  void count_command(std::string_view kind, std::string_view result);
+  /// Adds what a session did since `before` to the counters.
+  void count_session(const net::SessionStats& before, const net::SessionStats& now);
+
+  /// Prometheus's text format.
+  [[nodiscard]] std::string text() const;
+};
+
+}  // namespace pneuma::app

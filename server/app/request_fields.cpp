@@ -1,0 +1,108 @@
+#include "app/request_fields.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "base/limits.h"
+
+namespace pneuma::app {
+
+namespace {
+
+base::Result<physics::At> read_near(const v1::Impulse::Near& near, const std::string& field) {
+  const auto position = read_vector(near.position(), base::coordinate_max_m, field + ".position");
+  if (!position.ok()) return position.status();
+  if (auto status = check_amount(near.radius_m(), base::coordinate_max_m, field + ".radius_m"); !status.ok()) {
+    return status;
+  }
+  return physics::At(physics::NearPoint{*position, near.radius_m()});
+}
+
+base::Result<physics::At> read_ray(const v1::Impulse::Ray& ray, const std::string& field) {
+  const auto origin = read_vector(ray.origin(), base::coordinate_max_m, field + ".origin");
+  if (!origin.ok()) return origin.status();
+  const auto direction = read_vector(ray.direction(), base::coordinate_max_m, field + ".direction");
+  if (!direction.ok()) return direction.status();
+  // stableNorm: the square of a tiny direction is 0 in double.
+  const double length = direction->stableNorm();
+  if (!(length > 0.0)) return base::invalid("has no length", field + ".direction");
+  if (auto status = check_amount(ray.radius_m(), base::coordinate_max_m, field + ".radius_m"); !status.ok()) {
+    return status;
+  }
+  return physics::At(physics::RayPoint{*origin, *direction / length, ray.radius_m()});
+}
+
+bool is_name_character(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
+}
+
+}  // namespace
+
+base::Result<physics::Vec3d> read_vector(const v1::Vec3& vector, double limit, const std::string& field) {
+  const std::array<std::pair<const char*, double>, 3> components{
+      {{".x", vector.x()}, {".y", vector.y()}, {".z", vector.z()}}};
+  for (const auto& [axis, value] : components) {
+    if (!std::isfinite(value)) return base::invalid("not finite", field + axis);
+    if (std::abs(value) > limit) return base::invalid("past the limit of " + std::to_string(limit), field + axis);
+  }
+  return physics::Vec3d(vector.x(), vector.y(), vector.z());
+}
+
+base::Status check_amount(double value, double limit, const std::string& field) {
+  if (!std::isfinite(value)) return base::invalid("not finite", field);
+  if (value < 0.0) return base::invalid("must not be negative", field);
+  if (value > limit) return base::invalid("past the limit of " + std::to_string(limit), field);
+  return {};
+}
+
+base::Result<physics::At> read_at(const v1::Impulse& impulse) {
+  switch (impulse.at_case()) {
+    case v1::Impulse::kVertex:
+      return physics::At(impulse.vertex());
+    case v1::Impulse::kNear:
+      return read_near(impulse.near(), "impulse.near");
+    case v1::Impulse::kRay:
+      return read_ray(impulse.ray(), "impulse.ray");
+    case v1::Impulse::AT_NOT_SET:
+      return physics::At(physics::WholeBody{});
+  }
+  return base::invalid("unknown", "impulse.at");
+}
+
+base::Result<physics::At> read_at(const v1::Grab& grab) {
+  switch (grab.at_case()) {
+    case v1::Grab::kVertex:
+      return physics::At(grab.vertex());
+    case v1::Grab::kNear:
+      return read_near(grab.near(), "grab.near");
+    case v1::Grab::kRay:
+      return read_ray(grab.ray(), "grab.ray");
+    case v1::Grab::AT_NOT_SET:
+      break;
+  }
+  return base::invalid("names no vertex, point or ray", "grab.at");
+}
+
+base::Status check_world_name(const std::string& name, const std::string& field) {
+  if (name.empty()) return base::invalid("must not be empty", field);
+  if (name.size() > base::name_bytes_max) {
+    return base::invalid("longer than " + std::to_string(base::name_bytes_max) + " bytes", field);
+  }
+  if (name.front() == '.' || !std::all_of(name.begin(), name.end(), is_name_character)) {
+    return base::invalid("may hold letters, digits, '.', '_' and '-', and not begin with '.'", field);
+  }
+  return {};
+}
+
+std::string to_world_name(const std::string& scene_name) {
+  // Room for "-1024" behind it, where the name is taken.
+  std::string name = scene_name.substr(0, base::name_bytes_max - 5);
+  std::replace_if(name.begin(), name.end(), [](char c) { return !is_name_character(c); }, '-');
+  if (name.empty()) name = "world";
+  if (name.front() == '.') name.front() = '-';
+  return name;
+}
+
+}  // namespace pneuma::app

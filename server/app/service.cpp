@@ -1,0 +1,183 @@
+#include "app/service.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "app/auth.h"
+#include "app/http_pages.h"
+#include "app/protocol.h"
+
+namespace pneuma::app {
+
+using base::Status;
+using base::StatusCode;
+using std::chrono::steady_clock;
+
+namespace {
+
+// A client names itself as it likes; a log line stays one line.
+std::string printable(const std::string& text) {
+  std::string out = text;
+  std::replace_if(out.begin(), out.end(), [](char c) { return c <= ' ' || c == 0x7f; }, '_');
+  return out;
+}
+
+bool is_loopback(const std::string& address) {
+  return address.starts_with("127.") || address.starts_with("[::1]") || address.starts_with("localhost:");
+}
+
+}  // namespace
+
+Service::Service(Config config)
+    : config_(std::move(config)), server_(config_.limits, callbacks()), host_(config_, server_, metrics_) {}
+
+Service::~Service() {
+  stop();
+}
+
+Status Service::start() {
+  if (!config_.token_file.empty()) {
+    auto token = read_token(config_.token_file);
+    if (!token.ok()) return token.status();
+    token_ = std::move(*token);
+    if (is_world_readable(config_.token_file)) spdlog::warn("{} is readable by everyone", config_.token_file);
+  }
+  if (auto status = host_.restore(); !status.ok()) return status;
+  for (const std::string& scene : config_.scenes) {
+    if (auto status = host_.add_scene(scene); !status.ok()) return status;
+  }
+  if (auto status = listen(); !status.ok()) return status;
+  network_ = std::thread([this] { server_.run(); });
+  return {};
+}
+
+Status Service::listen() {
+  std::optional<net::Tls> tls;
+  if (!config_.tls_certificate.empty()) tls = net::Tls{config_.tls_certificate, config_.tls_key};
+  if (auto status = server_.listen_tcp(config_.listen, tls); !status.ok()) return status;
+  if (config_.http != "off") {
+    if (auto status = server_.listen_http(config_.http, tls); !status.ok()) return status;
+  }
+  const bool open_to_others = !is_loopback(tcp_address()) || (config_.http != "off" && !is_loopback(http_address()));
+  if (open_to_others && token_.empty()) {
+    spdlog::warn("serves tcp={} http={} without a token: whoever reaches it may use it", tcp_address(), http_address());
+  }
+  return {};
+}
+
+std::string Service::tcp_address() const {
+  return server_.tcp_address();
+}
+
+std::string Service::http_address() const {
+  return config_.http == "off" ? "off" : server_.http_address();
+}
+
+void Service::stop() {
+  if (network_.joinable()) server_.stop({StatusCode::unavailable, "the server shuts down"});
+  host_.stop();
+  if (network_.joinable()) network_.join();
+}
+
+net::Callbacks Service::callbacks() {
+  net::Callbacks callbacks;
+  callbacks.opened = [this](net::SessionId id, const net::PeerInfo& peer) { opened(id, peer); };
+  callbacks.received = [this](net::SessionId id, std::string_view bytes) { received(id, bytes); };
+  callbacks.closed = [this](net::SessionId id, const Status& why) { closed(id, why); };
+  callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_.key_wanted(id, stream_id); };
+  callbacks.http = [this](std::string_view path) { return page(path); };
+  callbacks.make_ping = make_ping;
+  callbacks.make_goodbye = make_goodbye;
+  callbacks.make_gap = make_gap;
+  return callbacks;
+}
+
+void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
+  guests_.try_emplace(id, id, token_, config_.limits);
+  metrics_.sessions.Increment();
+  spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
+}
+
+void Service::received(net::SessionId id, std::string_view bytes) {
+  const auto found = guests_.find(id);
+  if (found == guests_.end()) return;
+  Guest& guest = found->second;
+  SessionGate::Verdict verdict = guest.gate.receive(bytes, steady_clock::now());
+  if (verdict.authenticated) {
+    server_.authenticated(id);
+    spdlog::info("session={} client={} said hello", id, printable(guest.gate.client_name()));
+  }
+  if (verdict.pong_nonce) server_.pong(id, *verdict.pong_nonce);
+  if (verdict.reply) {
+    if (verdict.reply->has_error()) {
+      const v1::Error& error = verdict.reply->error();
+      metrics_.count_command("refused", v1::Error::Code_Name(error.code()));
+      spdlog::debug("session={} refused: {}", id, error.what());
+    }
+    server_.send(id, serialise(*verdict.reply));
+  }
+  if (verdict.close) server_.close(id, *verdict.close);
+  if (verdict.request) route(guest, std::move(*verdict.request));
+}
+
+void Service::closed(net::SessionId id, const Status& why) {
+  const auto found = guests_.find(id);
+  if (found == guests_.end()) return;
+  count_sessions();
+  for (const std::string& world : found->second.worlds) host_.session_ended(id, world);
+  guests_.erase(found);
+  metrics_.sessions.Decrement();
+  spdlog::info("session={} closed: {}", id, why.ok() ? "by the client" : printable(why.message()));
+}
+
+void Service::route(Guest& guest, v1::ClientMessage message) {
+  switch (message.request_case()) {
+    case v1::ClientMessage::kListWorlds: {
+      v1::ServerMessage reply;
+      reply.set_request_id(message.request_id());
+      v1::WorldList& list = *reply.mutable_world_list();
+      for (WorldStatus& status : host_.statuses()) *list.add_worlds() = std::move(status.listing);
+      metrics_.count_command("list_worlds", "ok");
+      return server_.send(guest.session->id(), serialise(reply));
+    }
+    case v1::ClientMessage::kCreateWorld:
+      return host_.create(guest.session, message);
+    case v1::ClientMessage::kUnsubscribe: {
+      const std::uint32_t stream_id = message.unsubscribe().stream_id();
+      host_.ask_stream(stream_id, {guest.session, std::move(message)});
+      return;
+    }
+    default: {
+      const std::string world = *world_of(message);
+      if (host_.ask(world, {guest.session, std::move(message)})) guest.worlds.insert(world);
+      return;
+    }
+  }
+}
+
+net::HttpReply Service::page(std::string_view path) {
+  if (path == "/") return start_page(host_.statuses());
+  if (path == "/healthz") return health_page(host_.statuses(), steady_clock::now());
+  if (path == "/metrics") {
+    count_sessions();
+    return metrics_page(metrics_);
+  }
+  return {404, "text/plain; charset=utf-8", "nothing here\n"};
+}
+
+void Service::count_sessions() {
+  std::size_t queue_bytes = 0;
+  for (auto& [id, guest] : guests_) {
+    const auto stats = server_.stats(id);
+    if (!stats) continue;
+    metrics_.count_session(guest.counted, *stats);
+    guest.counted = *stats;
+    queue_bytes += stats->queue_bytes;
+  }
+  metrics_.queue_bytes.Set(static_cast<double>(queue_bytes));
+}
+
+}  // namespace pneuma::app

@@ -1,0 +1,68 @@
+// The server as a whole: listens, gives each session its gate, hands what comes through to the worlds, shows its pages.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "app/config.h"
+#include "app/metrics.h"
+#include "app/session.h"
+#include "app/session_gate.h"
+#include "app/world_host.h"
+#include "base/status.h"
+#include "net/server.h"
+
+namespace pneuma::app {
+
+class Service {
+ public:
+  explicit Service(Config config);
+  ~Service();
+  Service(const Service&) = delete;
+  Service& operator=(const Service&) = delete;
+
+  /// Brings the worlds up, then listens. Errors say what could not be had: a file, a scene, an address.
+  [[nodiscard]] base::Status start();
+  /// HOST:PORT as bound; of HTTP "off" where it is off.
+  [[nodiscard]] std::string tcp_address() const;
+  [[nodiscard]] std::string http_address() const;
+  /// Says goodbye to all, finishes ticks, writes checkpoints, lets the queues empty.
+  void stop();
+
+ private:
+  struct Guest {
+    Guest(net::SessionId id, std::string_view token, const base::Limits& limits)
+        : gate(id, token, limits), session(std::make_shared<Session>(id)) {}
+    SessionGate gate;
+    std::shared_ptr<Session> session;
+    std::set<std::string> worlds;  // that may hold something for it
+    net::SessionStats counted;     // what the metrics know of it
+  };
+
+  // On the network thread:
+  [[nodiscard]] net::Callbacks callbacks();
+  void opened(net::SessionId id, const net::PeerInfo& peer);
+  void received(net::SessionId id, std::string_view bytes);
+  void closed(net::SessionId id, const base::Status& why);
+  void route(Guest& guest, v1::ClientMessage message);
+  [[nodiscard]] net::HttpReply page(std::string_view path);
+  void count_sessions();
+
+  [[nodiscard]] base::Status listen();
+
+  const Config config_;
+  std::string token_;
+  Metrics metrics_;
+  net::Server server_;
+  WorldHost host_;
+  std::map<net::SessionId, Guest> guests_;  // the network thread's alone
+  std::thread network_;
+};
+
+}  // namespace pneuma::app

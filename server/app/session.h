@@ -1,0 +1,44 @@
+// A session that has said hello, as the worlds know it.
+#pragma once
+
+#include <cstddef>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "net/server.h"
+
+namespace pneuma::app {
+
+class Session {
+ public:
+  explicit Session(net::SessionId id) : id_(id) {}
+
+  [[nodiscard]] net::SessionId id() const { return id_; }
+
+  /// The client says that it holds the topology.
+  void knows_topology(const std::string& hash) {
+    send_topology(hash, [] {});
+  }
+
+  /// Calls `send` where the client does not hold the topology, and notes that it will. Any thread: worlds that share a
+  /// topology share the session, and none may rely on a topology that another one has not handed to the network yet; so
+  /// `send` is called under the lock. Past topologies_max a topology may be sent again.
+  template <class Send>
+  void send_topology(const std::string& hash, Send send) {
+    const std::lock_guard lock(mutex_);
+    if (topologies_.contains(hash)) return;
+    if (topologies_.size() < topologies_max) topologies_.insert(hash);
+    send();
+  }
+
+ private:
+  // A client names what it likes; 16 bytes each, this stays below a quarter of a megabyte.
+  static constexpr std::size_t topologies_max = 4'096;
+
+  net::SessionId id_;
+  std::mutex mutex_;
+  std::set<std::string> topologies_;
+};
+
+}  // namespace pneuma::app

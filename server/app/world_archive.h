@@ -1,0 +1,48 @@
+// The data directory as the host sees it: worlds that were, and room for those to come.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/live_world.h"
+#include "app/world_journal.h"
+#include "base/status.h"
+#include "persist/data_dir.h"
+
+namespace pneuma::app {
+
+class WorldArchive {
+ public:
+  /// `disk` and `metrics` must outlive the archive. Errors name the directory.
+  [[nodiscard]] static base::Result<WorldArchive> open(const std::string& data_dir,
+                                                       std::chrono::duration<double> checkpoint_interval,
+                                                       BackgroundQueue& disk, Metrics& metrics);
+
+  struct Restored {
+    std::string name;
+    LiveWorld live;
+    bool paused = false;
+    std::unique_ptr<WorldJournal> journal;
+  };
+  struct Found {
+    std::vector<Restored> worlds;
+    std::vector<std::string> unreadable;  // names; why was logged
+  };
+  /// Each world's latest good checkpoint with its commands replayed, on `threads` threads.
+  [[nodiscard]] base::Result<Found> restore_all(std::size_t threads);
+
+  /// A journal for a new world.
+  [[nodiscard]] std::unique_ptr<WorldJournal> begin(const std::string& name, const LiveWorld& live, bool paused);
+
+ private:
+  WorldArchive(std::unique_ptr<persist::DataDir> data_dir, WorldJournal::Wiring wiring)
+      : data_dir_(std::move(data_dir)), wiring_(wiring) {}
+  [[nodiscard]] base::Result<Restored> restore(const std::string& name) const;
+
+  std::unique_ptr<persist::DataDir> data_dir_;  // the journals point to it
+  WorldJournal::Wiring wiring_;
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,32 @@
+// When a world's next tick is due. Pure; the time is passed in.
+#pragma once
+
+#include <chrono>
+
+namespace pneuma::app {
+
+class WorldClock {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+  using Duration = std::chrono::steady_clock::duration;
+
+  /// The next tick is due at `now`: the world begins, or goes on after a pause.
+  void start(TimePoint now) { due_ = now; }
+
+  [[nodiscard]] TimePoint due() const { return due_; }
+
+  /// The due tick has ended at `now`; the next is due a period later. A world that is late by more than a period slips:
+  /// it goes on from `now` as if it had been on time, and does not hurry to catch up. Returns the time slipped, or 0.
+  [[nodiscard]] Duration tick_ended(TimePoint now, Duration period) {
+    due_ += period;
+    if (now <= due_ + period) return Duration::zero();
+    const Duration slipped = now - due_;
+    due_ = now;
+    return slipped;
+  }
+
+ private:
+  TimePoint due_{};
+};
+
+}  // namespace pneuma::app

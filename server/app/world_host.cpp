@@ -1,0 +1,270 @@
+#include "app/world_host.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <thread>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include "app/protocol.h"
+#include "app/request_fields.h"
+#include "app/scene_source.h"
+#include "scene_io/load.h"
+
+namespace pneuma::app {
+
+using base::Status;
+using base::StatusCode;
+using std::chrono::steady_clock;
+
+namespace {
+
+// How long a heavy world may keep its thread when another one is due.
+constexpr std::chrono::milliseconds slice_length{2};
+
+// When a client that was refused for want of room may try again.
+constexpr double retry_hint_s = 1.0;
+
+std::size_t thread_count(std::size_t asked_for) {
+  if (asked_for > 0) return asked_for;
+  return std::max<std::size_t>(1, std::thread::hardware_concurrency());
+}
+
+}  // namespace
+
+// The loop. Each world goes through it at its own pace, on one thread at a time: drain commands -> step -> encode ->
+// publish -> checkpoint.
+std::optional<WorldHost::TimePoint> WorldHost::run_slice(HostedWorld& world, Outbox& outbox) {
+  if (world.destroyed_by() != nullptr) return std::nullopt;  // woken by what came too late
+  const TimePoint start = steady_clock::now();
+
+  world.drain(start, start + slice_length, outbox);
+  outbox.deliver(server_);
+  if (world.destroyed_by() != nullptr) {
+    bury(world);
+    return std::nullopt;
+  }
+  if (!world.tick_due(start)) {
+    world.checkpoint(start, false);
+    return world.next_due(start);
+  }
+
+  const auto give_way = [&] {
+    const TimePoint now = steady_clock::now();
+    return now >= start + slice_length && (stopped_ || scheduler_.other_due(now));
+  };
+  if (!world.step(give_way)) return steady_clock::now();  // behind whoever is due; the tick goes on in a later slice
+
+  world.encode(outbox);
+  const TimePoint end = steady_clock::now();
+  world.end_tick(end, outbox);
+
+  outbox.deliver(server_);
+
+  world.checkpoint(end, false);
+  return world.next_due(end);
+}
+
+// A world that throws must not take the others with it.
+std::optional<WorldHost::TimePoint> WorldHost::run_guarded(HostedWorld& world) {
+  Outbox outbox;
+  try {
+    return run_slice(world, outbox);
+  } catch (const std::exception& error) {
+    world.halt(error.what(), outbox);
+    outbox.deliver(server_);
+    return std::nullopt;
+  }
+}
+
+WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics)
+    : config_(config),
+      server_(server),
+      metrics_(metrics),
+      registry_(config.limits.worlds_max),
+      scheduler_(thread_count(config.threads)) {}
+
+WorldHost::~WorldHost() {
+  stop();
+}
+
+base::Status WorldHost::restore() {
+  if (config_.data_dir.empty()) return {};
+  auto archive = WorldArchive::open(config_.data_dir, config_.checkpoint_interval, disk_, metrics_);
+  if (!archive.ok()) return archive.status();
+  archive_.emplace(std::move(*archive));
+  auto found = archive_->restore_all(thread_count(config_.threads));
+  if (!found.ok()) return found.status();
+  // Their names stay taken, so that no new world writes over what is left of them.
+  for (const std::string& name : found->unreadable) {
+    if (auto status = registry_.reserve(name); !status.ok()) return status;
+    kept_.insert(name);
+  }
+  for (WorldArchive::Restored& restored : found->worlds) {
+    if (auto status = registry_.reserve(restored.name); !status.ok()) return status;
+    kept_.insert(restored.name);
+    spdlog::info("world={} tick={} restored", restored.name, restored.live.tick());
+    host(restored.name, std::move(restored.live), restored.paused, std::move(restored.journal));
+  }
+  return {};
+}
+
+base::Status WorldHost::add_scene(const std::string& name_or_file) {
+  auto scene = scene_io::load_scene(name_or_file);
+  if (!scene.ok()) return scene.status();
+  const std::string wanted = to_world_name(scene->name());
+  if (kept_.erase(wanted) > 0) {
+    spdlog::info("world={} is kept in the data directory; --scene {} adds nothing", wanted, name_or_file);
+    return {};
+  }
+  auto name = registry_.reserve_like(wanted);
+  if (!name.ok()) return name.status();
+  return build(*name, std::move(*scene), false);
+}
+
+void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
+  const Request request{session, message};
+  const bool has_room = builder_.try_post([this, request] { create_now(request); }, base::world_builds_waiting_max);
+  if (!has_room) refuse(request, {StatusCode::unavailable, "too many worlds wait to be built"}, retry_hint_s);
+}
+
+void WorldHost::create_now(const Request& request) {
+  if (stopped_) return;
+  try {
+    const v1::CreateWorld& asked = request.message.create_world();
+    auto scene = scene_of(asked);
+    if (!scene.ok()) return refuse(request, scene.status());
+    base::Result<std::string> name = asked.name();
+    if (asked.name().empty()) {
+      name = registry_.reserve_like(to_world_name(scene->name()));
+    } else if (auto status = check_world_name(asked.name(), "create_world.name"); !status.ok()) {
+      name = status;
+    } else if (status = registry_.reserve(asked.name()); !status.ok()) {
+      name = status;
+    }
+    if (!name.ok()) {
+      return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
+    }
+    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) return refuse(request, status);
+    metrics_.count_command("create_world", "ok");
+    spdlog::info("world={} session={} created", *name, request.session->id());
+    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name)));
+  } catch (const std::exception& error) {
+    spdlog::error("session={} create_world threw: {}", request.session->id(), error.what());
+    refuse(request, {StatusCode::internal, "the server failed at this request"});
+  }
+}
+
+/// Under a reserved name, which is given back where it fails.
+base::Status WorldHost::build(const std::string& name, v1::Scene scene, bool paused) {
+  try {
+    auto live = LiveWorld::create(std::move(scene));
+    if (!live.ok()) {
+      registry_.erase(name);
+      return live.status();
+    }
+    auto journal = archive_ ? archive_->begin(name, *live, paused) : nullptr;
+    host(name, std::move(*live), paused, std::move(journal));
+    return {};
+  } catch (const std::exception& error) {
+    registry_.erase(name);
+    spdlog::error("world={} create threw: {}", name, error.what());
+    return {StatusCode::internal, "the server failed at this scene"};
+  }
+}
+
+void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal) {
+  HostedWorld::Wiring wiring;
+  wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
+  wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
+  wiring.metrics = &metrics_;
+  auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring));
+  auto task = scheduler_.add([this, world] { return run_guarded(*world); });
+  registry_.put({world, task});
+  metrics_.worlds.Increment();
+  scheduler_.wake(task);
+}
+
+// The name is free again when the files are gone.
+void WorldHost::bury(HostedWorld& world) {
+  const auto entry = registry_.find(world.name());
+  disk_.post([this, world = entry.world] {
+    world->forget();
+    registry_.erase(world->name());
+    metrics_.worlds.Decrement();
+    metrics_.count_command("destroy_world", "ok");
+    const Request& request = *world->destroyed_by();
+    spdlog::info("world={} session={} destroyed", world->name(), request.session->id());
+    server_.send(request.session->id(),
+                 serialise(done_reply(request.message.request_id(), world->status().listing.tick(), world->name())));
+  });
+}
+
+bool WorldHost::ask(const std::string& name, Request request) {
+  const auto [world, task] = registry_.find(name);
+  if (world == nullptr) {
+    refuse(request, base::not_found("no world " + name, std::string(kind_of(request.message)) + ".world"));
+    return false;
+  }
+  switch (world->post(request)) {
+    case Inbox::Post::taken:
+      scheduler_.wake(task);
+      return true;
+    case Inbox::Post::full:
+      refuse(request,
+             {StatusCode::unavailable, "world " + name + " has more requests than it can take at its next tick"},
+             retry_hint_s);
+      return false;
+    case Inbox::Post::closed:
+      refuse(request, base::not_found("no world " + name + ": it was destroyed"));
+      return false;
+  }
+  return false;
+}
+
+bool WorldHost::ask_stream(std::uint32_t stream_id, Request request) {
+  const auto world = registry_.find_stream(stream_id).world;
+  if (world != nullptr) return ask(world->name(), std::move(request));
+  refuse(request, base::not_found("this session has no stream " + std::to_string(stream_id), "unsubscribe.stream_id"));
+  return false;
+}
+
+void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
+  const auto [world, task] = registry_.find_stream(stream_id);
+  if (world != nullptr && world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(task);
+}
+
+void WorldHost::session_ended(net::SessionId session, const std::string& name) {
+  const auto [world, task] = registry_.find(name);
+  if (world != nullptr && world->post(SessionEnded{session}) == Inbox::Post::taken) scheduler_.wake(task);
+}
+
+std::vector<WorldStatus> WorldHost::statuses() const {
+  std::vector<WorldStatus> statuses;
+  for (const auto& entry : registry_.all()) statuses.push_back(entry.world->status());
+  return statuses;
+}
+
+void WorldHost::refuse(const Request& request, const Status& why, double retry_after_s) {
+  const v1::ServerMessage reply = error_reply(request.message.request_id(), why, retry_after_s);
+  metrics_.count_command(kind_of(request.message), v1::Error::Code_Name(reply.error().code()));
+  server_.send(request.session->id(), serialise(reply));
+}
+
+void WorldHost::stop() {
+  if (stopped_.exchange(true)) return;
+  builder_.finish();
+  scheduler_.stop();
+  const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
+  for (const auto& entry : registry_.all()) {
+    HostedWorld& world = *entry.world;
+    if (world.destroyed_by() != nullptr) continue;
+    world.finish_tick(deadline);  // past it, the last checkpoint and the log bring the world back
+    world.checkpoint(steady_clock::now(), true);
+  }
+  disk_.finish();
+}
+
+}  // namespace pneuma::app

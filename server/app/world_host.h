@@ -1,0 +1,77 @@
+// Hosts the worlds: the loop that each of them goes through, and their coming and going.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "app/background_queue.h"
+#include "app/config.h"
+#include "app/hosted_world.h"
+#include "app/metrics.h"
+#include "app/outbox.h"
+#include "app/scheduler.h"
+#include "app/session.h"
+#include "app/world_archive.h"
+#include "app/world_registry.h"
+#include "base/status.h"
+#include "net/server.h"
+
+namespace pneuma::app {
+
+class WorldHost {
+ public:
+  /// `config`, `server` and `metrics` must outlive the host.
+  WorldHost(const Config& config, net::Server& server, Metrics& metrics);
+  ~WorldHost();
+  WorldHost(const WorldHost&) = delete;
+  WorldHost& operator=(const WorldHost&) = delete;
+
+  /// Brings back the worlds of the data directory. A world that cannot be brought back is logged and left as it lies
+  /// there.
+  [[nodiscard]] base::Status restore();
+  /// Adds a world for `--scene NAME|FILE`, unless the data directory had one of that name.
+  [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
+
+  // The network thread; all return at once.
+
+  /// Answers when the world is built.
+  void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message);
+  /// Queues a request for its world's next tick. False, and answered, where that cannot be.
+  bool ask(const std::string& world, Request request);
+  bool ask_stream(std::uint32_t stream_id, Request request);
+  void key_wanted(net::SessionId session, std::uint32_t stream_id);
+  void session_ended(net::SessionId session, const std::string& world);
+  [[nodiscard]] std::vector<WorldStatus> statuses() const;
+
+  /// Finishes the ticks under way, writes a last checkpoint of every world and returns.
+  void stop();
+
+ private:
+  using TimePoint = Scheduler::TimePoint;
+
+  std::optional<TimePoint> run_slice(HostedWorld& world, Outbox& outbox);
+  std::optional<TimePoint> run_guarded(HostedWorld& world);
+  void bury(HostedWorld& world);
+  void create_now(const Request& request);
+
+  void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal);
+  [[nodiscard]] base::Status build(const std::string& name, v1::Scene scene, bool paused);
+  void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
+
+  const Config& config_;
+  net::Server& server_;
+  Metrics& metrics_;
+  WorldRegistry registry_;
+  std::optional<WorldArchive> archive_;  // where there is a data directory
+  std::set<std::string> kept_;           // the worlds found there, until a --scene of that name has been passed over
+  std::atomic<bool> stopped_ = false;
+  BackgroundQueue disk_;
+  BackgroundQueue builder_;
+  Scheduler scheduler_;  // last: its threads use the rest
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,81 @@
+#include "app/world_registry.h"
+
+#include <utility>
+
+namespace pneuma::app {
+
+using base::Status;
+using base::StatusCode;
+
+Status WorldRegistry::check_room() const {
+  if (worlds_.size() < worlds_max_) return {};
+  return {StatusCode::limit_exceeded, "the server has its " + std::to_string(worlds_max_) + " worlds already"};
+}
+
+Status WorldRegistry::reserve(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  if (worlds_.contains(name)) return {StatusCode::already_exists, "there is a world " + name};
+  if (auto status = check_room(); !status.ok()) return status;
+  worlds_.emplace(name, Entry{});
+  return {};
+}
+
+base::Result<std::string> WorldRegistry::reserve_like(const std::string& wanted) {
+  const std::lock_guard lock(mutex_);
+  if (auto status = check_room(); !status.ok()) return status;
+  std::string name = wanted;
+  for (std::size_t i = 2; worlds_.contains(name); ++i) name = wanted + "-" + std::to_string(i);
+  worlds_.emplace(name, Entry{});
+  return name;
+}
+
+void WorldRegistry::put(Entry entry) {
+  const std::lock_guard lock(mutex_);
+  Entry& place = worlds_[entry.world->name()];
+  place = std::move(entry);
+}
+
+void WorldRegistry::erase(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  worlds_.erase(name);
+}
+
+WorldRegistry::Entry WorldRegistry::find(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = worlds_.find(name);
+  return found == worlds_.end() ? Entry{} : found->second;
+}
+
+std::vector<WorldRegistry::Entry> WorldRegistry::all() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Entry> entries;
+  for (const auto& [name, entry] : worlds_) {
+    if (entry.world != nullptr) entries.push_back(entry);
+  }
+  return entries;
+}
+
+std::uint32_t WorldRegistry::take_stream_id(const std::string& world) {
+  const std::lock_guard lock(mutex_);
+  // Counts round in the end; by then the early ones are long gone, and those that live are passed over.
+  do {
+    ++last_stream_id_;
+  } while (last_stream_id_ == 0 || streams_.contains(last_stream_id_));
+  streams_.emplace(last_stream_id_, world);
+  return last_stream_id_;
+}
+
+void WorldRegistry::drop_stream_id(std::uint32_t stream_id) {
+  const std::lock_guard lock(mutex_);
+  streams_.erase(stream_id);
+}
+
+WorldRegistry::Entry WorldRegistry::find_stream(std::uint32_t stream_id) const {
+  const std::lock_guard lock(mutex_);
+  const auto stream = streams_.find(stream_id);
+  if (stream == streams_.end()) return {};
+  const auto found = worlds_.find(stream->second);
+  return found == worlds_.end() ? Entry{} : found->second;
+}
+
+}  // namespace pneuma::app

@@ -1,0 +1,52 @@
+// Which worlds there are, by name, and which stream belongs to which. Any thread.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "app/hosted_world.h"
+#include "app/scheduler.h"
+#include "base/status.h"
+
+namespace pneuma::app {
+
+class WorldRegistry {
+ public:
+  struct Entry {
+    std::shared_ptr<HostedWorld> world;  // null: there is none, or it is still being built
+    std::shared_ptr<Scheduler::Task> task;
+  };
+
+  explicit WorldRegistry(std::size_t worlds_max) : worlds_max_(worlds_max) {}
+
+  /// Takes a name for a world to come. Refuses a taken one, and one world too many.
+  [[nodiscard]] base::Status reserve(const std::string& name);
+  /// Takes `wanted`, or the first free one of wanted-2, wanted-3...
+  [[nodiscard]] base::Result<std::string> reserve_like(const std::string& wanted);
+  void put(Entry entry);
+  void erase(const std::string& name);
+
+  [[nodiscard]] Entry find(const std::string& name) const;
+  /// By name, in order; those still being built are left out.
+  [[nodiscard]] std::vector<Entry> all() const;
+
+  [[nodiscard]] std::uint32_t take_stream_id(const std::string& world);
+  void drop_stream_id(std::uint32_t stream_id);
+  [[nodiscard]] Entry find_stream(std::uint32_t stream_id) const;
+
+ private:
+  [[nodiscard]] base::Status check_room() const;
+
+  const std::size_t worlds_max_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Entry> worlds_;
+  std::map<std::uint32_t, std::string> streams_;
+  std::uint32_t last_stream_id_ = 0;
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,86 @@
+#include "app/world_stats.h"
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace pneuma::app {
+
+namespace {
+
+void set(v1::Vec3& out, const physics::Vec3d& vector) {
+  out.set_x(vector.x());
+  out.set_y(vector.y());
+  out.set_z(vector.z());
+}
+
+void add_soft_body(const physics::World& world, std::size_t index, v1::Stats& out) {
+  const physics::BodyMeasures measures = world.measure(index);
+  v1::Stats::Body& body = *out.add_soft_bodies();
+  body.set_name(world.soft_body(index).name);
+  body.set_volume_m3(measures.volume_m3);
+  body.set_area_m2(measures.area_m2);
+  body.set_pressure_pa(measures.pressure_pa);
+  body.set_temperature_k(measures.temperature_k);
+  body.set_moles(measures.moles);
+  body.set_kinetic_j(measures.kinetic_j);
+  body.set_elastic_j(measures.elastic_j);
+  body.set_gas_j(measures.gas_j);
+  body.set_gravity_j(measures.gravity_j);
+  set(*body.mutable_centre_of_mass(), measures.centre_of_mass);
+  set(*body.mutable_momentum(), measures.momentum);
+  set(*body.mutable_angular_momentum(), measures.angular_momentum);
+  body.set_max_speed_m_s(measures.max_speed_m_s);
+  body.set_frozen(world.is_frozen(index));
+  body.set_vertices(static_cast<std::uint32_t>(world.soft_body(index).mesh->positions_m.size()));
+}
+
+void add_rigid_body(const physics::RigidState& state, v1::Stats& out) {
+  v1::Stats::Rigid& body = *out.add_rigid_bodies();
+  body.set_name(state.body.name);
+  set(*body.mutable_position(), state.position);
+  body.mutable_orientation()->set_w(state.orientation.w());
+  body.mutable_orientation()->set_x(state.orientation.x());
+  body.mutable_orientation()->set_y(state.orientation.y());
+  body.mutable_orientation()->set_z(state.orientation.z());
+  set(*body.mutable_velocity(), state.velocity);
+  set(*body.mutable_angular_velocity(), state.angular_velocity);
+  body.set_frozen(state.frozen);
+}
+
+std::string name_of(physics::Integrator integrator) {
+  switch (integrator) {
+    case physics::Integrator::explicit_euler:
+      return "EXPLICIT_EULER";
+    case physics::Integrator::midpoint:
+      return "MIDPOINT";
+    case physics::Integrator::rk4:
+      return "RK4";
+    case physics::Integrator::symplectic_euler:
+      return "SYMPLECTIC_EULER";
+  }
+  return {};
+}
+
+}  // namespace
+
+void describe(const physics::World& world, v1::Stats& out) {
+  out.set_time_s(world.time_s());
+  out.set_state_hash(world.state_hash());
+  out.set_rate_hz(1.0 / world.tick_period_s());
+  out.set_substeps(world.substeps());
+  out.set_substeps_reason(world.substeps_reason());
+  out.set_integrator(name_of(world.scene().stepping.integrator));
+  const physics::Profile profile = world.profile();
+  for (std::size_t i = 0; i < profile.size(); ++i) {
+    v1::Stats::Stage& stage = *out.add_stages();
+    stage.set_name(std::string(physics::stage_names[i]));
+    stage.set_time_s(std::chrono::duration<double>(profile[i].time).count());
+    stage.set_calls(profile[i].calls);
+    stage.set_bytes(profile[i].bytes);
+  }
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) add_soft_body(world, i, out);
+  for (const physics::RigidState& state : world.rigid_bodies()) add_rigid_body(state, out);
+}
+
+}  // namespace pneuma::app

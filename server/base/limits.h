@@ -1,0 +1,108 @@
+// Every limit of the server, with its reason. Those a deployment may change are members of Limits and are set
+// by flags or the configuration file; the rest are constants.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace pneuma::base {
+
+inline constexpr std::uint32_t protocol_version = 1;
+
+// A mesh's indices fit 16 bits on the wire of small clients.
+inline constexpr std::size_t mesh_vertices_max = 65'536;
+// Euler: a closed surface of V vertices has about 2 V faces; more is no mesh that we can serve in time.
+inline constexpr std::size_t mesh_faces_max = 4 * mesh_vertices_max;
+inline constexpr std::size_t world_bodies_max = 256;
+inline constexpr std::size_t world_vertices_max = 262'144;
+inline constexpr std::size_t world_colliders_max = 256;
+// Ten fingers for each of a few people.
+inline constexpr std::size_t body_grabs_max = 64;
+// A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.
+inline constexpr std::uint32_t icosphere_subdivisions_max = 6;
+inline constexpr std::uint32_t substeps_max = 4'096;
+inline constexpr double rate_hz_max = 1'000.0;
+inline constexpr double rate_hz_min = 1.0;
+// Past this a particle crosses a room in one step at any rate; such a body is frozen and reported.
+inline constexpr double speed_max_m_s = 1e5;
+// A particle that crosses its own body this often in one step, seen from the body, is an explosion, not a motion: no
+// step resolves it. Stopped at the speed limit alone, it has by then thrown aside what it touches.
+inline constexpr double runaway_body_lengths = 2.0;
+// Far enough for any scene; near enough that double keeps a micrometre and the frame codec's integers hold.
+inline constexpr double coordinate_max_m = 1e7;
+inline constexpr std::size_t name_bytes_max = 128;
+// The largest magnitude of a scene's numbers that have no narrower limit of their own: far past any scene, near enough
+// that a product of three of them, squared lengths among them, is still a number in single precision.
+inline constexpr double scene_number_max = 1e12;
+// A speck of dust: what divides by a mass stays a number.
+inline constexpr double mass_min_kg = 1e-9;
+// A tenth of a micrometre: below every scene, and the volume of such a body is still a number in single precision.
+inline constexpr double extent_min_m = 1e-7;
+// From rest to speed_max_m_s in a tenth of a second.
+inline constexpr double acceleration_max_m_s2 = 1e6;
+// Springs that want to be a thousand times as long as they are drawn are no drawing of the body.
+inline constexpr double rest_scale_max = 1e3;
+// No gas is past 5/3; the power of a volume's ratio stays a number.
+inline constexpr double heat_capacity_ratio_max = 10.0;
+// Friction and drag: a body that is all brake.
+inline constexpr double coefficient_max = 1e6;
+// Single precision resolves 6e-8 of a coordinate. This many times the shortest edge from the origin, that is 0.6 % of
+// the edge, and springs begin to pull on rounding.
+inline constexpr double single_precision_edges_max = 1e5;
+
+// Before a client has said who it is, it may cost us one small buffer.
+inline constexpr std::size_t message_bytes_max_before_hello = 4 * 1024;
+// Finer than a micrometre a double cannot keep at coordinate_max_m; coarser than ten metres nothing is left to see; a
+// millimetre is what a display shows of a body of a metre.
+inline constexpr double max_error_min_m = 1e-6;
+inline constexpr double max_error_max_m = 10.0;
+inline constexpr double max_error_default_m = 1e-3;
+// Replies that a world makes in one go before it hands them to the network, where the sessions' own limits count.
+inline constexpr std::size_t drain_reply_bytes_max = 1024 * 1024;
+// Each holds up to a message of message_bytes_max.
+inline constexpr std::size_t world_builds_waiting_max = 64;
+
+// A paused world steps at most this far in one request, so that its reply comes within seconds.
+inline constexpr std::uint32_t step_ticks_max = 36'000;
+
+// Each quality (a pair of rate and error bound) of a world costs an encoding a tick.
+inline constexpr std::size_t world_quality_classes_max = 32;
+// No client takes them all.
+inline constexpr std::size_t session_streams_per_world_max = 8;
+// More hands than a room full of people has; each is a spring more in every substep.
+inline constexpr std::size_t world_grabs_max = 256;
+// Requests that wait for a world's next tick: a second of what 64 busy clients may send.
+inline constexpr std::size_t world_inbox_requests_max = 4'096;
+inline constexpr std::size_t world_inbox_bytes_max = 64 * 1024 * 1024;  // and what they may hold in all
+// Far past any scene, near enough that its square is a number.
+inline constexpr double impulse_max_n_s = 1e9;
+inline constexpr double stiffness_max_n_m = 1e9;
+inline constexpr double damping_max_n_s_m = 1e9;
+
+// The largest world at double precision takes 13 MB, and its scene no more than message_bytes_max for each of its
+// edits.
+inline constexpr std::size_t checkpoint_bytes_max = 256 * 1024 * 1024;
+// Commands that wait for a disk that is full or hangs: a minute of what a busy world gets.
+inline constexpr std::size_t log_pending_bytes_max = 16 * 1024 * 1024;
+// What came between two checkpoints.
+inline constexpr std::size_t log_bytes_max = 1024 * 1024 * 1024;
+// Room for a mesh of the largest size, written out.
+inline constexpr std::size_t scene_file_bytes_max = 16 * 1024 * 1024;
+
+struct Limits {
+  std::size_t message_bytes_max = 1024 * 1024;  // room for a 16,000-vertex mesh; larger ones come as files (--scene)
+  std::size_t connections_max = 1'024;
+  std::size_t connections_per_address_max = 32;
+  std::size_t worlds_max = 1'024;
+  double commands_per_s = 60.0;                          // a pointer moves at display rate
+  double commands_burst = 120.0;                         // two seconds of it, for a client that catches up
+  std::size_t output_queue_bytes_max = 8 * 1024 * 1024;  // past it frames are dropped, then re-keyed
+  std::chrono::milliseconds hello_timeout{2'000};
+  std::chrono::milliseconds partial_message_timeout{10'000};
+  std::chrono::milliseconds ping_interval{15'000};  // two unanswered close the connection
+  std::chrono::milliseconds write_stall_timeout{10'000};
+  std::chrono::milliseconds drain_timeout{5'000};  // SIGTERM: the time that queues get to empty
+};
+
+}  // namespace pneuma::base

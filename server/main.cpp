@@ -1,0 +1,134 @@
+// pneuma-server: flags, wiring, signals.
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <pthread.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "app/config.h"
+#include "app/health_probe.h"
+#include "app/service.h"
+#include "base/version.h"
+
+namespace {
+
+using pneuma::app::Config;
+
+struct Options {
+  Config config;
+  std::string log_level = "info";
+  bool health = false;
+};
+
+void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
+  const auto milliseconds = [&](const char* flag, std::chrono::milliseconds& value, const char* what) {
+    app.add_option_function<long>(
+           flag, [&value](long ms) { value = std::chrono::milliseconds(ms); }, what)
+        ->check(CLI::PositiveNumber)
+        ->default_str(std::to_string(value.count()))
+        ->group("Limits");
+  };
+  const auto amount = [&](const char* flag, auto& value, const char* what) {
+    // A whole number of a protobuf message's size at most; NaN is in no range.
+    app.add_option(flag, value, what)->capture_default_str()->check(CLI::Range(1.0, 2147483647.0))->group("Limits");
+  };
+  amount("--message-bytes-max", limits.message_bytes_max, "Largest message taken of a client");
+  amount("--connections-max", limits.connections_max, "Connections in all");
+  amount("--connections-per-address-max", limits.connections_per_address_max, "Connections of one address");
+  amount("--worlds-max", limits.worlds_max, "Worlds in all");
+  amount("--commands-per-s", limits.commands_per_s, "Commands a second of one client");
+  amount("--commands-burst", limits.commands_burst, "Commands of one client at once");
+  amount("--output-queue-bytes-max", limits.output_queue_bytes_max, "Unsent bytes past which frames are dropped");
+  milliseconds("--hello-timeout-ms", limits.hello_timeout, "Time to say hello");
+  milliseconds("--partial-message-timeout-ms", limits.partial_message_timeout, "Time to finish a message begun");
+  milliseconds("--ping-interval-ms", limits.ping_interval, "Between pings; two unanswered close");
+  milliseconds("--write-stall-timeout-ms", limits.write_stall_timeout, "Time for a client to read anything");
+  milliseconds("--drain-timeout-ms", limits.drain_timeout, "At the end: time for the queues to empty");
+}
+
+void add_flags(CLI::App& app, Options& options) {
+  Config& config = options.config;
+  // A flag given twice: the last one counts, so that a container's own can be overruled.
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.set_version_flag("--version", "pneuma-server " + std::string(pneuma::base::version));
+  app.set_config("--config", "", "Read flags from this file (TOML or INI)");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")->capture_default_str();
+  app.add_option("--http", config.http, "HOST:PORT for /ws, /healthz and /metrics, or off")->capture_default_str();
+  app.add_option("--scene", config.scenes, "A built-in scene or a scene file; a world each")->take_all();
+  app.add_option("--data-dir", config.data_dir, "Keep worlds here over restarts");
+  app.add_option("--threads", config.threads, "Stepping threads; 0: as many as the hardware has")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  app.add_option("--token-file", config.token_file, "Clients must know the token on its first line");
+  CLI::Option* certificate = app.add_option("--tls-cert", config.tls_certificate, "PEM chain; with --tls-key");
+  CLI::Option* key = app.add_option("--tls-key", config.tls_key, "PEM key; with --tls-cert");
+  certificate->needs(key);
+  key->needs(certificate);
+  app.add_option_function<double>(
+         "--checkpoint-interval-s",
+         [&config](double seconds) { config.checkpoint_interval = std::chrono::duration<double>(seconds); },
+         "Between two checkpoints of a world")
+      ->check(CLI::PositiveNumber)
+      ->default_str("10");
+  app.add_option("--log-level", options.log_level, "Least level that is logged")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  app.add_flag("--health", options.health, "Ask the server at --http whether it is well, and exit");
+  add_limits(app, config.limits);
+}
+
+int fail(const pneuma::base::Status& status) {
+  std::fprintf(stderr, "pneuma-server: %s\n", status.message().c_str());
+  return 1;
+}
+
+int check_health(const Config& config) {
+  const auto status = pneuma::app::probe_health(config.http, !config.tls_certificate.empty());
+  if (!status.ok()) return fail(status);
+  std::puts("ok");
+  return 0;
+}
+
+int serve(Config config) {
+  // Blocked before any thread starts, so that only sigwait sees them.
+  sigset_t ending;
+  sigemptyset(&ending);
+  sigaddset(&ending, SIGTERM);
+  sigaddset(&ending, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
+
+  pneuma::app::Service service(std::move(config));
+  if (auto status = service.start(); !status.ok()) return fail(status);
+  std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
+  std::fflush(stdout);
+
+  int signal = 0;
+  sigwait(&ending, &signal);
+  spdlog::info("signal={} shutting down", signal);
+  service.stop();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Hosts worlds of soft bodies under pressure and streams them to clients.", "pneuma-server");
+  Options options;
+  add_flags(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("pneuma"));
+  spdlog::set_level(spdlog::level::from_str(options.log_level));
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
+  std::signal(SIGPIPE, SIG_IGN);
+  if (options.health) return check_health(options.config);
+  return serve(std::move(options.config));
+}

@@ -1,0 +1,233 @@
+#include "net/http_front.h"
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+
+#include "base/limits.h"
+#include "net/origin.h"
+
+namespace pneuma::net {
+
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using Request = http::request<http::empty_body>;
+using Response = http::response<http::string_body>;
+
+// A request line and headers are small; more is not for us.
+constexpr std::uint32_t header_bytes_max = 8 * 1024;
+// For the client to take the last reply and close; a close with bytes unread would reset the connection under it.
+constexpr std::chrono::seconds linger_timeout{1};
+// A WebSocket message goes out in parts of this size, so that a slow reader's progress shows.
+constexpr std::size_t websocket_part_bytes = 16 * 1024;
+
+auto into(error_code& error) {
+  return asio::redirect_error(asio::use_awaitable, error);
+}
+
+template <class Stream>
+class WebSocketTransport final : public Transport {
+ public:
+  explicit WebSocketTransport(websocket::stream<Stream> socket) : socket_(std::move(socket)) {
+    socket_.read_message_max(base::message_bytes_max_before_hello);
+    socket_.binary(true);
+    socket_.auto_fragment(false);
+    beast::get_lowest_layer(socket_).expires_never();  // the session keeps the time from here on
+  }
+
+  asio::awaitable<error_code> open() override { co_return error_code(); }
+
+  asio::awaitable<base::Result<std::optional<std::string>>> read(std::function<void(bool)> progressed) override {
+    beast::flat_buffer buffer;
+    do {
+      error_code error;
+      co_await socket_.async_read_some(buffer, 0, into(error));
+      if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow) {
+        co_return base::Status(base::StatusCode::malformed, "the message is larger than is taken");
+      }
+      if (error == websocket::error::closed) co_return std::optional<std::string>();
+      if (error.category() == make_error_code(websocket::error::closed).category()) {
+        co_return base::Status(base::StatusCode::malformed, error.message());
+      }
+      if (error) co_return base::Status(base::StatusCode::unavailable, error.message());
+      progressed(!socket_.is_message_done());
+    } while (!socket_.is_message_done());
+    if (!socket_.got_binary())
+      co_return base::Status(base::StatusCode::malformed, "a text message; messages are binary");
+    if (buffer.size() == 0) co_return base::Status(base::StatusCode::malformed, "an empty message");
+    co_return std::optional<std::string>(beast::buffers_to_string(buffer.data()));
+  }
+
+  asio::awaitable<error_code> write(std::vector<SharedBytes> messages, std::function<void()> progressed) override {
+    error_code error;
+    for (const SharedBytes& message : messages) {
+      for (std::size_t at = 0; at < message->size() && !error; at += websocket_part_bytes) {
+        const std::size_t size = std::min(websocket_part_bytes, message->size() - at);
+        co_await socket_.async_write_some(at + size == message->size(), asio::buffer(message->data() + at, size),
+                                          into(error));
+        progressed();
+      }
+    }
+    co_return error;
+  }
+
+  void set_limit(std::size_t message_bytes_max) override { socket_.read_message_max(message_bytes_max); }
+
+  asio::awaitable<void> shut_down() override {
+    error_code ignored;
+    co_await socket_.async_close(websocket::close_code::normal, into(ignored));
+  }
+
+  void abort() override {
+    error_code ignored;
+    beast::get_lowest_layer(socket_).socket().close(ignored);
+  }
+
+ private:
+  websocket::stream<Stream> socket_;
+};
+
+bool may_upgrade(const Request& request) {
+  const auto origin = request.find(http::field::origin);  // programs send none
+  return origin == request.end() || is_same_origin(origin->value(), request[http::field::host]);
+}
+
+Response make_response(const Request& request, HttpReply reply) {
+  Response response{static_cast<http::status>(reply.status), request.version()};
+  response.set(http::field::content_type, reply.content_type);
+  response.set(http::field::cache_control, "no-store");
+  response.set("X-Content-Type-Options", "nosniff");
+  if (reply.status == 405) response.set(http::field::allow, "GET, HEAD");
+  if (reply.status == 426) response.set(http::field::upgrade, "websocket");
+  if (reply.status == 503) response.set(http::field::retry_after, "1");
+  response.keep_alive(request.keep_alive());
+  response.body() = std::move(reply.body);
+  response.prepare_payload();
+  if (request.method() == http::verb::head) response.body().clear();  // the length stays
+  return response;
+}
+
+HttpReply plain(int status, const char* text) {
+  return {status, "text/plain; charset=utf-8", text};
+}
+
+HttpReply answer(const Request& request, const HttpFront& front) {
+  if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    return plain(405, "only GET and HEAD are answered here\n");
+  }
+  const std::string_view target = request.target();
+  if (!target.starts_with('/')) return plain(400, "the target must be a path\n");
+  const std::string_view path = target.substr(0, target.find('?'));
+  return path == "/ws" ? plain(426, "speaks WebSocket only\n") : front.reply(path);
+}
+
+// Why a request's bytes were not taken; none: the connection is over.
+std::optional<HttpReply> refusal(const error_code& error) {
+  if (error == http::error::unexpected_body || error == http::error::body_limit)
+    return plain(413, "a body is not taken\n");
+  if (error == http::error::header_limit || error == http::error::buffer_overflow)
+    return plain(431, "the header is too large\n");
+  if (error.category() == make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream &&
+      error != http::error::partial_message) {
+    return plain(400, "not an HTTP request\n");
+  }
+  return std::nullopt;
+}
+
+asio::awaitable<error_code> shake_hands(beast::tcp_stream& /*stream*/) {
+  co_return error_code();
+}
+asio::awaitable<error_code> shake_hands(asio::ssl::stream<beast::tcp_stream>& stream) {
+  error_code error;
+  co_await stream.async_handshake(asio::ssl::stream_base::server, into(error));
+  co_return error;
+}
+
+template <class Stream>
+asio::awaitable<void> upgrade(Stream stream, Request request, const HttpFront& front) {
+  websocket::stream<Stream> socket(std::move(stream));
+  error_code error;
+  co_await socket.async_accept(request, into(error));
+  if (!error) front.upgraded(std::make_unique<WebSocketTransport<Stream>>(std::move(socket)));
+}
+
+template <class Stream>
+asio::awaitable<error_code> write_response(Stream& stream, Response response, bool header_only) {
+  http::response_serializer<http::string_body> serializer(response);
+  error_code error;
+  if (header_only) {
+    co_await http::async_write_header(stream, serializer, into(error));
+  } else {
+    co_await http::async_write(stream, serializer, into(error));
+  }
+  co_return error;
+}
+
+// Reads and throws away what still comes, until the client closes.
+template <class Stream>
+asio::awaitable<void> linger(Stream& stream) {
+  beast::tcp_stream& tcp = beast::get_lowest_layer(stream);
+  error_code error;
+  tcp.expires_after(linger_timeout);
+  tcp.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
+  std::array<char, 4 * 1024> unread;
+  while (!error) co_await tcp.socket().async_read_some(asio::buffer(unread), into(error));
+}
+
+template <class Stream>
+asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
+  beast::get_lowest_layer(stream).expires_after(front.timeout);
+  if (co_await shake_hands(stream)) co_return;
+  beast::flat_buffer buffer(header_bytes_max);
+  bool keep_alive = true;
+  while (keep_alive) {
+    beast::get_lowest_layer(stream).expires_after(front.timeout);
+    http::request_parser<http::empty_body> parser;
+    parser.header_limit(header_bytes_max);
+    error_code error;
+    co_await http::async_read(stream, buffer, parser, into(error));
+    std::optional<HttpReply> reply = refusal(error);
+    if (error && !reply) co_return;
+    const bool is_whole = !error;
+    const Request request = parser.release();
+    if (!front.upgraded) {
+      reply = front.reply({});
+    } else if (is_whole && websocket::is_upgrade(request) && request.target() == "/ws") {
+      if (may_upgrade(request)) co_return co_await upgrade(std::move(stream), request, front);
+      reply = plain(403, "a page of another origin may not connect\n");
+    } else if (is_whole) {
+      reply = answer(request, front);
+    }
+    keep_alive = is_whole && front.upgraded && request.keep_alive();
+    Response response = make_response(request, std::move(*reply));
+    response.keep_alive(keep_alive);
+    if (co_await write_response(stream, std::move(response), request.method() == http::verb::head)) co_return;
+  }
+  co_await linger(stream);
+}
+
+}  // namespace
+
+asio::awaitable<void> serve_http(asio::ip::tcp::socket socket, asio::ssl::context* tls, const HttpFront& front) {
+  if (tls == nullptr) {
+    co_await serve(beast::tcp_stream(std::move(socket)), front);
+  } else {
+    co_await serve(asio::ssl::stream<beast::tcp_stream>(beast::tcp_stream(std::move(socket)), *tls), front);
+  }
+}
+
+}  // namespace pneuma::net

@@ -1,0 +1,47 @@
+#include "net/origin.h"
+
+#include <algorithm>
+#include <string>
+
+namespace pneuma::net {
+
+namespace {
+
+struct Authority {
+  std::string host;
+  std::string port;
+  bool operator==(const Authority&) const = default;
+};
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(),
+                         [](char c) { return 'A' <= c && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return out;
+}
+
+Authority split(std::string_view authority, std::string_view default_port) {
+  const std::size_t colon = authority.rfind(':');
+  const std::size_t bracket = authority.rfind(']');  // of an IPv6 address, whose own colons come before it
+  const bool has_port = colon != std::string_view::npos && (bracket == std::string_view::npos || colon > bracket);
+  return {lower(authority.substr(0, has_port ? colon : authority.size())),
+          std::string(has_port ? authority.substr(colon + 1) : default_port)};
+}
+
+bool is_loopback(std::string_view host) {
+  return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
+}
+
+}  // namespace
+
+bool is_same_origin(std::string_view origin, std::string_view host) {
+  constexpr std::string_view separator = "://";
+  const std::size_t scheme_end = origin.find(separator);
+  if (scheme_end == std::string_view::npos || host.empty()) return false;  // "null": a page without an origin
+  const std::string_view default_port = lower(origin.substr(0, scheme_end)) == "https" ? "443" : "80";
+  const Authority from = split(origin.substr(scheme_end + separator.size()), default_port);
+  const Authority to = split(host, default_port);
+  return from == to || (from.port == to.port && is_loopback(from.host) && is_loopback(to.host));
+}
+
+}  // namespace pneuma::net

@@ -1,0 +1,118 @@
+#include "net/output_queue.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pneuma::net {
+
+bool OutputQueue::push_reply(SharedBytes message) {
+  // One reply may be larger than the limit (a whole scene is), as long as others do not wait in front of it.
+  if (reply_bytes_ >= bytes_max_) return false;
+  push_goodbye(std::move(message));
+  return true;
+}
+
+void OutputQueue::push_goodbye(SharedBytes message) {
+  reply_bytes_ += message->size();
+  push({std::move(message), std::nullopt, 0, false});
+}
+
+void OutputQueue::offer(const StreamFrame& frame) {
+  Stream& stream = streams_[frame.stream_id];
+  const bool has_room = stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
+  if (has_room && frame.delta != nullptr && stream.last_tick == frame.base_tick) {
+    return push_frame(frame.delta, frame, stream);
+  }
+  if (!has_room) drop_unsent(frame.stream_id, stream);
+  if (frame.key != nullptr) stream.key_asked_for = false;  // where it finds no room, another has to be asked for
+  // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
+  if (frame.key != nullptr && bytes() < bytes_max_) {
+    if (stream.missing_from && stream.was_sent) {
+      push({std::make_shared<const std::string>(make_gap_(frame.stream_id, *stream.missing_from, stream.missing_to)),
+            frame.stream_id, *stream.missing_from, false});
+    }
+    stream.missing_from.reset();
+    stream.missing_to = 0;
+    return push_frame(frame.key, frame, stream);
+  }
+  if (stream.was_queued) skip(stream, frame.tick);
+  stream.last_tick.reset();
+}
+
+std::vector<std::uint32_t> OutputQueue::keys_to_ask_for() {
+  std::vector<std::uint32_t> wanted;
+  if (writing_bytes_ > 0 || bytes() >= bytes_max_) return wanted;
+  for (auto& [stream_id, stream] : streams_) {
+    if (stream.last_tick || std::exchange(stream.key_asked_for, true)) continue;
+    wanted.push_back(stream_id);
+  }
+  return wanted;
+}
+
+void OutputQueue::end_stream(std::uint32_t stream_id) {
+  const auto found = streams_.find(stream_id);
+  if (found == streams_.end()) return;
+  drop_unsent(stream_id, found->second);
+  streams_.erase(found);
+}
+
+std::vector<SharedBytes> OutputQueue::take(std::size_t bytes) {
+  std::vector<SharedBytes> messages;
+  while (!entries_.empty() && (messages.empty() || writing_bytes_ + entries_.front().message->size() <= bytes)) {
+    Entry& entry = entries_.front();
+    const std::size_t size = entry.message->size();
+    bytes_ -= size;
+    writing_bytes_ += size;
+    if (!entry.stream_id) reply_bytes_ -= size;
+    if (entry.counts_as_frame) {
+      ++frames_sent_;
+      Stream& stream = streams_[*entry.stream_id];
+      --stream.unsent;
+      stream.was_sent = true;
+    }
+    messages.push_back(std::move(entry.message));
+    entries_.pop_front();
+  }
+  return messages;
+}
+
+void OutputQueue::written() {
+  writing_bytes_ = 0;
+}
+
+void OutputQueue::push(Entry entry) {
+  bytes_ += entry.message->size();
+  entries_.push_back(std::move(entry));
+}
+
+void OutputQueue::push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream) {
+  push({message, frame.stream_id, frame.tick, true});
+  stream.last_tick = frame.tick;
+  stream.was_queued = true;
+  ++stream.unsent;
+}
+
+void OutputQueue::skip(Stream& stream, std::uint64_t tick) {
+  stream.missing_from = std::min(stream.missing_from.value_or(tick), tick);
+  stream.missing_to = std::max(stream.missing_to, tick);
+  ++frames_dropped_;
+}
+
+// Oldest first, so that the gap begins with the first tick that is lost; an unsent gap's own ticks are part of the new
+// one.
+void OutputQueue::drop_unsent(std::uint32_t stream_id, Stream& stream) {
+  std::erase_if(entries_, [&](const Entry& entry) {
+    if (entry.stream_id != stream_id) return false;
+    bytes_ -= entry.message->size();
+    if (entry.counts_as_frame) {
+      skip(stream, entry.tick);
+    } else {
+      stream.missing_from = std::min(stream.missing_from.value_or(entry.tick), entry.tick);
+    }
+    return true;
+  });
+  stream.unsent = 0;
+  stream.last_tick.reset();
+}
+
+}  // namespace pneuma::net

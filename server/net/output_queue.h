@@ -1,0 +1,86 @@
+// What waits to be written to one session: replies, which are never dropped, and the frames of its streams, which are.
+// Owns no socket.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "net/server.h"
+
+namespace pneuma::net {
+
+/// A reader this many frames of a stream behind is better served by one key frame.
+inline constexpr std::size_t stream_frames_queued_max = 4;
+
+class OutputQueue {
+ public:
+  using MakeGap = std::function<std::string(std::uint32_t stream_id, std::uint64_t from_tick, std::uint64_t to_tick)>;
+
+  OutputQueue(std::size_t bytes_max, MakeGap make_gap) : bytes_max_(bytes_max), make_gap_(std::move(make_gap)) {}
+
+  /// False where the replies that wait already fill the queue: the session is to be closed.
+  [[nodiscard]] bool push_reply(SharedBytes message);
+
+  /// A last message, past any limit.
+  void push_goodbye(SharedBytes message);
+
+  /// Queues the frame as delta where its base is the last frame queued of the stream and there is room; else as key,
+  /// after a gap that spans what was skipped; else skips it, and the stream waits for a key. A stream with too much
+  /// unsent loses all that is unsent.
+  void offer(const StreamFrame& frame);
+
+  /// The streams that wait for a key which could be queued now, each once until a key was offered. A client that takes
+  /// nothing is asked for nothing: its key would be out of date before it left.
+  [[nodiscard]] std::vector<std::uint32_t> keys_to_ask_for();
+
+  /// Drops the stream's unsent frames and forgets it.
+  void end_stream(std::uint32_t stream_id);
+
+  /// Takes the next messages for one write, at most `bytes` of them where the first is smaller; they count until
+  /// written() is called.
+  [[nodiscard]] std::vector<SharedBytes> take(std::size_t bytes);
+  void written();
+
+  [[nodiscard]] bool empty() const { return entries_.empty(); }
+  [[nodiscard]] std::size_t bytes() const { return bytes_ + writing_bytes_; }
+  [[nodiscard]] std::uint64_t frames_sent() const { return frames_sent_; }
+  [[nodiscard]] std::uint64_t frames_dropped() const { return frames_dropped_; }
+
+ private:
+  struct Entry {
+    SharedBytes message;
+    std::optional<std::uint32_t> stream_id;  // none: a reply
+    std::uint64_t tick = 0;
+    bool counts_as_frame = false;  // a gap belongs to its stream but is no frame
+  };
+  struct Stream {
+    std::optional<std::uint64_t> last_tick;     // of the frame that a delta may build on; none: a key is needed
+    std::optional<std::uint64_t> missing_from;  // first tick that the client will not get; none: nothing was skipped
+    std::uint64_t missing_to = 0;
+    bool key_asked_for = false;
+    bool was_queued = false;  // it has had a frame in the queue: what it misses from now on counts as dropped
+    bool was_sent = false;    // it has had a frame written: what it misses from now on is a gap
+    std::size_t unsent = 0;
+  };
+
+  void push(Entry entry);
+  void push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream);
+  void skip(Stream& stream, std::uint64_t tick);
+  void drop_unsent(std::uint32_t stream_id, Stream& stream);
+
+  std::size_t bytes_max_;
+  MakeGap make_gap_;
+  std::deque<Entry> entries_;
+  std::map<std::uint32_t, Stream> streams_;
+  std::size_t bytes_ = 0;
+  std::size_t reply_bytes_ = 0;
+  std::size_t writing_bytes_ = 0;
+  std::uint64_t frames_sent_ = 0;
+  std::uint64_t frames_dropped_ = 0;
+};
+
+}  // namespace pneuma::net

@@ -1,0 +1,253 @@
+#include "net/server.h"
+
+#include <unordered_map>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/dispatch.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+#include "net/admission.h"
+#include "net/http_front.h"
+#include "net/listening.h"
+#include "net/session.h"
+
+namespace pneuma::net {
+
+namespace {
+
+using boost::system::error_code;
+using Tcp = asio::ip::tcp;
+
+// Out of file descriptors: the clients we have come first, then we look again.
+constexpr std::chrono::milliseconds accept_pause{100};
+
+base::Status too_many() {
+  return {base::StatusCode::unavailable, "the server has as many connections as it takes; try again later"};
+}
+
+}  // namespace
+
+struct Server::Impl {
+  using PlacePtr = std::shared_ptr<const Admission::Place>;
+  enum class Kind { tcp, http };
+
+  struct Listener {
+    Tcp::acceptor acceptor;
+    Kind kind;
+    std::shared_ptr<asio::ssl::context> tls;
+    std::string address;  // as bound
+  };
+
+  Impl(const base::Limits& l, Callbacks c) : limits(l), callbacks(std::move(c)), admission(l) {}
+
+  base::Status listen(const std::string& address, const std::optional<Tls>& tls, Kind kind);
+  asio::awaitable<void> accept_connections(Listener& listener);
+  void take(Tcp::socket socket, const Listener& listener);
+  asio::awaitable<void> serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls, PeerInfo peer,
+                                   PlacePtr place);
+  void open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place);
+  void end_session(SessionId id);
+  void stop(const base::Status& why);
+  [[nodiscard]] std::string bound_address(Kind kind) const;
+
+  template <class Work>
+  void with_session(SessionId id, const Work& work) {
+    if (const auto found = sessions.find(id); found != sessions.end()) work(*found->second);
+  }
+  template <class Work>
+  void post_to_session(SessionId id, Work work) {
+    asio::post(io, [this, id, work = std::move(work)] { with_session(id, work); });
+  }
+
+  base::Limits limits;
+  Callbacks callbacks;
+  Admission admission;
+  SessionId next_id = 1;
+  bool stopping = false;
+  base::Status stop_reason;
+
+  asio::io_context io{1};
+  asio::executor_work_guard<asio::io_context::executor_type> work{io.get_executor()};
+  asio::steady_timer drain_timer{io};
+  std::vector<std::unique_ptr<Listener>> listeners;
+  std::unordered_map<SessionId, std::shared_ptr<Session>> sessions;
+};
+
+base::Status Server::Impl::listen(const std::string& address, const std::optional<Tls>& tls, Kind kind) {
+  std::shared_ptr<asio::ssl::context> context;
+  if (tls) {
+    auto loaded = load_tls(*tls);
+    if (!loaded.ok()) return loaded.status();
+    context = *loaded;
+  }
+  auto acceptor = listen_at(io, address);
+  if (!acceptor.ok()) return acceptor.status();
+  error_code ignored;
+  const std::string bound = to_text(acceptor->local_endpoint(ignored));
+  listeners.push_back(std::make_unique<Listener>(Listener{std::move(*acceptor), kind, std::move(context), bound}));
+  asio::co_spawn(io, accept_connections(*listeners.back()), asio::detached);
+  return {};
+}
+
+asio::awaitable<void> Server::Impl::accept_connections(Listener& listener) {
+  asio::steady_timer pause(io);
+  while (!stopping) {
+    error_code error;
+    Tcp::socket socket = co_await listener.acceptor.async_accept(asio::redirect_error(asio::use_awaitable, error));
+    if (stopping) co_return;
+    if (!error) {
+      take(std::move(socket), listener);
+      continue;
+    }
+    pause.expires_after(accept_pause);
+    co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, error));
+  }
+}
+
+void Server::Impl::take(Tcp::socket socket, const Listener& listener) {
+  error_code error;
+  const Tcp::endpoint peer = socket.remote_endpoint(error);
+  if (error) return;
+  PlacePtr place = admission.admit(counted_as(peer.address()));
+  if (place == nullptr) return;
+  tune(socket);
+  PeerInfo info{to_text(peer), listener.kind == Kind::http, listener.tls != nullptr};
+  if (listener.kind == Kind::http) {
+    asio::co_spawn(io, serve_page(std::move(socket), listener.tls, std::move(info), std::move(place)), asio::detached);
+  } else {
+    open_session(make_stream_transport(std::move(socket), listener.tls.get(), base::message_bytes_max_before_hello),
+                 std::move(info), std::move(place));
+  }
+}
+
+asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls,
+                                               PeerInfo peer, PlacePtr place) {
+  HttpFront front{callbacks.http, {}, limits.partial_message_timeout};
+  if (place->refused())
+    front.reply = [](std::string_view) {
+      return HttpReply{503, "text/plain; charset=utf-8", too_many().what() + "\n"};
+    };
+  if (!place->refused()) {
+    front.upgraded = [this, &peer, &place](std::unique_ptr<Transport> transport) {
+      open_session(std::move(transport), std::move(peer), std::move(place));
+    };
+  }
+  co_await serve_http(std::move(socket), tls.get(), front);
+}
+
+// The session holds its place, and gives it back when it goes.
+void Server::Impl::open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place) {
+  const SessionId id = next_id++;
+  const bool refused = place->refused();
+  auto session =
+      std::make_shared<Session>(id, std::move(peer), std::move(transport), limits, callbacks, io.get_executor(),
+                                [this, place = std::move(place)](SessionId ended) { end_session(ended); });
+  if (refused) return session->refuse(too_many());
+  if (stopping) return session->refuse(stop_reason);
+  sessions.emplace(id, session);
+  session->start();
+}
+
+void Server::Impl::end_session(SessionId id) {
+  if (sessions.erase(id) > 0 && stopping && sessions.empty()) io.stop();
+}
+
+void Server::Impl::stop(const base::Status& why) {
+  if (std::exchange(stopping, true)) return;
+  stop_reason = why;
+  error_code ignored;
+  for (auto& listener : listeners) listener->acceptor.close(ignored);
+  if (sessions.empty()) return io.stop();
+  const auto open = sessions;  // closing may end some at once
+  for (const auto& [id, session] : open) session->close(why);
+  drain_timer.expires_after(limits.drain_timeout);
+  drain_timer.async_wait([this](const error_code&) { io.stop(); });
+}
+
+std::string Server::Impl::bound_address(Kind kind) const {
+  for (const auto& listener : listeners) {
+    if (listener->kind == kind) return listener->address;
+  }
+  return {};
+}
+
+Server::Server(const base::Limits& limits, Callbacks callbacks)
+    : impl_(std::make_unique<Impl>(limits, std::move(callbacks))) {}
+Server::~Server() = default;
+
+base::Status Server::listen_tcp(const std::string& address, const std::optional<Tls>& tls) {
+  return impl_->listen(address, tls, Impl::Kind::tcp);
+}
+base::Status Server::listen_http(const std::string& address, const std::optional<Tls>& tls) {
+  return impl_->listen(address, tls, Impl::Kind::http);
+}
+std::string Server::tcp_address() const {
+  return impl_->bound_address(Impl::Kind::tcp);
+}
+std::string Server::http_address() const {
+  return impl_->bound_address(Impl::Kind::http);
+}
+
+void Server::run() {
+  impl_->io.run();
+}
+
+void Server::send(SessionId session, SharedBytes message) {
+  impl_->post_to_session(session, [message = std::move(message)](Session& s) { s.send(message); });
+}
+
+void Server::publish(std::shared_ptr<const std::vector<SessionId>> sessions, StreamFrame frame) {
+  asio::post(impl_->io, [impl = impl_.get(), sessions = std::move(sessions), frame = std::move(frame)] {
+    for (const SessionId id : *sessions) {
+      impl->with_session(id, [&frame](Session& s) { s.offer(frame); });
+    }
+  });
+}
+
+// Done at once on the network thread: the client's next message may be in the same buffer as its hello, and past the
+// limit before it.
+void Server::authenticated(SessionId session) {
+  asio::dispatch(impl_->io,
+                 [impl = impl_.get(), session] { impl->with_session(session, [](Session& s) { s.authenticated(); }); });
+}
+
+void Server::pong(SessionId session, std::uint64_t nonce) {
+  impl_->post_to_session(session, [nonce](Session& s) { s.pong(nonce); });
+}
+
+void Server::end_stream(SessionId session, std::uint32_t stream_id) {
+  impl_->post_to_session(session, [stream_id](Session& s) { s.end_stream(stream_id); });
+}
+// What was received together with the message that ends the session is not looked at any more; the rest waits for its
+// turn, so that closed() is never called out of received().
+void Server::close(SessionId session, base::Status why) {
+  asio::dispatch(impl_->io, [impl = impl_.get(), session, why = std::move(why)] {
+    impl->with_session(session, [](Session& s) { s.stop_reading(); });
+    impl->post_to_session(session, [why](Session& s) { s.close(why); });
+  });
+}
+
+void Server::post(std::function<void()> work) {
+  asio::post(impl_->io, std::move(work));
+}
+void Server::stop(base::Status why) {
+  asio::post(impl_->io, [impl = impl_.get(), why = std::move(why)] { impl->stop(why); });
+}
+
+std::optional<SessionStats> Server::stats(SessionId session) const {
+  const auto found = impl_->sessions.find(session);
+  if (found == impl_->sessions.end()) return std::nullopt;
+  return found->second->stats();
+}
+
+std::size_t Server::session_count() const {
+  return impl_->sessions.size();
+}
+
+}  // namespace pneuma::net

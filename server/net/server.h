@@ -1,0 +1,119 @@
+// Listens on TCP (length-prefixed messages) and HTTP (/ws: one message a WebSocket message; anything else is asked of
+// its owner), and moves opaque messages between sessions and their owner. One network thread runs it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/limits.h"
+#include "base/status.h"
+
+namespace pneuma::net {
+
+using SessionId = std::uint64_t;
+using SharedBytes = std::shared_ptr<const std::string>;
+
+struct PeerInfo {
+  std::string address;  // HOST:PORT
+  bool websocket = false;
+  bool tls = false;
+};
+
+/// One frame of a stream, offered in both forms; a session takes the one that it can use.
+struct StreamFrame {
+  std::uint32_t stream_id = 0;
+  std::uint64_t tick = 0;
+  std::uint64_t base_tick = 0;  // what `delta` builds on
+  SharedBytes delta;            // null: only a key frame this time
+  SharedBytes key;              // null: nobody was known to want one
+};
+
+struct HttpReply {
+  int status = 200;
+  std::string content_type = "text/plain; charset=utf-8";
+  std::string body;
+};
+
+/// How a session stands; for stats and metrics.
+struct SessionStats {
+  std::size_t queue_bytes = 0;
+  std::uint64_t frames_sent = 0;
+  std::uint64_t frames_dropped = 0;
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t bytes_received = 0;
+};
+
+/// What the server's owner is told and asked. All calls come on the network thread and return at once.
+struct Callbacks {
+  std::function<void(SessionId, const PeerInfo&)> opened;
+  /// One whole message; the view lives for the call.
+  std::function<void(SessionId, std::string_view)> received;
+  std::function<void(SessionId, const base::Status& why)> closed;
+  /// The session cannot use this stream's deltas any more and waits for a key frame.
+  std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
+  /// A GET of any path but /ws.
+  std::function<HttpReply(std::string_view path)> http;
+
+  // Messages of the owner's protocol that the session logic needs to send by itself.
+  std::function<std::string(std::uint64_t nonce)> make_ping;
+  std::function<std::string(const base::Status& why)> make_goodbye;
+  std::function<std::string(std::uint32_t stream_id, std::uint64_t from_tick, std::uint64_t to_tick)> make_gap;
+};
+
+struct Tls {
+  std::string certificate_file;  // PEM chain
+  std::string key_file;
+};
+
+class Server {
+ public:
+  Server(const base::Limits& limits, Callbacks callbacks);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  /// `address` is HOST:PORT or [V6]:PORT; port 0 picks a free one. Errors name the address and the cause.
+  [[nodiscard]] base::Status listen_tcp(const std::string& address, const std::optional<Tls>& tls);
+  [[nodiscard]] base::Status listen_http(const std::string& address, const std::optional<Tls>& tls);
+  /// HOST:PORT as bound; empty where not listening.
+  [[nodiscard]] std::string tcp_address() const;
+  [[nodiscard]] std::string http_address() const;
+
+  /// Serves until stop() has drained.
+  void run();
+
+  // From here on: callable from any thread, ordered among calls of one thread.
+
+  /// Queues a reply or event; never dropped.
+  void send(SessionId session, SharedBytes message);
+  /// Offers a frame to each of `sessions`; those too slow skip it (output_queue.h).
+  void publish(std::shared_ptr<const std::vector<SessionId>> sessions, StreamFrame frame);
+  /// The client has said who it is: full-size messages are taken and the hello time-out ends.
+  void authenticated(SessionId session);
+  /// The client answered the ping with this nonce.
+  void pong(SessionId session, std::uint64_t nonce);
+  /// Forgets the stream's place in the session's queue and drops its unsent frames.
+  void end_stream(SessionId session, std::uint32_t stream_id);
+  /// Sends a goodbye with the reason after what is queued, then closes.
+  void close(SessionId session, base::Status why);
+  /// Runs `work` on the network thread.
+  void post(std::function<void()> work);
+  /// Stops accepting, says goodbye to all, gives the queues drain_timeout to empty; run() then returns.
+  void stop(base::Status why);
+
+  /// Network thread only.
+  [[nodiscard]] std::optional<SessionStats> stats(SessionId session) const;
+  [[nodiscard]] std::size_t session_count() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pneuma::net

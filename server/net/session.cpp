@@ -1,0 +1,191 @@
+#include "net/session.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/redirect_error.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+namespace pneuma::net {
+
+namespace {
+
+using boost::system::error_code;
+
+// A write takes about this much: enough to fill a socket's buffer, little enough to keep frames droppable.
+constexpr std::size_t write_bytes = 64 * 1024;
+
+// Time limits are looked at this often: four times in the shortest of them, but no oftener than a busy server can bear.
+constexpr std::chrono::milliseconds time_resolution_max{250};
+constexpr std::chrono::milliseconds time_resolution_min{5};
+
+// For the client to take its goodbye out of the socket and close; a close with bytes unread would reset the connection
+// under it.
+constexpr std::chrono::milliseconds linger_timeout{1'000};
+
+std::chrono::milliseconds time_resolution(const base::Limits& limits) {
+  const auto shortest = std::min(
+      {limits.hello_timeout, limits.partial_message_timeout, limits.ping_interval, limits.write_stall_timeout});
+  return std::clamp(shortest / 4, time_resolution_min, time_resolution_max);
+}
+
+}  // namespace
+
+Session::Session(SessionId id, PeerInfo peer, std::unique_ptr<Transport> transport, const base::Limits& limits,
+                 const Callbacks& callbacks, asio::any_io_executor executor, std::function<void(SessionId)> ended)
+    : id_(id),
+      peer_(std::move(peer)),
+      transport_(std::move(transport)),
+      limits_(limits),
+      callbacks_(callbacks),
+      ended_(std::move(ended)),
+      queue_(limits.output_queue_bytes_max, callbacks.make_gap),
+      timers_(limits, now()),
+      writer_wake_(executor, asio::steady_timer::time_point::max()),
+      time_keeper_(executor) {}
+
+void Session::start() {
+  spawn(&Session::open);
+  spawn(&Session::keep_time);
+}
+
+void Session::refuse(const base::Status& why) {
+  close(why);
+  timers_.closing_until(now() + limits_.hello_timeout);
+  start();
+}
+
+// Each coroutine keeps the session alive until it is through; one that fails takes the session along.
+void Session::spawn(asio::awaitable<void> (Session::*coroutine)()) {
+  asio::co_spawn(time_keeper_.get_executor(), (this->*coroutine)(),
+                 [self = shared_from_this()](const std::exception_ptr& failure) {
+                   if (failure) self->abort();
+                 });
+}
+
+void Session::send(SharedBytes message) {
+  if (closing_ || over_) return;
+  if (!queue_.push_reply(std::move(message))) {
+    return close({base::StatusCode::limit_exceeded, "more replies wait than the output queue holds"});
+  }
+  wake_writer();
+}
+
+void Session::offer(const StreamFrame& frame) {
+  if (closing_ || over_) return;
+  queue_.offer(frame);
+  ask_for_keys();
+  wake_writer();
+}
+
+void Session::ask_for_keys() {
+  if (closing_ || over_) return;
+  for (const std::uint32_t stream_id : queue_.keys_to_ask_for()) callbacks_.key_wanted(id_, stream_id);
+}
+
+void Session::authenticated() {
+  timers_.authenticated(now());
+  transport_->set_limit(limits_.message_bytes_max);
+}
+
+void Session::close(const base::Status& why) {
+  if (closing_ || over_) return;
+  closing_ = true;
+  reading_ = false;
+  timers_.closing_until(now() + limits_.write_stall_timeout);
+  queue_.push_goodbye(std::make_shared<const std::string>(callbacks_.make_goodbye(why)));
+  wake_writer();
+  say_closed(why);
+}
+
+void Session::abort() {
+  if (std::exchange(over_, true)) return;
+  reading_ = false;
+  transport_->abort();
+  wake_writer();
+  time_keeper_.cancel();
+  say_closed({base::StatusCode::unavailable, "the connection broke"});
+  ended_(id_);
+}
+
+void Session::say_closed(const base::Status& why) {
+  if (std::exchange(opened_, false)) callbacks_.closed(id_, why);
+}
+
+SessionStats Session::stats() const {
+  return {queue_.bytes(), queue_.frames_sent(), queue_.frames_dropped(), bytes_sent_, bytes_received_};
+}
+
+asio::awaitable<void> Session::open() {
+  const error_code error = co_await transport_->open();
+  if (error) abort();
+  if (over_) co_return;
+  if (!closing_) {
+    opened_ = true;
+    callbacks_.opened(id_, peer_);
+    spawn(&Session::read_messages);
+  }
+  spawn(&Session::write_queue);
+}
+
+asio::awaitable<void> Session::read_messages() {
+  while (reading_) {
+    auto message = co_await transport_->read([this](bool in_message) { timers_.received(now(), in_message); });
+    if (!reading_) break;
+    if (!message.ok()) {
+      close(message.status());
+      if (message.status().code() != base::StatusCode::malformed) abort();
+    } else if (!*message) {
+      say_closed({});  // by the client; it may still read
+      close({base::StatusCode::unavailable, "the client sends no more"});
+    } else {
+      bytes_received_ += (*message)->size();
+      callbacks_.received(id_, **message);
+    }
+  }
+}
+
+asio::awaitable<void> Session::write_queue() {
+  while (!over_) {
+    if (queue_.empty()) {
+      if (closing_) break;
+      error_code woken;
+      co_await writer_wake_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
+      continue;
+    }
+    std::vector<SharedBytes> messages = queue_.take(write_bytes);
+    for (const SharedBytes& message : messages) bytes_sent_ += message->size();
+    timers_.write_progressed(now());
+    const error_code error =
+        co_await transport_->write(std::move(messages), [this] { timers_.write_progressed(now()); });
+    timers_.write_done();
+    queue_.written();
+    if (error) break;
+    ask_for_keys();
+  }
+  if (!over_ && closing_) {
+    timers_.closing_until(now() + linger_timeout);
+    co_await transport_->shut_down();
+  }
+  abort();
+}
+
+asio::awaitable<void> Session::keep_time() {
+  while (!over_) {
+    const SessionTimers::Action action = timers_.poll(now());
+    if (const auto* ping = std::get_if<SessionTimers::SendPing>(&action)) {
+      send(std::make_shared<const std::string>(callbacks_.make_ping(ping->nonce)));
+    } else if (const auto* why = std::get_if<base::Status>(&action)) {
+      const bool can_say_goodbye = opened_ && !closing_ && !timers_.is_writing();
+      close(*why);
+      if (!can_say_goodbye) abort();
+    }
+    time_keeper_.expires_after(time_resolution(limits_));
+    error_code woken;
+    co_await time_keeper_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
+  }
+}
+
+}  // namespace pneuma::net

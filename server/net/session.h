@@ -1,0 +1,68 @@
+// One client: reads its messages, writes its queue, keeps its time limits. Lives on the network thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <boost/asio/steady_timer.hpp>
+
+#include "net/output_queue.h"
+#include "net/session_timers.h"
+#include "net/transport.h"
+
+namespace pneuma::net {
+
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  /// `ended` is called once, when the connection is gone; `callbacks` and what it captures live longer than the
+  /// session.
+  Session(SessionId id, PeerInfo peer, std::unique_ptr<Transport> transport, const base::Limits& limits,
+          const Callbacks& callbacks, asio::any_io_executor executor, std::function<void(SessionId)> ended);
+
+  void start();
+  /// Only says goodbye: its owner never hears of it. Instead of start().
+  void refuse(const base::Status& why);
+  void send(SharedBytes message);
+  void offer(const StreamFrame& frame);
+  void end_stream(std::uint32_t stream_id) { queue_.end_stream(stream_id); }
+  void authenticated();
+  void pong(std::uint64_t nonce) { timers_.pong(nonce); }
+  /// Takes no more messages.
+  void stop_reading() { reading_ = false; }
+  /// Takes no more messages; writes what is queued and a goodbye, then ends. The first reason counts.
+  void close(const base::Status& why);
+  /// Ends now.
+  void abort();
+
+  [[nodiscard]] SessionStats stats() const;
+
+ private:
+  void spawn(asio::awaitable<void> (Session::*coroutine)());
+  void say_closed(const base::Status& why);
+  void ask_for_keys();
+  asio::awaitable<void> open();
+  asio::awaitable<void> read_messages();
+  asio::awaitable<void> write_queue();
+  asio::awaitable<void> keep_time();
+  void wake_writer() { writer_wake_.cancel(); }
+  [[nodiscard]] static SessionTimers::TimePoint now() { return std::chrono::steady_clock::now(); }
+
+  SessionId id_;
+  PeerInfo peer_;
+  std::unique_ptr<Transport> transport_;
+  base::Limits limits_;
+  const Callbacks& callbacks_;
+  std::function<void(SessionId)> ended_;
+  OutputQueue queue_;
+  SessionTimers timers_;
+  asio::steady_timer writer_wake_;
+  asio::steady_timer time_keeper_;
+  bool opened_ = false;  // the owner was told, and not yet of its end
+  bool reading_ = true;
+  bool closing_ = false;
+  bool over_ = false;
+  std::uint64_t bytes_sent_ = 0;
+  std::uint64_t bytes_received_ = 0;
+};
+
+}  // namespace pneuma::net

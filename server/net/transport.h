@@ -1,0 +1,47 @@
+// A connection that carries whole messages: over TCP with length prefixes, or as a WebSocket; with or without TLS.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <boost/asio/awaitable.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/system/error_code.hpp>
+
+#include "base/status.h"
+#include "net/server.h"
+
+namespace pneuma::net {
+
+namespace asio = boost::asio;
+
+class Transport {
+ public:
+  virtual ~Transport() = default;
+
+  /// Makes the connection ready for messages (the handshake of TLS).
+  virtual asio::awaitable<boost::system::error_code> open() = 0;
+  /// The next whole message; none where the peer sends no more. `progressed` is told after each read whether it ended
+  /// in the middle of a message. A broken connection is StatusCode::unavailable; bytes that cannot be a message, or end
+  /// inside one, are malformed.
+  virtual asio::awaitable<base::Result<std::optional<std::string>>> read(
+      std::function<void(bool in_message)> progressed) = 0;
+  /// Writes all of them; `progressed` after each part that the peer took. An error ends the connection.
+  virtual asio::awaitable<boost::system::error_code> write(std::vector<SharedBytes> messages,
+                                                           std::function<void()> progressed) = 0;
+  virtual void set_limit(std::size_t message_bytes_max) = 0;
+  /// Ends the connection in its protocol's own way; abort() may interrupt it.
+  virtual asio::awaitable<void> shut_down() = 0;
+  /// Ends it at once; reads and writes under way fail.
+  virtual void abort() = 0;
+};
+
+/// TCP, with TLS where `tls` is given.
+[[nodiscard]] std::unique_ptr<Transport> make_stream_transport(asio::ip::tcp::socket socket, asio::ssl::context* tls,
+                                                               std::size_t message_bytes_max);
+
+}  // namespace pneuma::net

@@ -1,0 +1,26 @@
+// Little-endian numbers in byte strings.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace pneuma::persist {
+
+template <std::unsigned_integral Number>
+void append_number(std::string& out, Number number) {
+  for (std::size_t i = 0; i < sizeof(Number); ++i) out.push_back(static_cast<char>(number >> (8 * i) & 0xFF));
+}
+
+/// `offset + sizeof(Number)` is within `bytes`.
+template <std::unsigned_integral Number>
+[[nodiscard]] Number number_at(std::string_view bytes, std::size_t offset) {
+  Number number = 0;
+  for (std::size_t i = 0; i < sizeof(Number); ++i) {
+    number |= static_cast<Number>(static_cast<Number>(static_cast<unsigned char>(bytes[offset + i])) << (8 * i));
+  }
+  return number;
+}
+
+}  // namespace pneuma::persist

@@ -1,0 +1,41 @@
+// The folder that holds what a server keeps: a lock, and a folder a world. To hold a DataDir is to hold the lock, so
+// that two servers never write to the same worlds.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "base/status.h"
+#include "persist/files.h"
+
+namespace pneuma::persist {
+
+class DataDir {
+ public:
+  /// Makes the folder where there is none, and takes its lock until this object dies. Fails with failed_precondition
+  /// where another process holds it. `files` outlives this object.
+  [[nodiscard]] static base::Result<DataDir> open(const std::string& path, Files& files = system_files());
+  DataDir(DataDir&& other) noexcept;
+  DataDir& operator=(DataDir&& other) noexcept;
+  ~DataDir();
+
+  /// The worlds that have a folder, sorted by name.
+  [[nodiscard]] base::Result<std::vector<std::string>> list_worlds() const;
+  /// Removes what is kept of a world, at once for whoever looks: half a world is never seen. OK where there is none.
+  [[nodiscard]] base::Status remove_world(const std::string& world) const;
+
+  /// Where a world's files lie; the folder itself is made by the first write. Fails for an empty name, and for one
+  /// whose file name would be too long (most ASCII punctuation takes three bytes).
+  [[nodiscard]] base::Result<std::string> world_folder(const std::string& world) const;
+  [[nodiscard]] Files& files() const { return *files_; }
+
+ private:
+  DataDir(std::string path, int lock, Files& files) : path_(std::move(path)), lock_(lock), files_(&files) {}
+  [[nodiscard]] base::Status remove_folder(const std::string& folder) const;
+
+  std::string path_;
+  int lock_;  // a file, held with flock
+  Files* files_;
+};
+
+}  // namespace pneuma::persist

@@ -1,0 +1,49 @@
+// Collision detection and response, between integration and move (the paper's step 5, section 3.5).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/contact_bounds.h"
+#include "physics/contact_solid.h"
+#include "physics/contact_surface.h"
+#include "physics/profile.h"
+#include "physics/rigid.h"
+#include "physics/state.h"
+#include "physics/workers.h"
+
+namespace pneuma::physics {
+
+/// Finds and answers the contacts of one world. It holds nothing but scratch between substeps, so that a steady world
+/// allocates nothing; a fresh one gives the same bits.
+template <class Real>
+class Contacts {
+ public:
+  /// Cuts the moves `dr` and changes the velocities of whatever would meet in this substep. x stays; a rigid body's
+  /// pose changes only to undo an overlap, to be cut at an impact, or to follow its parabola in free flight. Call
+  /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
+  /// left out. With one soft body and no solid nothing is computed.
+  void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+               const Vec3d& gravity_m_s2, double dt_s, Workers& workers, Profile* profile);
+
+ private:
+  void meet_soft_bodies(std::span<SoftState<Real>> soft, const SubstepPhysics& physics, Workers& workers,
+                        Profile* profile);
+  void meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                   std::span<const ColliderState> colliders, const SubstepPhysics& physics, Workers& workers);
+  void refit_stale(std::span<SoftState<Real>> soft);
+  /// Calls work(i) for each soft body: on the workers where there is enough to do.
+  template <class Work>
+  void for_each_body(Workers& workers, const Work& work);
+
+  std::vector<BodyBounds> bounds_;    // one a soft body
+  std::vector<std::uint32_t> order_;  // of the sweep
+  std::vector<SoftPair> pairs_;
+  std::vector<SolidMove> collider_moves_;
+  std::vector<std::uint8_t> rigid_touched_;  // by a soft body in this substep
+  RigidSolver rigid_solver_;
+  std::size_t vertices_ = 0;
+};
+
+}  // namespace pneuma::physics

@@ -1,0 +1,153 @@
+#include "physics/contact_bounds.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/limits.h"
+
+namespace pneuma::physics {
+namespace {
+
+// Minima and maxima of x and x + dr by lanes: two vertices are six numbers, which a compiler keeps in vector registers.
+constexpr std::size_t lanes = 6;
+
+template <class Real>
+struct Extremes {
+  std::array<Real, lanes> low;
+  std::array<Real, lanes> high;
+
+  explicit Extremes(const Vec3<Real>& first) {
+    for (std::size_t k = 0; k < lanes; ++k) low[k] = high[k] = first[static_cast<Eigen::Index>(k % 3)];
+  }
+  void take(std::size_t lane, Real value) {
+    low[lane] = value < low[lane] ? value : low[lane];
+    high[lane] = value > high[lane] ? value : high[lane];
+  }
+  [[nodiscard]] Aabb<double> box() const {
+    Aabb<double> b;
+    for (std::size_t k = 0; k < 3; ++k) {
+      b.min[static_cast<Eigen::Index>(k)] = static_cast<double>(std::min(low[k], low[k + 3]));
+      b.max[static_cast<Eigen::Index>(k)] = static_cast<double>(std::max(high[k], high[k + 3]));
+    }
+    return b;
+  }
+};
+
+bool within_limits(const Aabb<double>& box) {
+  return (box.min.array() >= -base::coordinate_max_m).all() && (box.max.array() <= base::coordinate_max_m).all();
+}
+
+bool overlap(const Aabb<double>& a, const Aabb<double>& b, double grown_m) {
+  return ((a.min.array() <= b.max.array() + grown_m) && (b.min.array() <= a.max.array() + grown_m)).all();
+}
+
+}  // namespace
+
+template <class Real>
+void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
+  const std::size_t count = body.x.size();
+  const Real* x = body.x.front().data();
+  const Real* dr = body.dr.front().data();
+  Extremes<Real> start(body.x.front());
+  Extremes<Real> end(body.x.front() + body.dr.front());
+  for (std::size_t i = 0; i + lanes <= 3 * count; i += lanes) {
+    for (std::size_t k = 0; k < lanes; ++k) {
+      start.take(k, x[i + k]);
+      end.take(k, x[i + k] + dr[i + k]);
+    }
+  }
+  if (count % 2 != 0) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      start.take(k, x[3 * (count - 1) + k]);
+      end.take(k, x[3 * (count - 1) + k] + dr[3 * (count - 1) + k]);
+    }
+  }
+  bounds.moved = end.box();
+  const Aabb<double> before = start.box();
+  bounds.swept = {before.min.cwiseMin(bounds.moved.min), before.max.cwiseMax(bounds.moved.max)};
+  bounds.active = within_limits(bounds.swept);
+  bounds.stale = false;
+}
+
+template <class Real>
+Vec3d mean_velocity(const SoftState<Real>& body) {
+  Vec3d sum = Vec3d::Zero();
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    sum += body.v[i].template cast<double>();
+    ++free;
+  }
+  return free == 0 ? sum : Vec3d(sum / static_cast<double>(free));
+}
+
+template <class Real>
+void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+  Vec3d move = Vec3d::Zero();
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    move += body.dr[i].template cast<double>();
+    ++free;
+  }
+  const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
+  bounds.free_mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
+  bounds.mean_velocity = mean_velocity(body);
+  bounds.mean_move = share * move;
+  // A body about to be frozen must not take others with it.
+  bounds.active = bounds.active && bounds.mean_velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
+
+  bounds.ellipsoid = {0.5 * (bounds.moved.min + bounds.moved.max), 0.5 * (bounds.moved.max - bounds.moved.min)};
+  if (body.body.collision.bounds != BoundsKind::ball) return;
+  Vec3d centre = Vec3d::Zero();
+  for (std::size_t i = 0; i < body.x.size(); ++i) centre += (body.x[i] + body.dr[i]).template cast<double>();
+  centre /= static_cast<double>(body.x.size());
+  double furthest = 0.0;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    furthest = std::max(furthest, ((body.x[i] + body.dr[i]).template cast<double>() - centre).squaredNorm());
+  }
+  bounds.ellipsoid = {centre, Vec3d::Constant(std::sqrt(furthest))};
+}
+
+template <class Real>
+void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
+                     std::vector<std::uint32_t>& order, std::vector<SoftPair>& pairs) {
+  order.clear();
+  pairs.clear();
+  for (std::uint32_t i = 0; i < soft.size(); ++i) {
+    if (bounds[i].active && soft[i].body.collision.soft != SoftCollision::none) order.push_back(i);
+  }
+  double thickest_m = 0.0;
+  for (const std::uint32_t i : order) thickest_m = std::max(thickest_m, soft[i].body.surface.thickness_m);
+  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
+    const double xa = bounds[a].swept.min.x();
+    const double xb = bounds[b].swept.min.x();
+    return xa != xb ? xa < xb : a < b;
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::uint32_t a = order[i];
+    for (std::size_t j = i + 1; j < order.size(); ++j) {
+      const std::uint32_t b = order[j];
+      if (bounds[b].swept.min.x() > bounds[a].swept.max.x() + 2.0 * thickest_m) break;
+      const double grown_m = soft[a].body.surface.thickness_m + soft[b].body.surface.thickness_m;
+      if (!overlap(bounds[a].swept, bounds[b].swept, grown_m)) continue;
+      pairs.push_back({.a = a, .b = b});
+      pairs.push_back({.a = b, .b = a});
+    }
+  }
+  std::ranges::sort(pairs, [](const SoftPair& p, const SoftPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+}
+
+template void fit_boxes(const SoftState<float>&, BodyBounds&);
+template void fit_boxes(const SoftState<double>&, BodyBounds&);
+template Vec3d mean_velocity(const SoftState<float>&);
+template Vec3d mean_velocity(const SoftState<double>&);
+template void fit_means(const SoftState<float>&, BodyBounds&);
+template void fit_means(const SoftState<double>&, BodyBounds&);
+template void find_soft_pairs(std::span<const SoftState<float>>, std::span<const BodyBounds>,
+                              std::vector<std::uint32_t>&, std::vector<SoftPair>&);
+template void find_soft_pairs(std::span<const SoftState<double>>, std::span<const BodyBounds>,
+                              std::vector<std::uint32_t>&, std::vector<SoftPair>&);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,281 @@
+#include "physics/contact_solid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/limits.h"
+#include "physics/contact_surface.h"
+#include "physics/rigid.h"
+
+namespace pneuma::physics {
+namespace {
+
+// A room's corner takes one pass a wall, three in all, and one that finds no more.
+constexpr int passes_max = 4;
+// Rounds over the colliders while a vertex that one pushed may be in another; a wedge too tight for it is left at the
+// last.
+constexpr int rounds_max = 3;
+// How much of its overlap with a pinned vertex a rigid body gives up in a substep.
+constexpr double pin_push_share = 0.2;
+
+/// Stops a point's way at a solid. `answer(normal, arm, gap_m, after_s)` changes the velocities and returns the
+/// relative one that is left; the rest of the time the point slides along with it.
+template <class Answer>
+bool stop_at(const SolidMove& solid, double offset_m, double dt_s, const Vec3d& start, Vec3d& end,
+             const Answer& answer) {
+  Vec3d from = solid.start.to_local(start);
+  Vec3d to = solid.end.to_local(end);
+  double after_s = dt_s;
+  bool touched = false;
+  for (int pass = 0; pass < passes_max; ++pass) {
+    const std::optional<SurfaceHit> hit = first_hit(*solid.shape, from, to, offset_m);
+    if (!hit) break;
+    touched = true;
+    after_s *= 1.0 - hit->fraction;
+    const double gap_m = (from - hit->point).dot(hit->normal);
+    const Vec3d normal = solid.end.rotation * hit->normal;
+    const Vec3d relative = answer(normal, Vec3d(solid.end.rotation * hit->point), gap_m, after_s);
+    const Vec3d slide = relative - relative.dot(normal) * normal;
+    from = hit->point;
+    to = pass + 1 < passes_max ? Vec3d(from + after_s * (solid.end.rotation.transpose() * slide)) : from;
+  }
+  if (touched) end = solid.end.to_world(to);
+  return touched;
+}
+
+/// How far a solid's own frame moves, seen from the furthest corner of the box.
+double frame_move_m(const SolidMove& solid, const Aabb<double>& box, double dt_s) {
+  const double reach_m =
+      (box.min - solid.start.origin).cwiseAbs().cwiseMax((box.max - solid.start.origin).cwiseAbs()).norm();
+  return dt_s * (solid.velocity.norm() + solid.angular_velocity.norm() * reach_m);
+}
+
+/// Whether a vertex in the boxes may touch the solid at all.
+bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m, double dt_s) {
+  const auto centre_of = [](const Aabb<double>& box) -> Vec3d { return 0.5 * (box.min + box.max); };
+  const auto half_of = [&solid](const Aabb<double>& box) -> Vec3d {
+    return solid.end.rotation.transpose().cwiseAbs() * (0.5 * (box.max - box.min));
+  };
+  if (const auto* room = std::get_if<RoomShape>(solid.shape)) {
+    const Vec3d reach = solid.end.to_local(centre_of(bounds.moved)).cwiseAbs() + half_of(bounds.moved);
+    return (reach.array() > room->half_extents_m.array() - offset_m).any();
+  }
+  if (const auto* plane = std::get_if<PlaneShape>(solid.shape)) {
+    const Vec3d centre = solid.end.to_local(centre_of(bounds.moved));
+    return plane->normal.dot(centre) - plane->normal.cwiseAbs().dot(half_of(bounds.moved)) < offset_m;
+  }
+  const Vec3d nearest = solid.end.to_local(centre_of(bounds.swept)).cwiseAbs() - half_of(bounds.swept);
+  const double grown_m = offset_m + frame_move_m(solid, bounds.swept, dt_s);
+  return (nearest.array() <= half_extents_m(*solid.shape).array() + grown_m).all();
+}
+
+/// Calls visit(i) for the vertices whose way may touch the solid: for walls its end decides, for the rest the box about
+/// the way.
+template <class Real, class Visit>
+void for_near_vertices(const SoftState<Real>& body, const SolidMove& solid, double offset_m, const Visit& visit) {
+  const std::size_t count = body.x.size();
+  const Eigen::Matrix3d to_local = solid.end.rotation.transpose();
+  const auto end_of = [&](std::size_t i) -> Vec3d {
+    return to_local * (body.x[i].template cast<double>() + body.dr[i].template cast<double>() - solid.end.origin);
+  };
+  if (const auto* room = std::get_if<RoomShape>(solid.shape)) {
+    const Vec3d half = room->half_extents_m.array() - offset_m;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d over = end_of(i).cwiseAbs() - half;
+      if (over.x() > 0.0 || over.y() > 0.0 || over.z() > 0.0) visit(i);
+    }
+  } else if (const auto* plane = std::get_if<PlaneShape>(solid.shape)) {
+    const Vec3d normal = solid.end.rotation * plane->normal;
+    const double level = normal.dot(solid.end.origin) + offset_m;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d end = body.x[i].template cast<double>() + body.dr[i].template cast<double>();
+      if (normal.dot(end) < level) visit(i);
+    }
+  } else {
+    const Vec3d half = half_extents_m(*solid.shape).array() + offset_m;
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d end = end_of(i);
+      const Vec3d start = solid.start.to_local(body.x[i].template cast<double>());
+      const Vec3d over = (start + end).cwiseAbs() - 2.0 * half - (end - start).cwiseAbs();
+      if (over.x() <= 0.0 && over.y() <= 0.0 && over.z() <= 0.0) visit(i);
+    }
+  }
+}
+
+/// Tells a vertex that its own body presses against a surface from one that hits it.
+template <class Real>
+class Pressure {
+ public:
+  Pressure(const SoftState<Real>& body, const BodyBounds& bounds, double resting_m_s)
+      : body_(body), resting_m_s_(resting_m_s) {
+    // Coordinates of this precision cannot tell a gap this small from none.
+    const double furthest_m = bounds.swept.min.cwiseAbs().cwiseMax(bounds.swept.max.cwiseAbs()).maxCoeff();
+    touching_gap_m_ =
+        std::max(touching_m, 4.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * furthest_m);
+  }
+  [[nodiscard]] bool presses(const Vec3d& normal, double gap_m, const Vec3d& of_surface) {
+    if (gap_m > touching_gap_m_) return false;
+    if (!mean_) mean_ = mean_velocity(body_);
+    return (*mean_ - of_surface).dot(normal) >= -resting_m_s_;
+  }
+
+ private:
+  const SoftState<Real>& body_;
+  double resting_m_s_;
+  double touching_gap_m_;
+  std::optional<Vec3d> mean_;  // of the body when the first vertex touched
+};
+
+template <class Real>
+bool within_speed(const Vec3<Real>& velocity) {
+  const Real limit = static_cast<Real>(base::speed_max_m_s);
+  return velocity.squaredNorm() <= limit * limit;
+}
+
+template <class Real>
+bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid,
+                   const SubstepPhysics& physics) {
+  const ContactSurface surface = combine(body.body.surface, *solid.surface);
+  Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+  bool touched = false;
+  for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
+    if (body.is_pinned(i) || !within_speed(body.v[i])) return;
+    Vec3d velocity = body.v[i].template cast<double>();
+    const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
+      const Vec3d of_surface = velocity_at(solid.velocity, solid.angular_velocity, arm);
+      const Vec3d before = velocity - of_surface;
+      const double gained_m_s = after_s * normal.dot(physics.gravity_m_s2);
+      const double impact_m_s = pressure.presses(normal, gap_m, of_surface)
+                                    ? 0.0
+                                    : impact_speed(before.dot(normal), gained_m_s, physics.resting_m_s);
+      const Vec3d after = respond(before, normal, impact_m_s, surface);
+      velocity = of_surface + after;
+      return after;
+    };
+    const Vec3d start = body.x[i].template cast<double>();
+    Vec3d end = start + body.dr[i].template cast<double>();
+    if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
+    body.dr[i] = (end - start).template cast<Real>();
+    body.v[i] = velocity.template cast<Real>();
+    touched = true;
+  });
+  return touched;
+}
+
+/// A vertex and the point of a rigid body that it touches, as two masses.
+struct Touch {
+  RigidState& rigid;
+  double inverse_vertex_mass_1_kg;
+  Vec3d arm;
+
+  [[nodiscard]] double inverse_mass_along(const Vec3d& direction) const {
+    const Vec3d turn = inverse_inertia_times(rigid, arm.cross(direction));
+    return inverse_vertex_mass_1_kg + rigid.inverse_mass_1_kg + turn.cross(arm).dot(direction);
+  }
+  [[nodiscard]] Vec3d relative(const Vec3d& velocity) const {
+    return velocity - velocity_at(rigid.velocity, rigid.angular_velocity, arm);
+  }
+  void push(Vec3d& velocity, const Vec3d& impulse_n_s) const {
+    velocity += inverse_vertex_mass_1_kg * impulse_n_s;
+    rigid.velocity -= rigid.inverse_mass_1_kg * impulse_n_s;
+    rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
+  }
+  /// Restitution along the normal, then Coulomb's share of what it takes to stop the sliding.
+  Vec3d answer(Vec3d& velocity, const Vec3d& normal, double impact_m_s, const ContactSurface& surface) const {
+    const double approach_m_s = relative(velocity).dot(normal);
+    if (approach_m_s < 0.0) {
+      const double normal_n_s = (-surface.restitution * impact_m_s - approach_m_s) / inverse_mass_along(normal);
+      push(velocity, normal_n_s * normal);
+      const Vec3d now = relative(velocity);
+      const Vec3d sliding = now - now.dot(normal) * normal;
+      const double speed_m_s = sliding.norm();
+      if (speed_m_s > 0.0) {
+        const Vec3d direction = sliding / speed_m_s;
+        const double stopping_n_s = speed_m_s / inverse_mass_along(direction);
+        push(velocity, -std::min(stopping_n_s, surface.friction * normal_n_s) * direction);
+      }
+    }
+    return relative(velocity);
+  }
+};
+
+}  // namespace
+
+SolidMove move_of(const ColliderState& state, double dt_s) {
+  const Collider& c = state.collider;
+  return {&c.shape,
+          &c.surface,
+          Frame(state.position, state.orientation),
+          Frame(state.position + dt_s * c.velocity, turned(state.orientation, c.angular_velocity, dt_s)),
+          c.velocity,
+          c.angular_velocity};
+}
+
+SolidMove move_of(const RigidState& state, double dt_s) {
+  return {&state.body.shape,
+          &state.body.surface,
+          Frame(state.position, state.orientation),
+          Frame(state.position + dt_s * state.velocity, turned(state.orientation, state.angular_velocity, dt_s)),
+          state.velocity,
+          state.angular_velocity};
+}
+
+template <class Real>
+void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
+                    const SubstepPhysics& physics) {
+  for (int round = 0; round < rounds_max; ++round) {
+    bool touched = false;
+    for (const SolidMove& solid : colliders) {
+      const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
+      if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
+      touched = meet_collider(body, bounds, solid, physics) || touched;
+    }
+    if (!touched || colliders.size() == 1) return;
+    fit_boxes(body, bounds);
+  }
+}
+
+template <class Real>
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics) {
+  const SolidMove solid = move_of(rigid, physics.dt_s);
+  const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
+  if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
+  Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+  bool touched = false;
+  for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
+    if (!within_speed(body.v[i])) return;
+    const bool pinned = body.is_pinned(i);
+    const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / static_cast<double>(body.vertex_mass_kg);
+    Vec3d velocity = body.v[i].template cast<double>();
+    Vec3d push_m = Vec3d::Zero();
+    const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double) -> Vec3d {
+      const Touch touch{rigid, inverse_mass_1_kg, arm};
+      const Vec3d relative = touch.relative(velocity);
+      const double impact_m_s = pressure.presses(normal, gap_m, velocity - relative)
+                                    ? 0.0
+                                    : impact_speed(relative.dot(normal), 0.0, physics.resting_m_s);
+      if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
+      return touch.answer(velocity, normal, impact_m_s, surface);
+    };
+    const Vec3d start = body.x[i].template cast<double>();
+    Vec3d end = start + body.dr[i].template cast<double>();
+    if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
+    touched = true;
+    if (pinned) {
+      rigid.position += push_m;
+      return;
+    }
+    body.dr[i] = (end - start).template cast<Real>();
+    body.v[i] = velocity.template cast<Real>();
+  });
+  bounds.stale = bounds.stale || touched;
+  return touched;
+}
+
+template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
+template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
+template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&);
+template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,41 @@
+// Soft bodies against colliders and rigid bodies.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/contact_bounds.h"
+#include "physics/shape.h"
+
+namespace pneuma::physics {
+
+/// What a substep needs to know of a solid: where it is, and where it is going.
+struct SolidMove {
+  const Shape* shape = nullptr;
+  const Surface* surface = nullptr;
+  Frame start;
+  Frame end;
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();
+};
+[[nodiscard]] SolidMove move_of(const ColliderState& collider, double dt_s);
+[[nodiscard]] SolidMove move_of(const RigidState& body, double dt_s);
+
+struct SubstepPhysics {
+  Vec3d gravity_m_s2 = Vec3d::Zero();
+  double dt_s = 0.0;
+  double resting_m_s = 0.0;
+};
+
+/// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
+template <class Real>
+void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
+                    const SubstepPhysics& physics);
+
+/// Stops a body's vertices at a rigid body, which gets the opposite impulses one by one, in the order of the vertices;
+/// so momentum is kept to round-off and a light rigid body is not pushed twice for one touch. Pinned vertices push too.
+/// True where they touched.
+template <class Real>
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics);
+
+}  // namespace pneuma::physics

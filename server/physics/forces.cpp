@@ -1,0 +1,195 @@
+#include "physics/forces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/bounds.h"
+#include "physics/gas.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// V = 1/6 sum of a.(b x c), measured from a vertex of the body itself so that a body far from the origin loses no
+// digits.
+template <class Real>
+double exact_volume_m3(const Mesh& mesh, std::span<const Vec3<Real>> x) {
+  const Vec3<Real> origin = x[0];
+  double six_volumes = 0.0;
+  for (const Face& face : mesh.faces) {
+    const Vec3<Real> a = x[face[0]] - origin;
+    const Vec3<Real> b = x[face[1]] - origin;
+    const Vec3<Real> c = x[face[2]] - origin;
+    six_volumes += static_cast<double>(a.dot(b.cross(c)));
+  }
+  return six_volumes / 6.0;
+}
+
+template <class Real, bool Damped>
+void add_springs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
+                 std::span<Vec3<Real>> force) {
+  const auto stiffness = static_cast<Real>(body.body.springs.stiffness_n_m);
+  const auto damping = static_cast<Real>(body.body.springs.damping_n_s_m);
+  const std::vector<Edge>& edges = body.body.mesh->edges;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const auto [a, b] = edges[i];
+    const Vec3<Real> along = x[b] - x[a];
+    const Real length = along.norm();
+    if (!(length > 0)) continue;  // two particles at one place: no direction to pull in
+    const Real per_length = Real{1} / length;
+    Real tension = stiffness * (length - body.rest_lengths_m[i]);
+    if constexpr (Damped) tension += damping * (v[b] - v[a]).dot(along) * per_length;
+    const Vec3<Real> pull = (tension * per_length) * along;
+    force[a] += pull;
+    force[b] -= pull;
+  }
+}
+
+template <class Real>
+void add_pressure_on_faces(const Mesh& mesh, double pressure_pa, std::span<const Vec3<Real>> x,
+                           std::span<Vec3<Real>> force) {
+  const auto sixth =
+      static_cast<Real>(pressure_pa / 6.0);  // half the cross product is the area, a third goes to each particle
+  for (const Face& face : mesh.faces) {
+    const Vec3<Real> share = sixth * (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
+    force[face[0]] += share;
+    force[face[1]] += share;
+    force[face[2]] += share;
+  }
+}
+
+// Footnote 3: a particle is pushed along its own normal, the mean of its faces' normals (their sum divided by their
+// number). We read the size of the push as a third of the area around it, which keeps it near the spread by faces.
+template <class Real>
+void add_pressure_on_normals(const Mesh& mesh, double pressure_pa, std::span<const Vec3<Real>> x,
+                             std::span<Vec3<Real>> force) {
+  std::vector<Vec3<Real>> normal_sums(x.size(), Vec3<Real>::Zero());
+  std::vector<Real> areas(x.size(), Real{0});
+  for (const Face& face : mesh.faces) {
+    const Vec3<Real> cross = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
+    const Real twice_area = cross.norm();
+    if (!(twice_area > 0)) continue;
+    for (const std::uint32_t vertex : face) {
+      normal_sums[vertex] += cross / twice_area;
+      areas[vertex] += twice_area / 6;
+    }
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Real faces = static_cast<Real>(mesh.face_counts[i]);
+    force[i] += static_cast<Real>(pressure_pa) * areas[i] * (normal_sums[i] / faces);
+  }
+}
+
+// A flat plate in an air stream: 1/2 rho C A u|u|, split into the part along the face's normal and the part along the
+// face.
+template <class Real>
+void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3<Real>> x,
+              std::span<const Vec3<Real>> v, std::span<Vec3<Real>> force) {
+  const auto half_density = static_cast<Real>(0.5 * atmosphere.density_kg_m3);
+  const auto drag_normal = static_cast<Real>(body.drag.normal);
+  const auto drag_tangential = static_cast<Real>(body.drag.tangential);
+  const Vec3<Real> wind = atmosphere.wind.cast<Real>();
+  for (const Face& face : body.mesh->faces) {
+    const auto [a, b, c] = face;
+    const Vec3<Real> cross = (x[b] - x[a]).cross(x[c] - x[a]);
+    const Real twice_area = cross.norm();
+    if (!(twice_area > 0)) continue;
+    const Vec3<Real> normal = cross / twice_area;
+    const Vec3<Real> stream = wind - (v[a] + v[b] + v[c]) / Real{3};
+    const Real through = stream.dot(normal);
+    const Vec3<Real> along = stream - through * normal;
+    const Vec3<Real> share =
+        (half_density * twice_area / Real{6}) *
+        (drag_normal * std::abs(through) * through * normal + drag_tangential * along.norm() * along);
+    force[a] += share;
+    force[b] += share;
+    force[c] += share;
+  }
+}
+
+// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so a hand holds no harder than
+// that.
+template <class Real>
+void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
+               std::span<Vec3<Real>> force) {
+  const double mass = static_cast<double>(body.vertex_mass_kg);
+  for (const Grab& grab : body.grabs) {
+    const double stiffness = std::min(grab.stiffness_n_m, 0.25 * mass / (dt_s * dt_s));
+    const double damping = std::min(grab.damping_n_s_m, 0.5 * mass / dt_s);
+    const Vec3d offset = grab.target - x[grab.vertex].template cast<double>();
+    const Vec3d pull = stiffness * offset - damping * v[grab.vertex].template cast<double>();
+    force[grab.vertex] += pull.cast<Real>();
+  }
+}
+
+}  // namespace
+
+template <class Real>
+double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
+  switch (body.volume) {
+    case VolumeMethod::exact:
+      return exact_volume_m3<Real>(*body.mesh, x);
+    case VolumeMethod::box:
+      return static_cast<double>(volume_m3(fit_aabb<Real>(x)));
+    case VolumeMethod::ball:
+      return static_cast<double>(volume_m3(fit_ball<Real>(x)));
+    case VolumeMethod::ellipsoid:
+      return static_cast<double>(volume_m3(fit_ellipsoid<Real>(x)));
+  }
+  return 0.0;
+}
+
+template <class Real>
+void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x,
+                  std::span<Vec3<Real>> force) {
+  if (body.pressure_spread == PressureSpread::faces) {
+    add_pressure_on_faces<Real>(*body.mesh, pressure_pa, x, force);
+  } else {
+    add_pressure_on_normals<Real>(*body.mesh, pressure_pa, x, force);
+  }
+}
+
+template <class Real>
+void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
+                    const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile) {
+  {  // 1: gravity and springs
+    const StageTimer timer(profile, Stage::springs);
+    const Vec3<Real> weight = body.vertex_mass_kg * surroundings.gravity.cast<Real>();
+    std::ranges::fill(force, weight);
+    if (body.body.springs.damping_n_s_m > 0.0) {
+      add_springs<Real, true>(body, x, v, force);
+    } else if (body.body.springs.stiffness_n_m > 0.0) {
+      add_springs<Real, false>(body, x, v, force);
+    }
+  }
+  if (body.gas) {
+    {  // 2: volume
+      const StageTimer timer(profile, Stage::volume);
+      body.volume_m3 = body_volume_m3<Real>(body.body, x);
+    }
+    // 3: pressure
+    const StageTimer timer(profile, Stage::pressure);
+    body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
+    add_pressure<Real>(body.body, body.pressure_pa, x, force);
+  }
+  const bool has_drag = body.body.drag.normal > 0.0 || body.body.drag.tangential > 0.0;
+  if (has_drag && surroundings.atmosphere.density_kg_m3 > 0.0) {
+    const StageTimer timer(profile, Stage::wind);
+    add_wind<Real>(body.body, surroundings.atmosphere, x, v, force);
+  }
+  if (!body.grabs.empty()) {
+    const StageTimer timer(profile, Stage::grabs);
+    add_grabs<Real>(body, x, v, dt_s, force);
+  }
+}
+
+#define PNEUMA_INSTANTIATE(Real)                                                                                 \
+  template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                            \
+  template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>); \
+  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
+                                     const Surroundings&, double, std::span<Vec3<Real>>, Profile*);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
+
+}  // namespace pneuma::physics

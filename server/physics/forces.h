@@ -1,0 +1,32 @@
+// The forces on a soft body's particles: steps 1 to 3 of the paper's algorithm (section 2.4).
+#pragma once
+
+#include <span>
+
+#include "physics/profile.h"
+#include "physics/state.h"
+
+namespace pneuma::physics {
+
+/// What acts on every body of a world alike.
+struct Surroundings {
+  Vec3d gravity = Vec3d::Zero();  // m/s^2
+  Atmosphere atmosphere;
+};
+
+/// The body's volume at positions `x`, by its own method.
+template <class Real>
+[[nodiscard]] double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x);
+
+/// Sets `force` (N, one a particle) to gravity, springs, pressure, wind and grabs at positions `x` and velocities `v`,
+/// and the body's volume and pressure to what they are there. `dt_s` bounds how stiff a grab may be.
+template <class Real>
+void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
+                    const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile);
+
+/// Adds the pressure force alone: P A n of each face shared to its three particles, or the paper's spread by vertex
+/// normals.
+template <class Real>
+void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x, std::span<Vec3<Real>> force);
+
+}  // namespace pneuma::physics

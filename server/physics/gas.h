@@ -1,0 +1,24 @@
+// The ideal gas inside a body (the paper's equations 4 and 5), isothermal or adiabatic.
+#pragma once
+
+#include "physics/state.h"
+
+namespace pneuma::physics {
+
+/// Below this share of its volume at the start, a gas presses as it would there: a body squeezed flat or turned inside
+/// out is pushed back out, by a force that stays bounded.
+inline constexpr double gas_volume_floor = 1e-3;
+
+/// Gas at rest in `volume_m3`, as the scene asks for it.
+[[nodiscard]] GasState make_gas_state(const Gas& gas, double volume_m3);
+
+[[nodiscard]] double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3);
+
+/// Absolute pressure P = n R T / V.
+[[nodiscard]] double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3);
+
+/// Pumps and leaks for dt_s: moles move by flow_mol_s, and by leak_mol_s_pa a pascal of `pressure_over_outside_pa`
+/// outwards, but not past the balance with `outside_pa`. There are never fewer than none.
+void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s);
+
+}  // namespace pneuma::physics

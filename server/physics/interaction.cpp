@@ -1,0 +1,227 @@
+// How a hand reaches into a world: impulses and grabs.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/limits.h"
+#include "physics/picking.h"
+#include "physics/simulation.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// Where a ray meets a body, or nothing.
+struct RayHit {
+  double distance_m = 0.0;
+  Vec3d position = Vec3d::Zero();
+};
+
+template <class Real>
+std::vector<Vec3d> positions_m(const SoftState<Real>& body) {
+  std::vector<Vec3d> positions;
+  positions.reserve(body.x.size());
+  for (const Vec3<Real>& x : body.x) positions.push_back(x.template cast<double>());
+  return positions;
+}
+
+template <class Real>
+std::optional<RayHit> meet(const SoftState<Real>& body, const RayPoint& ray) {
+  const std::optional<MeshPoint> hit = first_hit(positions_m(body), body.body.mesh->faces, {ray.origin, ray.direction});
+  if (!hit) return std::nullopt;
+  return RayHit{hit->distance_m, hit->position_m};
+}
+
+std::optional<RayHit> meet(const RigidState& body, const RayPoint& ray) {
+  const Quatd to_body = body.orientation.conjugate();
+  const Ray local{to_body * (ray.origin - body.position), to_body * ray.direction};
+  std::optional<double> distance_m;
+  if (const auto* sphere = std::get_if<SphereShape>(&body.body.shape)) {
+    distance_m = hit_sphere_m(local, sphere->radius_m);
+  } else if (const auto* box = std::get_if<BoxShape>(&body.body.shape)) {
+    distance_m = hit_box_m(local, box->half_extents_m);
+  }
+  if (!distance_m) return std::nullopt;
+  return RayHit{*distance_m, ray.origin + *distance_m * ray.direction.stableNormalized()};
+}
+
+base::Status misses(const std::string& body) {
+  return base::not_found(body.empty() ? "the ray meets no body" : "the ray does not meet \"" + body + "\"", "ray");
+}
+
+// The vertices that a request's point stands for, and their shares of the impulse.
+template <class Real>
+base::Result<std::vector<VertexWeight>> vertices_at(const SoftState<Real>& body, const At& at) {
+  if (const auto* vertex = std::get_if<std::uint32_t>(&at)) {
+    if (*vertex >= body.x.size()) {
+      return base::invalid("\"" + body.body.name + "\" has " + std::to_string(body.x.size()) +
+                               " vertices; there is no vertex " + std::to_string(*vertex),
+                           "vertex");
+    }
+    return std::vector<VertexWeight>{{*vertex, 1.0}};
+  }
+  const std::vector<Vec3d> positions = positions_m(body);
+  if (const auto* near = std::get_if<NearPoint>(&at)) {
+    const MeshPoint surface = nearest_surface_point(positions, body.body.mesh->faces, near->position);
+    return weights_near(positions, surface.position_m, near->radius_m);
+  }
+  if (const auto* ray = std::get_if<RayPoint>(&at)) {
+    const std::optional<RayHit> hit = meet(body, *ray);
+    if (!hit) return misses(body.body.name);
+    return weights_near(positions, hit->position, ray->radius_m);
+  }
+  std::vector<VertexWeight> all;
+  const double share = 1.0 / static_cast<double>(body.x.size());
+  for (std::uint32_t i = 0; i < body.x.size(); ++i) all.push_back({i, share});
+  return all;
+}
+
+std::uint32_t heaviest(const std::vector<VertexWeight>& weights) {
+  return std::ranges::max_element(weights, {}, &VertexWeight::weight)->vertex;
+}
+
+template <class Real>
+base::Result<Hit> push(SoftState<Real>& body, const At& at, const Vec3d& impulse_n_s) {
+  if (body.frozen)
+    return base::Status(base::StatusCode::failed_precondition, "\"" + body.body.name + "\" is frozen", "body");
+  base::Result<std::vector<VertexWeight>> weights = vertices_at(body, at);
+  if (!weights.ok()) return weights.status();
+  const auto is_pinned = [&](const VertexWeight& share) { return body.is_pinned(share.vertex); };
+  if (std::ranges::all_of(*weights, is_pinned)) {
+    return base::invalid("vertex " + std::to_string(heaviest(*weights)) + " of \"" + body.body.name + "\" is pinned",
+                         "vertex");
+  }
+  for (const VertexWeight& share : *weights) {
+    if (is_pinned(share)) continue;
+    body.v[share.vertex] +=
+        (share.weight / static_cast<double>(body.vertex_mass_kg) * impulse_n_s).template cast<Real>();
+  }
+  if (std::holds_alternative<WholeBody>(at)) return Hit{body.body.name, std::nullopt};
+  return Hit{body.body.name, heaviest(*weights)};
+}
+
+base::Result<Hit> push(RigidState& body, const At& at, const Vec3d& impulse_n_s) {
+  if (body.frozen)
+    return base::Status(base::StatusCode::failed_precondition, "\"" + body.body.name + "\" is frozen", "body");
+  Vec3d point = body.position;
+  if (std::holds_alternative<std::uint32_t>(at)) {
+    return base::invalid("\"" + body.body.name + "\" is a rigid body: it has no vertices", "vertex");
+  }
+  if (const auto* near = std::get_if<NearPoint>(&at)) point = near->position;
+  if (const auto* ray = std::get_if<RayPoint>(&at)) {
+    const std::optional<RayHit> hit = meet(body, *ray);
+    if (!hit) return misses(body.body.name);
+    point = hit->position;
+  }
+  body.velocity += body.inverse_mass_1_kg * impulse_n_s;
+  const Vec3d turn = body.orientation.conjugate() * (point - body.position).cross(impulse_n_s);
+  body.angular_velocity += body.orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(turn);
+  return Hit{body.body.name, std::nullopt};
+}
+
+// The name of the first body along a ray.
+std::optional<std::string> first_body(const Simulation& sim, const RayPoint& ray, bool with_rigid) {
+  std::optional<std::string> name;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  const auto consider = [&](const std::optional<RayHit>& hit, const std::string& body) {
+    if (!hit || hit->distance_m >= nearest_m) return;
+    nearest_m = hit->distance_m;
+    name = body;
+  };
+  sim.visit([&](const auto& bodies) {
+    for (const auto& body : bodies.states) consider(meet(body, ray), body.body.name);
+  });
+  if (with_rigid) {
+    for (const RigidState& body : sim.rigid) consider(meet(body, ray), body.body.name);
+  }
+  return name;
+}
+
+base::Result<std::string> named_body(const Simulation& sim, const std::string& body, const At& at, bool with_rigid) {
+  if (!body.empty()) return body;
+  const auto* ray = std::get_if<RayPoint>(&at);
+  if (ray == nullptr) return base::invalid("no body is named; only a ray may leave it open", "body");
+  const std::optional<std::string> found = first_body(sim, *ray, with_rigid);
+  if (!found) return misses({});
+  return *found;
+}
+
+// Calls `visitor` with the state of the soft body of that name and gives what it returns; nothing where there is none.
+template <class Sim, class Visitor>
+auto with_soft_body(Sim& sim, const std::string& name, const Visitor& visitor) {
+  return sim.visit([&](auto& bodies) {
+    const auto found = std::ranges::find_if(bodies.states, [&](const auto& body) { return body.body.name == name; });
+    using Outcome = std::optional<decltype(visitor(*found))>;
+    return found == bodies.states.end() ? Outcome{} : Outcome{visitor(*found)};
+  });
+}
+
+// Calls `visitor` with the list that holds grab `id` and its place there; false where nobody holds it.
+template <class Visitor>
+bool with_grab(Simulation& sim, std::uint64_t id, const Visitor& visitor) {
+  return sim.visit([&](auto& bodies) {
+    for (auto& body : bodies.states) {
+      const auto found = std::ranges::find(body.grabs, id, &Grab::id);
+      if (found == body.grabs.end()) continue;
+      visitor(body.grabs, found);
+      return true;
+    }
+    return false;
+  });
+}
+
+base::Status no_grab(std::uint64_t id) {
+  return base::not_found("no grab has the id " + std::to_string(id), "grab_id");
+}
+
+}  // namespace
+
+base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, const Vec3d& impulse_n_s) {
+  const base::Result<std::string> name = named_body(*simulation_, body, at, true);
+  if (!name.ok()) return name.status();
+  auto soft = with_soft_body(*simulation_, *name, [&](auto& state) { return push(state, at, impulse_n_s); });
+  if (soft) return std::move(*soft);
+  const auto rigid =
+      std::ranges::find_if(simulation_->rigid, [&](const RigidState& state) { return state.body.name == *name; });
+  if (rigid == simulation_->rigid.end()) return base::not_found("no body is named \"" + *name + "\"", "body");
+  return push(*rigid, at, impulse_n_s);
+}
+
+base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
+                                  double stiffness_n_m, double damping_n_s_m) {
+  const base::Result<std::string> name = named_body(*simulation_, body, at, false);
+  if (!name.ok()) return name.status();
+  auto held = with_soft_body(*simulation_, *name, [&](auto& state) -> base::Result<Hit> {
+    if (state.frozen) {
+      return base::Status(base::StatusCode::failed_precondition, "\"" + state.body.name + "\" is frozen", "body");
+    }
+    if (std::holds_alternative<WholeBody>(at)) return base::invalid("a grab needs a vertex, a point or a ray", "at");
+    const base::Result<std::vector<VertexWeight>> weights = vertices_at(state, at);
+    if (!weights.ok()) return weights.status();
+    const std::uint32_t vertex = heaviest(*weights);
+    if (state.is_pinned(vertex)) return base::invalid("vertex " + std::to_string(vertex) + " is pinned", "vertex");
+    if (state.grabs.size() >= base::body_grabs_max) {
+      return base::Status(
+          base::StatusCode::limit_exceeded,
+          "\"" + state.body.name + "\" is held by " + std::to_string(base::body_grabs_max) + " grabs already");
+    }
+    const double stiffness = stiffness_n_m > 0.0 ? stiffness_n_m : state.body.springs.stiffness_n_m;
+    const double critical = 2.0 * std::sqrt(stiffness * static_cast<double>(state.vertex_mass_kg));
+    state.grabs.push_back({id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});
+    return Hit{state.body.name, vertex};
+  });
+  if (!held) return base::not_found("no soft body is named \"" + *name + "\"", "body");
+  return std::move(*held);
+}
+
+base::Status World::move_grab(std::uint64_t id, const Vec3d& target) {
+  const bool found = with_grab(*simulation_, id, [&](auto&, auto grab) { grab->target = target; });
+  return found ? base::Status() : no_grab(id);
+}
+
+base::Status World::release_grab(std::uint64_t id) {
+  const bool found = with_grab(*simulation_, id, [](auto& grabs, auto grab) { grabs.erase(grab); });
+  return found ? base::Status() : no_grab(id);
+}
+
+}  // namespace pneuma::physics

@@ -1,0 +1,77 @@
+#include "physics/measures.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "physics/forces.h"
+#include "physics/gas.h"
+
+namespace pneuma::physics {
+namespace {
+
+/// Minus the integral of P - p_outside over the volume, from the volume at the start (isothermal) or from infinity
+/// (adiabatic). Below the floor of gas.h the pressure stays, and the energy goes on in a straight line.
+double gas_energy_j(const GasState& state, const Gas& gas, double volume_m3, double outside_pressure_pa) {
+  const double floor_m3 = gas_volume_floor * state.volume_ref_m3;
+  const double curved_m3 = std::max(volume_m3, floor_m3);
+  const double pressure_pa = gas_pressure_pa(state, gas, curved_m3);
+  const double work_j = gas.law == GasLaw::isothermal
+                            ? -pressure_pa * curved_m3 * std::log(curved_m3 / state.volume_ref_m3)
+                            : pressure_pa * curved_m3 / (gas.heat_capacity_ratio - 1.0);
+  const double straight_j = -pressure_pa * std::min(volume_m3 - floor_m3, 0.0);
+  return work_j + straight_j + outside_pressure_pa * (volume_m3 - state.volume_ref_m3);
+}
+
+template <class Real>
+void add_particles(const SoftState<Real>& state, const Vec3d& gravity_m_s2, BodyMeasures& sums) {
+  const double mass_kg = static_cast<double>(state.vertex_mass_kg);
+  double speed_squared_max = 0.0;
+  for (std::size_t i = 0; i < state.x.size(); ++i) {
+    const Vec3d x = state.x[i].template cast<double>();
+    const Vec3d v = state.v[i].template cast<double>();
+    sums.kinetic_j += 0.5 * mass_kg * v.squaredNorm();
+    sums.gravity_j -= mass_kg * gravity_m_s2.dot(x);
+    sums.momentum += mass_kg * v;
+    sums.angular_momentum += mass_kg * x.cross(v);
+    sums.centre_of_mass += x;
+    speed_squared_max = std::max(speed_squared_max, v.squaredNorm());
+  }
+  sums.centre_of_mass /= static_cast<double>(state.x.size());
+  sums.max_speed_m_s = std::sqrt(speed_squared_max);
+}
+
+}  // namespace
+
+template <class Real>
+BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, const Vec3d& gravity_m_s2) {
+  const Mesh& mesh = *state.body.mesh;
+  BodyMeasures sums;
+  add_particles(state, gravity_m_s2, sums);
+
+  std::vector<Vec3d> x(state.x.size());
+  std::transform(state.x.begin(), state.x.end(), x.begin(), [](const auto& p) { return p.template cast<double>(); });
+  for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+    const double length_m = (x[mesh.edges[e][1]] - x[mesh.edges[e][0]]).norm();
+    const double stretch_m = length_m - static_cast<double>(state.rest_lengths_m[e]);
+    sums.elastic_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
+  }
+  for (const auto& [a, b, c] : mesh.faces) sums.area_m2 += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
+  if (mesh.closed) sums.volume_m3 = signed_volume_m3(x, mesh.faces);
+
+  if (state.gas) {
+    const Gas& gas = *state.body.gas;
+    const double volume_m3 = body_volume_m3<Real>(state.body, state.x);
+    sums.pressure_pa = gas_pressure_pa(*state.gas, gas, volume_m3) - outside_pressure_pa;
+    sums.temperature_k = gas_temperature_k(*state.gas, gas, volume_m3);
+    sums.moles = state.gas->moles;
+    sums.gas_j = gas_energy_j(*state.gas, gas, volume_m3, outside_pressure_pa);
+  }
+  return sums;
+}
+
+template BodyMeasures measure(const SoftState<float>&, double, const Vec3d&);
+template BodyMeasures measure(const SoftState<double>&, double, const Vec3d&);
+
+}  // namespace pneuma::physics

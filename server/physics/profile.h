@@ -1,0 +1,57 @@
+// Where a step's time goes: a row a stage, in the order of the step.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <string_view>
+
+namespace pneuma::physics {
+
+enum class Stage {
+  springs,
+  volume,
+  pressure,
+  wind,
+  grabs,
+  integrate,
+  bounds,
+  broad_phase,
+  soft_contact,
+  solid_contact,
+  rigid,
+  move
+};
+inline constexpr std::size_t stage_count = 12;
+inline constexpr std::array<std::string_view, stage_count> stage_names{
+    "springs", "volume",      "pressure",     "wind",          "grabs", "integrate",
+    "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move"};
+
+struct StageRow {
+  std::chrono::nanoseconds time{0};
+  std::uint64_t calls = 0;
+  std::uint64_t bytes = 0;  // held now, for this stage
+};
+using Profile = std::array<StageRow, stage_count>;
+
+/// Adds the time from its birth to its death to a stage; does nothing where `profile` is null.
+class StageTimer {
+ public:
+  StageTimer(Profile* profile, Stage stage)
+      : row_(profile == nullptr ? nullptr : &(*profile)[static_cast<std::size_t>(stage)]) {
+    if (row_ != nullptr) start_ = std::chrono::steady_clock::now();
+  }
+  ~StageTimer() {
+    if (row_ == nullptr) return;
+    row_->time += std::chrono::steady_clock::now() - start_;
+    ++row_->calls;
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  StageRow* row_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace pneuma::physics

@@ -1,0 +1,84 @@
+// Rigid balls and boxes and moving colliders: their motion, and their contacts by sequential impulses.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/contact_surface.h"
+#include "physics/state.h"
+
+namespace pneuma::physics {
+
+/// Neither frozen nor about to be: finite, and within the limits of speed and place.
+[[nodiscard]] bool is_active(const RigidState& body);
+
+/// Moves the rigid bodies' velocities on by gravity.
+void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
+
+/// Moves rigid bodies and colliders along their velocities for dt_s. A rigid body's angular momentum about its centre
+/// is kept to round-off, which bounds its energy: its spin cannot blow up at any step. A collider turns by the exact
+/// exponential map.
+void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s);
+
+/// `orientation` after turning at a constant angular velocity (rad/s, in the world's frame); unit length.
+[[nodiscard]] Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, double dt_s);
+
+/// R I^-1 R^T x: what an angular impulse x does to the angular velocity.
+[[nodiscard]] Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x);
+
+inline constexpr std::uint32_t no_body = 0xffffffffU;
+
+/// Two solids that touch or may within the substep. `normal` points from b to a.
+struct RigidContact {
+  std::uint32_t a = no_body;
+  std::uint32_t b = no_body;  // no_body: a collider, which moves by `velocity_b`
+  Vec3d velocity_b = Vec3d::Zero();
+  Vec3d point = Vec3d::Zero();
+  Vec3d normal = Vec3d::UnitY();
+  double distance_m = 0.0;  // negative: they overlap
+  ContactSurface surface;
+  // While it is solved:
+  Vec3d arm_a = Vec3d::Zero();
+  Vec3d arm_b = Vec3d::Zero();
+  double mass_normal_kg = 0.0;
+  double mass_tangent_kg = 0.0;
+  double target_m_s = 0.0;  // the least normal velocity that may remain
+  bool bounces = false;
+  double normal_impulse_n_s = 0.0;
+  Vec3d tangent_impulse_n_s = Vec3d::Zero();
+  double push_kg_m = 0.0;
+};
+
+/// Appends the contacts of body a with body b (or with a collider) that the substep may bring about: those nearer than
+/// the two can come in dt_s, so that a fast body does not jump through a thin one.
+void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
+                         std::vector<RigidContact>& contacts);
+void find_collider_contacts(std::span<const RigidState> rigid, std::uint32_t a, const ColliderState& collider,
+                            double dt_s, std::vector<RigidContact>& contacts);
+
+/// Contacts among rigid bodies and between them and colliders: sequential impulses (Catto, "Iterative Dynamics with
+/// Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no energy.
+class RigidSolver {
+ public:
+  /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then).
+  void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+             std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  struct Push {
+    Vec3d linear_m = Vec3d::Zero();
+    Vec3d angular_rad = Vec3d::Zero();
+  };
+  void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
+  void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
+  void solve_velocities(std::span<RigidState> rigid);
+  void cut_moves(std::span<RigidState> rigid, double dt_s);
+  void undo_overlaps(std::span<RigidState> rigid);
+
+  std::vector<RigidContact> contacts_;
+  std::vector<Push> pushes_;  // one a body
+};
+
+}  // namespace pneuma::physics

@@ -1,0 +1,153 @@
+// A scene as the engine takes it: every default filled in, meshes built. Checked by admission.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "physics/mesh.h"
+
+namespace pneuma::physics {
+
+using Vec3d = Eigen::Vector3d;
+using Quatd = Eigen::Quaterniond;
+
+inline constexpr double gas_constant_j_mol_k = 8.31446261815324;
+
+enum class Integrator { explicit_euler, midpoint, rk4, symplectic_euler };
+enum class Precision { single_precision, double_precision };
+
+struct Stepping {
+  double rate_hz = 60.0;
+  std::uint32_t substeps = 0;  // 0: chosen from the stiffness (stability.h)
+  Integrator integrator = Integrator::midpoint;
+  Precision precision = Precision::double_precision;
+  double error_target = 0.01;
+  bool operator==(const Stepping&) const = default;
+};
+
+struct Atmosphere {
+  double pressure_pa = 0.0;
+  double density_kg_m3 = 0.0;
+  Vec3d wind = Vec3d::Zero();  // m/s
+};
+
+struct Springs {
+  double stiffness_n_m = 0.0;
+  double damping_n_s_m = 0.0;
+  double rest_scale = 1.0;
+};
+
+enum class GasLaw { isothermal, adiabatic };
+
+struct Gas {
+  double moles = 0.0;
+  double temperature_k = 293.15;
+  GasLaw law = GasLaw::isothermal;
+  double heat_capacity_ratio = 1.4;
+  double flow_mol_s = 0.0;
+  double leak_mol_s_pa = 0.0;
+};
+
+enum class VolumeMethod { exact, box, ball, ellipsoid };
+enum class PressureSpread { faces, vertex_normals };
+
+// An empty optional leaves the decision to the other surface (see combine in contact.h).
+struct Surface {
+  std::optional<double> restitution;
+  std::optional<double> friction;
+  double thickness_m = 0.0;
+};
+
+struct Drag {
+  double normal = 0.0;
+  double tangential = 0.0;
+};
+
+enum class SoftCollision { none, bounds };
+enum class BoundsKind { box, ball, ellipsoid };
+
+struct Collision {
+  SoftCollision soft = SoftCollision::bounds;
+  BoundsKind bounds = BoundsKind::ellipsoid;
+};
+
+struct SoftBody {
+  std::string name;
+  std::shared_ptr<const Mesh> mesh;
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();
+  double mass_kg = 1.0;
+  Springs springs;
+  std::optional<Gas> gas;
+  VolumeMethod volume = VolumeMethod::exact;
+  PressureSpread pressure_spread = PressureSpread::faces;
+  Surface surface;
+  std::vector<std::uint32_t> pins;
+  bool pin_boundary = false;
+  Drag drag;
+  Collision collision;
+};
+
+struct PlaneShape {
+  Vec3d normal = Vec3d::UnitY();  // unit length, in the shape's own frame
+};
+struct SphereShape {
+  double radius_m = 0.0;
+};
+struct BoxShape {
+  Vec3d half_extents_m = Vec3d::Zero();
+};
+struct EllipsoidShape {
+  Vec3d radii_m = Vec3d::Zero();
+};
+struct CapsuleShape {
+  double radius_m = 0.0;
+  double half_height_m = 0.0;
+};
+struct RoomShape {
+  Vec3d half_extents_m = Vec3d::Zero();
+};
+using Shape = std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape>;
+
+struct RigidBody {
+  std::string name;
+  Shape shape;  // sphere or box
+  double mass_kg = 1.0;
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();
+  Surface surface;
+};
+
+struct Collider {
+  std::string name;
+  Shape shape;
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();
+  Surface surface;
+};
+
+struct Scene {
+  std::string name;
+  Vec3d gravity = Vec3d::Zero();  // m/s^2
+  Stepping stepping;
+  Atmosphere atmosphere;
+  std::vector<SoftBody> soft_bodies;
+  std::vector<RigidBody> rigid_bodies;
+  std::vector<Collider> colliders;
+};
+
+}  // namespace pneuma::physics

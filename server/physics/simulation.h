@@ -1,0 +1,68 @@
+// What a World holds: the bodies at the scene's precision, the solids, and the step that moves them.
+#pragma once
+
+#include <variant>
+
+#include "physics/contact.h"
+#include "physics/integrate.h"
+#include "physics/stability.h"
+#include "physics/world.h"
+
+namespace pneuma::physics {
+
+/// The soft bodies of a world, in one precision.
+template <class Real>
+struct SoftBodies {
+  std::vector<SoftState<Real>> states;
+  std::vector<IntegratorScratch<Real>> scratch;  // one a body
+  std::vector<Profile> profiles;                 // one a body, so that workers share none; empty while not profiling
+  Contacts<Real> contacts;
+};
+
+/// Plain state and the step; World is the door to it.
+class Simulation {
+ public:
+  explicit Simulation(Scene scene, SubstepChoice choice);
+
+  bool substep(Workers& workers);
+
+  template <class Visitor>
+  decltype(auto) visit(Visitor&& visitor) {
+    return std::visit(std::forward<Visitor>(visitor), soft);
+  }
+  template <class Visitor>
+  decltype(auto) visit(Visitor&& visitor) const {
+    return std::visit(std::forward<Visitor>(visitor), soft);
+  }
+
+  [[nodiscard]] double period_s() const { return 1.0 / scene.stepping.rate_hz; }
+  [[nodiscard]] double time_s() const { return time_base_s + static_cast<double>(tick - tick_base) * period_s(); }
+
+  Scene scene;  // as last applied; what moves is below
+  SubstepChoice choice;
+  std::variant<SoftBodies<float>, SoftBodies<double>> soft;
+  std::vector<RigidState> rigid;
+  std::vector<Pose> rigid_before;  // as the substep found them
+  std::vector<ColliderState> colliders;
+
+  std::uint64_t tick = 0;
+  std::uint32_t substep_index = 0;  // of the tick under way
+  // Time runs at this rate from here on; a product, not a sum, so that it does not drift.
+  double time_base_s = 0.0;
+  std::uint64_t tick_base = 0;
+
+  std::vector<FrozenBody> frozen;
+  bool profiling = false;
+  Profile profile{};
+
+ private:
+  template <class Real>
+  void substep_bodies(SoftBodies<Real>& bodies, Workers& workers);
+  template <class Real>
+  void freeze_runaways(SoftBodies<Real>& bodies);
+};
+
+[[nodiscard]] RigidState make_rigid_state(const RigidBody& body);
+[[nodiscard]] ColliderState make_collider_state(const Collider& collider);
+
+}  // namespace pneuma::physics

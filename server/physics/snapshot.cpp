@@ -1,0 +1,143 @@
+// A world's state as bytes and as a hash: one order of fields for writing, reading and hashing.
+#include <bit>
+#include <cstring>
+#include <type_traits>
+
+#include "base/limits.h"
+#include "physics/simulation.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "snapshots are little-endian");
+
+class Writer {
+ public:
+  template <class T>
+  bool field(T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
+    return true;
+  }
+  bool count(std::size_t size) {
+    std::uint64_t value = size;
+    return field(value);
+  }
+  std::string bytes;
+};
+
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest(bytes) {}
+  template <class T>
+  bool field(T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (rest.size() < sizeof(T)) return false;
+    if constexpr (std::is_same_v<T, bool>) {
+      value = rest.front() != 0;
+    } else {
+      std::memcpy(&value, rest.data(), sizeof(T));
+    }
+    rest.remove_prefix(sizeof(T));
+    return true;
+  }
+  bool count(std::size_t size) {
+    std::uint64_t value = 0;
+    return field(value) && value == size;
+  }
+  std::string_view rest;
+};
+
+template <class Archive>
+bool vector_field(Archive& archive, Vec3d& v) {
+  return archive.field(v[0]) && archive.field(v[1]) && archive.field(v[2]);
+}
+
+template <class Archive>
+bool pose_fields(Archive& archive, Vec3d& position, Quatd& orientation) {
+  return vector_field(archive, position) && archive.field(orientation.w()) && archive.field(orientation.x()) &&
+         archive.field(orientation.y()) && archive.field(orientation.z());
+}
+
+template <class Archive>
+bool grab_fields(Archive& archive, Grab& grab) {
+  return archive.field(grab.id) && archive.field(grab.vertex) && vector_field(archive, grab.target) &&
+         archive.field(grab.stiffness_n_m) && archive.field(grab.damping_n_s_m);
+}
+
+template <class Archive, class Real>
+bool soft_fields(Archive& archive, SoftState<Real>& body) {
+  if (!archive.count(body.x.size())) return false;
+  for (auto* points : {&body.x, &body.v}) {
+    for (Vec3<Real>& point : *points) {
+      for (int axis = 0; axis < 3; ++axis) {
+        if (!archive.field(point[axis])) return false;
+      }
+    }
+  }
+  if (!archive.field(body.frozen) || !archive.field(body.volume_m3) || !archive.field(body.pressure_pa)) return false;
+  if (!archive.count(body.gas ? 1 : 0)) return false;
+  if (body.gas && !(archive.field(body.gas->moles) && archive.field(body.gas->temperature_ref_k) &&
+                    archive.field(body.gas->volume_ref_m3))) {
+    return false;
+  }
+  std::uint64_t grabs = body.grabs.size();
+  if (!archive.field(grabs) || grabs > base::body_grabs_max) return false;
+  body.grabs.resize(grabs);
+  for (Grab& grab : body.grabs) {
+    if (!grab_fields(archive, grab) || grab.vertex >= body.x.size()) return false;
+  }
+  return true;
+}
+
+template <class Archive>
+bool state_fields(Archive& archive, Simulation& sim) {
+  if (!archive.field(sim.tick) || !archive.field(sim.time_base_s) || !archive.field(sim.tick_base)) return false;
+  const bool soft_done = sim.visit([&]<class Real>(SoftBodies<Real>& bodies) {
+    if (!archive.count(sizeof(Real)) || !archive.count(bodies.states.size())) return false;
+    for (SoftState<Real>& body : bodies.states) {
+      if (!soft_fields(archive, body)) return false;
+    }
+    return true;
+  });
+  if (!soft_done || !archive.count(sim.rigid.size())) return false;
+  for (RigidState& body : sim.rigid) {
+    if (!pose_fields(archive, body.position, body.orientation) || !vector_field(archive, body.velocity) ||
+        !vector_field(archive, body.angular_velocity) || !archive.field(body.frozen)) {
+      return false;
+    }
+  }
+  if (!archive.count(sim.colliders.size())) return false;
+  for (ColliderState& collider : sim.colliders) {
+    if (!pose_fields(archive, collider.position, collider.orientation)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string World::snapshot() const {
+  Writer writer;
+  state_fields(writer, *simulation_);
+  return std::move(writer.bytes);
+}
+
+base::Status World::restore(std::string_view snapshot) {
+  auto restored = std::make_unique<Simulation>(*simulation_);
+  Reader reader(snapshot);
+  if (!state_fields(reader, *restored) || !reader.rest.empty()) {
+    return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
+  }
+  restored->substep_index = 0;
+  simulation_ = std::move(restored);
+  return {};
+}
+
+std::uint64_t World::state_hash() const {
+  std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a, 64 bits
+  for (const char byte : snapshot()) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3U;
+  return hash;
+}
+
+}  // namespace pneuma::physics

@@ -1,0 +1,115 @@
+#include "physics/soft_setup.h"
+
+#include "physics/forces.h"
+#include "physics/gas.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+template <class Real>
+std::vector<Real> rest_lengths_m(const SoftBody& body) {
+  std::vector<Real> lengths;
+  lengths.reserve(body.mesh->edge_lengths_m.size());
+  for (const double length : body.mesh->edge_lengths_m)
+    lengths.push_back(static_cast<Real>(body.springs.rest_scale * length));
+  return lengths;
+}
+
+double body_length_m(const Mesh& mesh) {
+  Vec3d low = mesh.positions_m.front();
+  Vec3d high = low;
+  for (const Vec3d& position : mesh.positions_m) {
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
+  return (high - low).norm();
+}
+
+std::vector<std::uint8_t> pinned_vertices(const SoftBody& body) {
+  if (body.pins.empty() && !body.pin_boundary) return {};
+  std::vector<std::uint8_t> pinned(body.mesh->positions_m.size(), 0);
+  for (const std::uint32_t vertex : body.pins) pinned[vertex] = 1;
+  if (body.pin_boundary) {
+    for (const std::uint32_t vertex : body.mesh->boundary) pinned[vertex] = 1;
+  }
+  return pinned;
+}
+
+template <class Real>
+void apply_constants(SoftState<Real>& state, const SoftBody& body) {
+  state.body = body;
+  state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
+  state.length_m = static_cast<Real>(body_length_m(*body.mesh));
+  state.rest_lengths_m = rest_lengths_m<Real>(body);
+  state.pinned = pinned_vertices(body);
+  for (std::size_t i = 0; i < state.pinned.size(); ++i) {
+    if (state.pinned[i] != 0) state.v[i].setZero();
+  }
+}
+
+}  // namespace
+
+template <class Real>
+SoftState<Real> make_soft_state(const SoftBody& body) {
+  SoftState<Real> state;
+  const std::size_t count = body.mesh->positions_m.size();
+  state.x.reserve(count);
+  state.v.reserve(count);
+  for (const Vec3d& local : body.mesh->positions_m) {
+    const Vec3d arm = body.orientation * local;
+    state.x.push_back((body.position + arm).cast<Real>());
+    state.v.push_back((body.velocity + body.angular_velocity.cross(arm)).cast<Real>());
+  }
+  state.dr.assign(count, Vec3<Real>::Zero());
+  apply_constants(state, body);
+  if (body.mesh->closed) state.volume_m3 = body_volume_m3<Real>(body, state.x);
+  if (body.gas) state.gas = make_gas_state(*body.gas, state.volume_m3);
+  return state;
+}
+
+bool continues(const SoftBody& before, const SoftBody& after) {
+  const bool same_mesh = before.mesh == after.mesh || (before.mesh->positions_m == after.mesh->positions_m &&
+                                                       before.mesh->faces == after.mesh->faces);
+  return same_mesh && before.position == after.position && before.orientation.coeffs() == after.orientation.coeffs() &&
+         before.velocity == after.velocity && before.angular_velocity == after.angular_velocity;
+}
+
+template <class Real>
+void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
+  if (!body.gas) {
+    state.gas.reset();
+    state.pressure_pa = 0.0;
+  } else {
+    const double volume_m3 = body_volume_m3<Real>(body, state.x);
+    if (!state.gas) {
+      state.gas = make_gas_state(*body.gas, volume_m3);
+    } else {
+      const Gas live = *live_body(state).gas;
+      if (body.gas->moles != live.moles) state.gas->moles = body.gas->moles;
+      if (body.gas->temperature_k != live.temperature_k || body.gas->law != live.law) {
+        *state.gas = {state.gas->moles, body.gas->temperature_k, volume_m3};
+      }
+    }
+  }
+  apply_constants(state, body);
+}
+
+template <class Real>
+SoftBody live_body(const SoftState<Real>& state) {
+  SoftBody body = state.body;
+  if (state.gas) {
+    body.gas->moles = state.gas->moles;
+    body.gas->temperature_k = gas_temperature_k(*state.gas, *state.body.gas, state.volume_m3);
+  }
+  return body;
+}
+
+template SoftState<float> make_soft_state<float>(const SoftBody&);
+template SoftState<double> make_soft_state<double>(const SoftBody&);
+template void change_soft_state<float>(SoftState<float>&, const SoftBody&);
+template void change_soft_state<double>(SoftState<double>&, const SoftBody&);
+template SoftBody live_body<float>(const SoftState<float>&);
+template SoftBody live_body<double>(const SoftState<double>&);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,69 @@
+// The live state of a world's bodies. Soft bodies are templated on their scalar (float or double);
+// solids are few, and double.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/scene.h"
+
+namespace pneuma::physics {
+
+template <class Real>
+using Vec3 = Eigen::Matrix<Real, 3, 1>;
+
+/// What is inside a body now. Pressure follows from it and the volume (gas.h).
+struct GasState {
+  double moles = 0.0;
+  // The temperature at volume_ref_m3; it stays there when isothermal, and follows T V^(g-1) when adiabatic.
+  double temperature_ref_k = 0.0;
+  double volume_ref_m3 = 0.0;
+};
+
+/// A vertex held to a moving point by a damped spring.
+struct Grab {
+  std::uint64_t id = 0;
+  std::uint32_t vertex = 0;
+  Vec3d target = Vec3d::Zero();
+  double stiffness_n_m = 0.0;
+  double damping_n_s_m = 0.0;
+};
+
+template <class Real>
+struct SoftState {
+  SoftBody body;  // as the scene has it now
+  Real vertex_mass_kg = 0;
+  Real length_m = 0;                 // of the mesh: its bounding box's diagonal
+  std::vector<Real> rest_lengths_m;  // one an edge of body.mesh
+  std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
+  std::vector<Vec3<Real>> x;         // positions, m
+  std::vector<Vec3<Real>> v;         // velocities, m/s
+  std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
+  std::optional<GasState> gas;
+  double volume_m3 = 0.0;    // by the body's own method, at the last force evaluation
+  double pressure_pa = 0.0;  // over the outside, at the last force evaluation
+  std::vector<Grab> grabs;
+  bool frozen = false;
+
+  [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }
+};
+
+struct RigidState {
+  RigidBody body;  // as the scene has it; the live pose is below
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();  // rad/s, in the world's frame
+  double inverse_mass_1_kg = 0.0;
+  Vec3d inverse_inertia_1_kg_m2 = Vec3d::Zero();  // principal, in the body's frame
+  bool frozen = false;
+};
+
+struct ColliderState {
+  Collider collider;  // as the scene has it; the live pose is below
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+};
+
+}  // namespace pneuma::physics

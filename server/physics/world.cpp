@@ -1,0 +1,206 @@
+#include "physics/world.h"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include "physics/admission.h"
+#include "physics/simulation.h"
+#include "physics/soft_setup.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+template <class Real>
+void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wanted) {
+  std::vector<SoftState<Real>> states;
+  states.reserve(wanted.size());
+  for (const SoftBody& body : wanted) {
+    const auto live = std::ranges::find(bodies.states, body.name, [](const auto& state) { return state.body.name; });
+    if (live != bodies.states.end() && continues(live->body, body)) {
+      states.push_back(*live);
+      change_soft_state(states.back(), body);
+    } else {
+      states.push_back(make_soft_state<Real>(body));
+    }
+  }
+  bodies.states = std::move(states);
+  bodies.scratch.assign(bodies.states.size(), {});
+  bodies.profiles.clear();
+}
+
+void add_times(Profile& sum, const Profile& profile) {
+  for (std::size_t stage = 0; stage < stage_count; ++stage) {
+    sum[stage].time += profile[stage].time;
+    sum[stage].calls += profile[stage].calls;
+  }
+}
+
+// A solid is put where the scene says: World::scene() told its live pose, and an edit left that alone or set another.
+std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live,
+                                             const std::vector<RigidBody>& wanted) {
+  std::vector<RigidState> states;
+  states.reserve(wanted.size());
+  for (const RigidBody& body : wanted) {
+    states.push_back(make_rigid_state(body));
+    const auto before = std::ranges::find(live, body.name, [](const RigidState& state) { return state.body.name; });
+    if (before != live.end()) states.back().frozen = before->frozen;
+  }
+  return states;
+}
+
+std::vector<ColliderState> applied_colliders(const std::vector<Collider>& wanted) {
+  std::vector<ColliderState> states;
+  states.reserve(wanted.size());
+  for (const Collider& collider : wanted) states.push_back(make_collider_state(collider));
+  return states;
+}
+
+}  // namespace
+
+World::World(std::unique_ptr<Simulation> simulation) : simulation_(std::move(simulation)) {}
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+base::Result<World> World::create(Scene scene) {
+  if (base::Status status = check_scene(scene); !status.ok()) return status;
+  base::Result<SubstepChoice> choice = choose_substeps(scene);
+  if (!choice.ok()) return choice.status();
+  return World(std::make_unique<Simulation>(std::move(scene), std::move(*choice)));
+}
+
+base::Status World::apply(Scene scene) {
+  assert(simulation_->substep_index == 0);
+  if (base::Status status = check_scene(scene); !status.ok()) return status;
+  if (scene.stepping.precision != simulation_->scene.stepping.precision) {
+    return {base::StatusCode::failed_precondition, "the precision of a running world cannot change",
+            "stepping.precision"};
+  }
+  base::Result<SubstepChoice> choice = choose_substeps(scene);
+  if (!choice.ok()) return choice.status();
+
+  Simulation& sim = *simulation_;
+  if (scene.stepping.rate_hz != sim.scene.stepping.rate_hz) {
+    sim.time_base_s = sim.time_s();
+    sim.tick_base = sim.tick;
+  }
+  sim.visit([&](auto& bodies) {
+    for (const Profile& profile : bodies.profiles) add_times(sim.profile, profile);
+    apply_soft_bodies(bodies, scene.soft_bodies);
+  });
+  sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies);
+  sim.colliders = applied_colliders(scene.colliders);
+  sim.choice = std::move(*choice);
+  sim.scene = std::move(scene);
+  return {};
+}
+
+Scene World::scene() const {
+  Scene scene = simulation_->scene;
+  simulation_->visit([&](const auto& bodies) {
+    for (std::size_t i = 0; i < bodies.states.size(); ++i) scene.soft_bodies[i] = live_body(bodies.states[i]);
+  });
+  for (std::size_t i = 0; i < scene.rigid_bodies.size(); ++i) {
+    const RigidState& live = simulation_->rigid[i];
+    scene.rigid_bodies[i].position = live.position;
+    scene.rigid_bodies[i].orientation = live.orientation;
+    scene.rigid_bodies[i].velocity = live.velocity;
+    scene.rigid_bodies[i].angular_velocity = live.angular_velocity;
+  }
+  for (std::size_t i = 0; i < scene.colliders.size(); ++i) {
+    scene.colliders[i].position = simulation_->colliders[i].position;
+    scene.colliders[i].orientation = simulation_->colliders[i].orientation;
+  }
+  return scene;
+}
+
+bool World::substep(Workers& workers) {
+  return simulation_->substep(workers);
+}
+
+void World::step_tick(Workers& workers) {
+  while (!simulation_->substep(workers)) {
+  }
+}
+
+std::uint64_t World::tick() const {
+  return simulation_->tick;
+}
+double World::time_s() const {
+  return simulation_->time_s();
+}
+double World::tick_period_s() const {
+  return simulation_->period_s();
+}
+std::uint32_t World::substeps() const {
+  return simulation_->choice.substeps;
+}
+const std::string& World::substeps_reason() const {
+  return simulation_->choice.reason;
+}
+
+std::size_t World::soft_body_count() const {
+  return simulation_->scene.soft_bodies.size();
+}
+const SoftBody& World::soft_body(std::size_t index) const {
+  return simulation_->scene.soft_bodies[index];
+}
+
+bool World::is_frozen(std::size_t soft_index) const {
+  return simulation_->visit([&](const auto& bodies) { return bodies.states[soft_index].frozen; });
+}
+
+void World::copy_positions(std::size_t soft_index, std::span<double> out_m) const {
+  simulation_->visit([&](const auto& bodies) {
+    const auto& x = bodies.states[soft_index].x;
+    assert(out_m.size() == 3 * x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis)
+        out_m[3 * i + static_cast<std::size_t>(axis)] = static_cast<double>(x[i][axis]);
+    }
+  });
+}
+
+BodyMeasures World::measure(std::size_t soft_index) const {
+  const Scene& scene = simulation_->scene;
+  return simulation_->visit([&](const auto& bodies) {
+    return physics::measure(bodies.states[soft_index], scene.atmosphere.pressure_pa, scene.gravity);
+  });
+}
+
+const std::vector<RigidState>& World::rigid_bodies() const {
+  return simulation_->rigid;
+}
+const std::vector<ColliderState>& World::colliders() const {
+  return simulation_->colliders;
+}
+
+std::vector<FrozenBody> World::take_frozen() {
+  return std::exchange(simulation_->frozen, {});
+}
+
+void World::set_profiling(bool on) {
+  simulation_->profiling = on;
+}
+
+Profile World::profile() const {
+  Profile sum = simulation_->profile;
+  const auto add_bytes = [&](Stage stage, std::size_t bytes) { sum[static_cast<std::size_t>(stage)].bytes += bytes; };
+  simulation_->visit([&]<class Real>(const SoftBodies<Real>& bodies) {
+    for (const Profile& profile : bodies.profiles) add_times(sum, profile);
+    for (std::size_t i = 0; i < bodies.states.size(); ++i) {
+      const SoftState<Real>& state = bodies.states[i];
+      add_bytes(Stage::springs, state.rest_lengths_m.capacity() * sizeof(Real));
+      add_bytes(Stage::integrate, bodies.scratch[i].bytes() + state.pinned.capacity());
+      add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
+      add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));
+    }
+  });
+  add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
+  add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));
+  return sum;
+}
+
+}  // namespace pneuma::physics

@@ -1,0 +1,113 @@
+// A world: a scene in motion. Not thread-safe; whoever steps it owns it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/status.h"
+#include "physics/measures.h"
+#include "physics/profile.h"
+#include "physics/scene.h"
+#include "physics/state.h"
+#include "physics/workers.h"
+
+namespace pneuma::physics {
+
+struct Pose {
+  Vec3d position = Vec3d::Zero();
+  Quatd orientation = Quatd::Identity();
+};
+
+/// A body that ran away (NaN, past the speed limit or the coordinate limit) and was stopped where it last was well.
+struct FrozenBody {
+  std::string name;
+  std::string reason;
+};
+
+/// How a request names a point of a body.
+struct NearPoint {
+  Vec3d position = Vec3d::Zero();
+  double radius_m = 0.0;
+};
+struct RayPoint {
+  Vec3d origin = Vec3d::Zero();
+  Vec3d direction = Vec3d::UnitX();
+  double radius_m = 0.0;
+};
+struct WholeBody {};
+using At = std::variant<WholeBody, std::uint32_t, NearPoint, RayPoint>;  // uint32: a vertex
+
+struct Hit {
+  std::string body;
+  std::optional<std::uint32_t> vertex;  // the nearest one; none of a rigid body, or where a whole body is meant
+};
+
+class Simulation;
+
+class World {
+ public:
+  /// Checks the scene (admission.h) and sets its bodies up at tick 0.
+  [[nodiscard]] static base::Result<World> create(Scene scene);
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  /// Takes over an edited scene: bodies and solids of the same name (and mesh, or shape) go on from their live state,
+  /// and what differs between the scene so far and the new one is applied to them. Refuses a bad scene, or another
+  /// precision, and changes nothing then.
+  [[nodiscard]] base::Status apply(Scene scene);
+  /// The scene as it is now: edits applied, gas amounts and temperatures, and the solids' motion live.
+  [[nodiscard]] Scene scene() const;
+
+  /// Runs one substep of the tick under way (the first one begins it). True when it ended the tick.
+  bool substep(Workers& workers);
+  /// Runs a whole tick.
+  void step_tick(Workers& workers);
+
+  [[nodiscard]] std::uint64_t tick() const;  // ticks done
+  [[nodiscard]] double time_s() const;       // simulated; tick / rate unless the rate was changed
+  [[nodiscard]] double tick_period_s() const;
+  [[nodiscard]] std::uint32_t substeps() const;              // a tick, as chosen
+  [[nodiscard]] const std::string& substeps_reason() const;  // why that many
+
+  [[nodiscard]] std::size_t soft_body_count() const;
+  [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;
+  [[nodiscard]] bool is_frozen(std::size_t soft_index) const;
+  /// Writes x, y, z of each vertex in order; `out` has 3 * vertex count elements.
+  void copy_positions(std::size_t soft_index, std::span<double> out_m) const;
+  [[nodiscard]] BodyMeasures measure(std::size_t soft_index) const;
+  [[nodiscard]] const std::vector<RigidState>& rigid_bodies() const;
+  [[nodiscard]] const std::vector<ColliderState>& colliders() const;
+
+  /// Adds momentum `impulse_n_s` at `at`. With an empty name, `at` must be a ray, and the first body hit is meant.
+  [[nodiscard]] base::Result<Hit> apply_impulse(const std::string& body, const At& at, const Vec3d& impulse_n_s);
+  /// Holds a vertex to `target`. `stiffness_n_m` 0: the body's own; `damping_n_s_m` 0: critical for one vertex's mass.
+  [[nodiscard]] base::Result<Hit> add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
+                                           double stiffness_n_m, double damping_n_s_m);
+  [[nodiscard]] base::Status move_grab(std::uint64_t id, const Vec3d& target);
+  [[nodiscard]] base::Status release_grab(std::uint64_t id);
+
+  /// Bodies frozen since the last call.
+  [[nodiscard]] std::vector<FrozenBody> take_frozen();
+
+  /// FNV-1a over the bits of the whole state in a fixed order (positions, velocities, gas, solids, time).
+  [[nodiscard]] std::uint64_t state_hash() const;
+  /// The state as bytes, to be restored into a world created from the same scene (the one scene() gave then).
+  [[nodiscard]] std::string snapshot() const;
+  [[nodiscard]] base::Status restore(std::string_view snapshot);
+
+  /// While on, steps add to profile(). Off at first.
+  void set_profiling(bool on);
+  [[nodiscard]] Profile profile() const;
+
+ private:
+  explicit World(std::unique_ptr<Simulation> simulation);
+  std::unique_ptr<Simulation> simulation_;
+};
+
+}  // namespace pneuma::physics

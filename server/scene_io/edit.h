@@ -1,0 +1,14 @@
+// Edits of a scene.
+#pragma once
+
+#include "base/status.h"
+#include "pneuma/v1/scene.pb.h"
+
+namespace pneuma::scene_io {
+
+/// The scene with all of the edit's changes, in their order; or the first change that cannot be made, by its path
+/// (`changes[2].change_soft_body.name: no soft body is named "x"`). Names, references and what an edit itself may not
+/// do are checked here; numbers by to_physics on the result.
+[[nodiscard]] base::Result<v1::Scene> apply_edit(const v1::Scene& scene, const v1::SceneEdit& edit);
+
+}  // namespace pneuma::scene_io

@@ -1,0 +1,104 @@
+#include "scene_io/load.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+#include "base/limits.h"
+#include "scene_io/embedded_files.h"
+#include "scene_io/json.h"
+#include "scene_io/quoted.h"
+
+namespace pneuma::scene_io {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view extension = ".json";
+
+const EmbeddedFile* find_builtin(std::string_view name) {
+  const EmbeddedFile* end = embedded_files + embedded_file_count;
+  const EmbeddedFile* found = std::find_if(embedded_files, end, [name](const EmbeddedFile& file) {
+    return file.name.size() == name.size() + extension.size() && file.name.starts_with(name) &&
+           file.name.ends_with(extension);
+  });
+  return found == end ? nullptr : found;
+}
+
+std::string builtin_list() {
+  std::string list;
+  for (const std::string& name : builtin_scene_names()) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+base::Status cannot_read(const std::string& path, const std::string& why) {
+  return {base::StatusCode::unavailable, "cannot read: " + why, path};
+}
+
+base::Result<std::string> read_scene_file(const std::string& path) {
+  std::error_code error;
+  const fs::file_status found = fs::status(path, error);
+  if (found.type() == fs::file_type::not_found) {
+    return base::not_found("no such scene file, and no built-in scene; built-in are: " + builtin_list(), path);
+  }
+  if (error) return cannot_read(path, error.message());
+  if (!fs::is_regular_file(found)) return base::invalid("is not a file", path);
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) return cannot_read(path, error.message());
+  if (size > base::scene_file_bytes_max) {
+    return base::Status(base::StatusCode::limit_exceeded,
+                        "has " + std::to_string(size) + " bytes; a scene file has at most " +
+                            std::to_string(base::scene_file_bytes_max),
+                        path);
+  }
+  std::string text(size, '\0');
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(text.data(), static_cast<std::streamsize>(size))) {
+    return cannot_read(path, errno != 0 ? std::generic_category().message(errno) : "it became shorter meanwhile");
+  }
+  return text;
+}
+
+/// A file's errors carry its path before the field's, set off by a colon: both have dots of their own.
+base::Status in_file(const base::Status& status, const std::string& path) {
+  return {status.code(), status.message(), path};
+}
+
+}  // namespace
+
+std::vector<std::string> builtin_scene_names() {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < embedded_file_count; ++i) {
+    std::string_view name = embedded_files[i].name;
+    if (!name.ends_with(extension)) continue;
+    name.remove_suffix(extension.size());
+    names.emplace_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+base::Result<v1::Scene> builtin_scene(const std::string& name) {
+  const EmbeddedFile* file = find_builtin(name);
+  if (file == nullptr) {
+    return base::not_found("no built-in scene is named " + in_quotes(name) + "; there are: " + builtin_list());
+  }
+  return parse_scene_json(file->text);
+}
+
+base::Result<v1::Scene> load_scene(const std::string& name_or_file) {
+  if (name_or_file.empty()) return base::invalid("a scene's name or file is wanted", "scene");
+  if (find_builtin(name_or_file) != nullptr) return builtin_scene(name_or_file);
+  const auto text = read_scene_file(name_or_file);
+  if (!text.ok()) return text.status();
+  auto scene = parse_scene_json(*text);
+  if (!scene.ok()) return in_file(scene.status(), name_or_file);
+  if (scene->name().empty()) scene->set_name(fs::path(name_or_file).stem().string());
+  return scene;
+}
+
+}  // namespace pneuma::scene_io

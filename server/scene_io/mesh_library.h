@@ -1,0 +1,26 @@
+// The meshes of a scene, each built once.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "base/status.h"
+#include "physics/mesh.h"
+#include "pneuma/v1/scene.pb.h"
+
+namespace pneuma::scene_io {
+
+class MeshLibrary {
+ public:
+  /// Fails with the path (`meshes[0].triangles.indices[9..11]`). What all of them hold together is bounded, as each is.
+  [[nodiscard]] static base::Result<MeshLibrary> build(const v1::Scene& scene);
+
+  /// Fails with not_found, listing the names there are.
+  [[nodiscard]] base::Result<std::shared_ptr<const physics::Mesh>> find(const std::string& name) const;
+
+ private:
+  std::map<std::string, std::shared_ptr<const physics::Mesh>> meshes_;
+};
+
+}  // namespace pneuma::scene_io

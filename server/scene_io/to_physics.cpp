@@ -1,0 +1,283 @@
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include <google/protobuf/generated_enum_reflection.h>
+
+#include "base/limits.h"
+#include "physics/admission.h"
+#include "scene_io/mesh_library.h"
+#include "scene_io/translate.h"
+
+namespace pneuma::scene_io {
+namespace {
+
+using base::Result;
+using base::Status;
+using base::StatusCode;
+using physics::Quatd;
+using physics::Vec3d;
+
+/// Keeps the first failure of a message's fields.
+class Failures {
+ public:
+  void note(const char* field, const Status& status) {
+    if (first_.ok() && !status.ok()) first_ = status.inside(field);
+  }
+  [[nodiscard]] const Status& first() const { return first_; }
+
+ private:
+  Status first_;
+};
+
+Vec3d to_vector(const v1::Vec3& in) {
+  return {in.x(), in.y(), in.z()};
+}
+
+/// Scaled to length 1, without overflow or underflow on the way; what has that length to round-off keeps its bits, so
+/// that a live pose goes through a message unchanged. All zero, which is how a message says nothing, gives `otherwise`.
+template <class Vector>
+Status normalise(Vector in, const Vector& otherwise, Vector& out) {
+  if (!in.allFinite()) return base::invalid("is not finite");
+  const double largest = in.cwiseAbs().maxCoeff();
+  if (std::abs(in.squaredNorm() - 1.0) <= 4.0 * std::numeric_limits<double>::epsilon()) {
+    out = in;
+    return {};
+  }
+  out = largest == 0.0 ? otherwise : (in / largest).normalized();
+  return {};
+}
+
+Status read_rotation(const v1::Quaternion& in, Quatd& out) {
+  using Coefficients = Quatd::Coefficients;  // x, y, z, w
+  return normalise<Coefficients>({in.x(), in.y(), in.z(), in.w()}, Quatd::Identity().coeffs(), out.coeffs());
+}
+
+/// What is in `known` is what this version builds; the first pair is the default. Messages from the wire may hold any
+/// number.
+template <class Proto, class Physics>
+Status read_enum(Proto value, std::initializer_list<std::pair<Proto, Physics>> known, Physics& out) {
+  if (static_cast<int>(value) == 0) {
+    out = known.begin()->second;
+    return {};
+  }
+  const auto* type = google::protobuf::GetEnumDescriptor<Proto>();
+  const auto name = [type](Proto number) {
+    const auto* its = type->FindValueByNumber(static_cast<int>(number));
+    return its == nullptr ? std::to_string(static_cast<int>(number)) : its->name();
+  };
+  std::string names;
+  for (const auto& [its, meaning] : known) {
+    if (its == value) {
+      out = meaning;
+      return {};
+    }
+    names += (names.empty() ? "" : ", ") + name(its);
+  }
+  return {StatusCode::unsupported, "this version has no " + name(value) + "; it has " + names};
+}
+
+Status refuse_if(bool set, const char* what) {
+  return set ? Status(StatusCode::unsupported, std::string("this version has no ") + what) : Status();
+}
+
+Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
+  using enum physics::Integrator;
+  using enum physics::Precision;
+  if (in.has_rate_hz()) out.rate_hz = in.rate_hz();
+  out.substeps = in.substeps();
+  if (in.has_error_target()) out.error_target = in.error_target();
+  Failures failures;
+  failures.note("integrator", read_enum(in.integrator(),
+                                        {{v1::Stepping::MIDPOINT, midpoint},
+                                         {v1::Stepping::EXPLICIT_EULER, explicit_euler},
+                                         {v1::Stepping::RK4, rk4},
+                                         {v1::Stepping::SYMPLECTIC_EULER, symplectic_euler}},
+                                        out.integrator));
+  failures.note(
+      "precision",
+      read_enum(in.precision(), {{v1::Stepping::DOUBLE, double_precision}, {v1::Stepping::SINGLE, single_precision}},
+                out.precision));
+  return failures.first();
+}
+
+Status read_springs(const v1::Springs& in, physics::Springs& out) {
+  out.stiffness_n_m = in.stiffness_n_m();
+  out.damping_n_s_m = in.damping_n_s_m();
+  if (in.has_rest_scale()) out.rest_scale = in.rest_scale();
+  Failures failures;
+  failures.note("bend_stiffness_n_m", refuse_if(in.bend_stiffness_n_m() != 0.0, "bending springs"));
+  return failures.first();
+}
+
+Status read_gas(const v1::Gas& in, physics::Gas& out) {
+  out.moles = in.moles();
+  if (in.has_temperature_k()) out.temperature_k = in.temperature_k();
+  if (in.has_heat_capacity_ratio()) out.heat_capacity_ratio = in.heat_capacity_ratio();
+  out.flow_mol_s = in.flow_mol_s();
+  out.leak_mol_s_pa = in.leak_mol_s_pa();
+  using enum physics::GasLaw;
+  Failures failures;
+  failures.note("law",
+                read_enum(in.law(), {{v1::Gas::ISOTHERMAL, isothermal}, {v1::Gas::ADIABATIC, adiabatic}}, out.law));
+  return failures.first();
+}
+
+Status read_volume(const v1::Volume& in, physics::VolumeMethod& out) {
+  using enum physics::VolumeMethod;
+  Failures failures;
+  failures.note("method", read_enum(in.method(),
+                                    {{v1::Volume::EXACT, exact},
+                                     {v1::Volume::BOX, box},
+                                     {v1::Volume::BALL, ball},
+                                     {v1::Volume::ELLIPSOID, ellipsoid}},
+                                    out));
+  failures.note("resolution", refuse_if(in.has_resolution(), "volume method that has a resolution"));
+  return failures.first();
+}
+
+Status read_collision(const v1::Collision& in, physics::Collision& out) {
+  using physics::BoundsKind;
+  using physics::SoftCollision;
+  Failures failures;
+  failures.note(
+      "soft",
+      read_enum(in.soft(), {{v1::Collision::BOUNDS, SoftCollision::bounds}, {v1::Collision::NONE, SoftCollision::none}},
+                out.soft));
+  failures.note("self", refuse_if(in.self(), "self-collision"));
+  failures.note("bounds", read_enum(in.bounds(),
+                                    {{v1::Collision::Bounds::Collision_Bounds_ELLIPSOID, BoundsKind::ellipsoid},
+                                     {v1::Collision::Bounds::Collision_Bounds_BOX, BoundsKind::box},
+                                     {v1::Collision::Bounds::Collision_Bounds_BALL, BoundsKind::ball}},
+                                    out.bounds));
+  return failures.first();
+}
+
+physics::Surface to_surface(const v1::Surface& in) {
+  physics::Surface out;
+  if (in.has_restitution()) out.restitution = in.restitution();
+  if (in.has_friction()) out.friction = in.friction();
+  out.thickness_m = in.thickness_m();
+  return out;
+}
+
+Status read_shape(const v1::Shape& in, physics::Shape& out) {
+  switch (in.shape_case()) {
+    case v1::Shape::kPlane: {
+      physics::PlaneShape plane;
+      const Status status = normalise<Vec3d>(to_vector(in.plane().normal()), Vec3d::UnitY(), plane.normal);
+      out = plane;
+      return status.ok() ? status : status.inside("plane.normal");
+    }
+    case v1::Shape::kSphere:
+      out = physics::SphereShape{in.sphere().radius_m()};
+      return {};
+    case v1::Shape::kBox:
+      out = physics::BoxShape{to_vector(in.box().half_extents())};
+      return {};
+    case v1::Shape::kEllipsoid:
+      out = physics::EllipsoidShape{to_vector(in.ellipsoid().radii())};
+      return {};
+    case v1::Shape::kCapsule:
+      out = physics::CapsuleShape{in.capsule().radius_m(), in.capsule().half_height_m()};
+      return {};
+    case v1::Shape::kRoom:
+      out = physics::RoomShape{to_vector(in.room().half_extents())};
+      return {};
+    case v1::Shape::SHAPE_NOT_SET:
+      break;
+  }
+  return base::invalid("is missing; one of plane, sphere, box, ellipsoid, capsule, room is wanted");
+}
+
+/// What soft bodies, rigid bodies and colliders have alike.
+template <class In, class Out>
+void read_motion(const In& in, Out& out, Failures& failures) {
+  out.name = in.name();
+  out.position = to_vector(in.position());
+  failures.note("orientation", read_rotation(in.orientation(), out.orientation));
+  out.velocity = to_vector(in.velocity());
+  out.angular_velocity = to_vector(in.angular_velocity());
+  out.surface = to_surface(in.surface());
+}
+
+Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics::SoftBody& out) {
+  Failures failures;
+  const auto mesh = meshes.find(in.mesh());
+  failures.note("mesh", mesh.status());
+  if (mesh.ok()) out.mesh = *mesh;
+  read_motion(in, out, failures);
+  if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
+  failures.note("springs", read_springs(in.springs(), out.springs));
+  if (in.has_gas()) failures.note("gas", read_gas(in.gas(), out.gas.emplace()));
+  failures.note("volume", read_volume(in.volume(), out.volume));
+  using physics::PressureSpread;
+  failures.note("pressure_spread",
+                read_enum(in.pressure_spread(),
+                          {{v1::FACES, PressureSpread::faces}, {v1::VERTEX_NORMALS, PressureSpread::vertex_normals}},
+                          out.pressure_spread));
+  out.pins.assign(in.pins().begin(), in.pins().end());
+  out.pin_boundary = in.pin_boundary();
+  out.drag = {in.drag().normal(), in.drag().tangential()};
+  failures.note("collision", read_collision(in.collision(), out.collision));
+  return failures.first();
+}
+
+Status read_rigid_body(const v1::RigidBody& in, physics::RigidBody& out) {
+  Failures failures;
+  failures.note("shape", read_shape(in.shape(), out.shape));
+  read_motion(in, out, failures);
+  if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
+  return failures.first();
+}
+
+Status read_collider(const v1::Collider& in, physics::Collider& out) {
+  Failures failures;
+  failures.note("shape", read_shape(in.shape(), out.shape));
+  read_motion(in, out, failures);
+  return failures.first();
+}
+
+/// Each item of a list by `read`, as many as the engine admits: where there are more, check_scene would say so, but
+/// only after all of them were made.
+template <class In, class Out, class Read>
+Status read_list(const In& in, const char* field, std::size_t limit, std::vector<Out>& out, Read read) {
+  if (static_cast<std::size_t>(in.size()) > limit) {
+    return {StatusCode::limit_exceeded, "are " + std::to_string(in.size()) + "; at most " + std::to_string(limit),
+            field};
+  }
+  out.resize(static_cast<std::size_t>(in.size()));
+  for (int i = 0; i < in.size(); ++i) {
+    const Status status = read(in[i], out[static_cast<std::size_t>(i)]);
+    if (!status.ok()) return status.inside(std::string(field) + "[" + std::to_string(i) + "]");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<physics::Scene> to_physics(const v1::Scene& scene) {
+  physics::Scene out;
+  out.name = scene.name();
+  out.gravity = to_vector(scene.gravity());
+  if (auto status = read_stepping(scene.stepping(), out.stepping); !status.ok()) return status.inside("stepping");
+  out.atmosphere.pressure_pa = scene.atmosphere().pressure_pa();
+  out.atmosphere.density_kg_m3 = scene.atmosphere().density_kg_m3();
+  out.atmosphere.wind = to_vector(scene.atmosphere().wind());
+
+  const auto meshes = MeshLibrary::build(scene);
+  if (!meshes.ok()) return meshes.status();
+  Status status = read_list(scene.soft_bodies(), "soft_bodies", base::world_bodies_max, out.soft_bodies,
+                            [&meshes](const auto& in, auto& body) { return read_soft_body(in, *meshes, body); });
+  if (!status.ok()) return status;
+  status = read_list(scene.rigid_bodies(), "rigid_bodies", base::world_bodies_max, out.rigid_bodies, read_rigid_body);
+  if (!status.ok()) return status;
+  status = read_list(scene.colliders(), "colliders", base::world_colliders_max, out.colliders, read_collider);
+  if (!status.ok()) return status;
+  if (auto checked = physics::check_scene(out); !checked.ok()) return checked;
+  return out;
+}
+
+}  // namespace pneuma::scene_io

@@ -1,0 +1,21 @@
+// Between the scene of the protocol and the scene of the engine.
+#pragma once
+
+#include "base/status.h"
+#include "physics/scene.h"
+#include "pneuma/v1/scene.pb.h"
+
+namespace pneuma::scene_io {
+
+/// Fills in the defaults that scene.proto states, builds each mesh once (bodies share it) and checks the result
+/// (physics/admission.h): what comes back can be stepped. Errors name the field's path; counts are checked before
+/// anything is allocated. What this version does not build (soft-soft contact against triangles, stiff integrators...)
+/// is refused with StatusCode::unsupported.
+[[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene);
+
+/// `current` with the amounts and temperatures of gas as they are in `live`; bodies are matched by name.
+[[nodiscard]] v1::Scene to_proto(const physics::Scene& live, const v1::Scene& current);
+
+[[nodiscard]] v1::Shape to_proto(const physics::Shape& shape);
+
+}  // namespace pneuma::scene_io

@@ -1,0 +1,78 @@
+// Runs the benchmarks and prints, at the end, each figure beside its target, with the median where a benchmark was
+// repeated.
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "bench/figures.h"
+
+namespace pneuma::bench {
+
+namespace {
+
+std::vector<Figure>& figures() {
+  static std::vector<Figure> all;
+  return all;
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+// Prints as the console reporter does, and keeps every counter of every single run.
+class FigureReporter : public benchmark::ConsoleReporter {
+ public:
+  void ReportRuns(const std::vector<Run>& runs) override {
+    ConsoleReporter::ReportRuns(runs);
+    for (const Run& run : runs) {
+      if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
+      for (const auto& [name, counter] : run.counters)
+        values_[run.run_name.function_name + "/" + run.run_name.args][name].push_back(counter.value);
+    }
+  }
+
+  void print_figures() const {
+    std::printf("\n%-64s %12s %12s  %s\n", "figure (median of runs)", "measured", "target", "held");
+    for (const Figure& figure : figures()) {
+      const auto benchmark = values_.find(figure.benchmark);
+      if (benchmark == values_.end()) continue;
+      const auto counter = benchmark->second.find(figure.counter);
+      if (counter == benchmark->second.end()) continue;
+      const double measured = median(counter->second);
+      const bool at_least = figure.bound == Bound::at_least;
+      const bool held = at_least ? measured >= figure.target : measured <= figure.target;
+      std::printf("%-64s %12.4g %s %10.4g  %s\n", figure.meaning.c_str(), measured,
+                  at_least ? ">=" : "<=", figure.target, held ? "yes" : "NO");
+    }
+  }
+
+ private:
+  std::map<std::string, std::map<std::string, std::vector<double>>> values_;
+};
+
+}  // namespace
+
+bool expect(Figure figure) {
+  figures().push_back(std::move(figure));
+  return true;
+}
+
+}  // namespace pneuma::bench
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  pneuma::bench::FigureReporter reporter;
+  if (benchmark::RunSpecifiedBenchmarks(&reporter) == 0) {
+    std::fprintf(stderr, "pneuma-bench: no benchmark matches\n");
+    return 1;
+  }
+  reporter.print_figures();
+  benchmark::Shutdown();
+  return 0;
+}

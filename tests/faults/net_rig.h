@@ -1,0 +1,88 @@
+// A net::Server with a trivial owner, and clients that are free to misbehave. Any wait ends after ten seconds, as a
+// failure.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "net/server.h"
+
+namespace pneuma::net {
+
+/// Echoes each message; the first one authenticates. "end" closes the session. Everything that it says by itself is
+/// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO".
+class EchoServer {
+ public:
+  explicit EchoServer(const base::Limits& limits, const std::optional<Tls>& tls = std::nullopt);
+  ~EchoServer();
+  EchoServer(const EchoServer&) = delete;
+  EchoServer& operator=(const EchoServer&) = delete;
+
+  [[nodiscard]] Server& server() { return server_; }
+  [[nodiscard]] std::uint16_t tcp_port() const;
+  [[nodiscard]] std::uint16_t http_port() const;
+
+  /// Waits until so many sessions were closed since the start, and gives the reasons in order.
+  std::vector<base::Status> wait_closed(std::size_t count);
+  /// Waits until so many sessions were opened, and gives their ids in order.
+  std::vector<SessionId> wait_opened(std::size_t count);
+  /// What the owner was told after a session was closed, or of one that never opened: always none.
+  [[nodiscard]] int calls_out_of_order();
+  [[nodiscard]] std::size_t keys_wanted();
+  /// Stops the server and waits until it has.
+  void stop();
+
+ private:
+  Callbacks callbacks();
+  void check_open(SessionId id);
+
+  Server server_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<SessionId> opened_;
+  std::vector<base::Status> closed_;
+  std::map<SessionId, int> open_;  // messages received of each
+  int calls_out_of_order_ = 0;
+  std::size_t keys_wanted_ = 0;
+  std::thread thread_;
+};
+
+/// The message with its length in front.
+[[nodiscard]] std::string framed(std::string_view message);
+
+/// A blocking TCP connection that sends whatever bytes it is told to.
+class RawClient {
+ public:
+  /// `receive_buffer_bytes` 0: the system's choice.
+  explicit RawClient(std::uint16_t port, int receive_buffer_bytes = 0);
+  ~RawClient();
+  RawClient(const RawClient&) = delete;
+  RawClient& operator=(const RawClient&) = delete;
+
+  /// False where the connection does not take them any more.
+  bool send_bytes(std::string_view bytes);
+  bool send_message(std::string_view message);
+  /// None where the connection ended before.
+  std::optional<std::string> read_bytes(std::size_t count);
+  std::optional<std::string> read_message();
+  /// Up to the end of the connection.
+  std::string read_rest();
+  void shut_down_sending();
+  /// Closes with a reset instead of an orderly end.
+  void reset();
+
+ private:
+  int socket_;
+};
+
+/// Hello and its echo: the session is authenticated.
+[[nodiscard]] bool say_hello(RawClient& client);
+
+}  // namespace pneuma::net

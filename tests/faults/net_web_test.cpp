@@ -1,0 +1,322 @@
+// Shows the HTTP address and TLS on real sockets: pages, the WebSocket upgrade and who may ask for it, messages either
+// way, and what happens to requests that are wrong, slow or too large. The WebSocket and TLS clients are Beast's and
+// OpenSSL's own; the certificate is made anew for each run.
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/ssl.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+#include <gtest/gtest.h>
+#include <openssl/bio.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+#include <openssl/x509.h>
+#include <unistd.h>
+
+#include "faults/net_rig.h"
+
+namespace pneuma::net {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using Tcp = asio::ip::tcp;
+using namespace std::chrono_literals;
+
+base::Limits quick_limits() {
+  base::Limits limits;
+  limits.message_bytes_max = 64 * 1024;
+  limits.hello_timeout = 5'000ms;
+  limits.partial_message_timeout = 300ms;
+  limits.ping_interval = 60'000ms;
+  limits.drain_timeout = 200ms;
+  return limits;
+}
+
+Tcp::endpoint loopback(std::uint16_t port) {
+  return {asio::ip::address_v4::loopback(), port};
+}
+
+class Web : public testing::Test {
+ protected:
+  std::string ask(const std::string& request) {
+    RawClient client(server_.http_port());
+    client.send_bytes(request);
+    return client.read_rest();
+  }
+  // The status of an upgrade asked for with these headers.
+  std::string upgrade(const std::string& headers) {
+    RawClient client(server_.http_port());
+    client.send_bytes("GET /ws HTTP/1.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n" +
+                      headers + "\r\n");
+    return client.read_bytes(12).value_or("closed").substr(9);
+  }
+
+  EchoServer server_{quick_limits()};
+};
+
+// A WebSocket client, connected.
+class WebSocket {
+ public:
+  explicit WebSocket(std::uint16_t port) : socket_(io_) {
+    socket_.next_layer().connect(loopback(port));
+    socket_.handshake("localhost", "/ws");
+    socket_.binary(true);
+  }
+  error_code write(const std::string& message) {
+    error_code error;
+    socket_.write(asio::buffer(message), error);
+    return error;
+  }
+  // The message, or "closed".
+  std::string read() {
+    beast::flat_buffer buffer;
+    error_code error;
+    socket_.read(buffer, error);
+    return error ? "closed" : beast::buffers_to_string(buffer.data());
+  }
+  websocket::stream<Tcp::socket>& stream() { return socket_; }
+
+ private:
+  asio::io_context io_;
+  websocket::stream<Tcp::socket> socket_;
+};
+
+TEST_F(Web, APage) {
+  const std::string reply = ask("GET /hello?to=you HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_TRUE(reply.starts_with("HTTP/1.1 200 "));
+  EXPECT_TRUE(reply.ends_with("\r\n\r\nworld"));
+  EXPECT_NE(reply.find("X-Content-Type-Options: nosniff\r\n"), std::string::npos);
+  EXPECT_NE(reply.find("Cache-Control: no-store\r\n"), std::string::npos);
+}
+
+TEST_F(Web, HeadHasTheLengthButNoBody) {
+  const std::string reply = ask("HEAD /hello HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_TRUE(reply.starts_with("HTTP/1.1 200 "));
+  EXPECT_NE(reply.find("Content-Length: 5\r\n"), std::string::npos);
+  EXPECT_TRUE(reply.ends_with("\r\n\r\n"));
+}
+
+TEST_F(Web, AConnectionIsKeptForTheNextRequest) {
+  const std::string replies =
+      ask("GET /hello HTTP/1.1\r\nHost: localhost\r\n\r\nGET /none HTTP/1.1\r\nHost: localhost\r\nConnection: "
+          "close\r\n\r\n");
+  EXPECT_TRUE(replies.starts_with("HTTP/1.1 200 "));
+  EXPECT_NE(replies.find("worldHTTP/1.1 404 "), std::string::npos);
+}
+
+TEST_F(Web, WhatIsNoPlainGetIsRefused) {
+  EXPECT_TRUE(
+      ask("DELETE /hello HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").starts_with("HTTP/1.1 405 "));
+  EXPECT_TRUE(
+      ask("GET /hello HTTP/1.1\r\nHost: localhost\r\nContent-Length: 5\r\n\r\nhello").starts_with("HTTP/1.1 413 "));
+  EXPECT_TRUE(ask("GET /hello HTTP/1.1\r\nX: " + std::string(20'000, 'x') + "\r\n\r\n").starts_with("HTTP/1.1 431 "));
+  EXPECT_TRUE(ask("GET /ws HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").starts_with("HTTP/1.1 426 "));
+  EXPECT_TRUE(ask("\x01\x02\x03 garbage\r\n\r\n").starts_with("HTTP/1.1 400 "));
+}
+
+TEST_F(Web, ASlowLorisIsClosed) {
+  RawClient client(server_.http_port());
+  client.send_bytes("GET /hello HTTP/1.1\r\nHost: localhost\r\n");
+  EXPECT_EQ(client.read_rest(), "");  // and the rest of the request never comes
+  EXPECT_TRUE(ask("GET /hello HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").starts_with("HTTP/1.1 200 "));
+}
+
+TEST_F(Web, OnlyPagesOfThisServerMayUpgrade) {
+  const std::string host = "localhost:" + std::to_string(server_.http_port());
+  const std::string key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n";
+  EXPECT_EQ(upgrade("Host: " + host + "\r\n" + key), "101") << "programs send no Origin";
+  EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: http://" + host + "\r\n" + key), "101");
+  EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: http://evil.example\r\n" + key), "403");
+  EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: null\r\n" + key), "403");
+  EXPECT_NE(upgrade("Host: " + host + "\r\n"), "101") << "a WebSocket client has a key";
+}
+
+TEST_F(Web, MessagesGoBothWays) {
+  WebSocket client(server_.http_port());
+  ASSERT_FALSE(client.write("hello"));
+  EXPECT_EQ(client.read(), "hello");
+  const std::string large(60'000, 'x');  // larger than the parts that it is sent in
+  ASSERT_FALSE(client.write(large));
+  EXPECT_EQ(client.read(), large);
+  error_code error;
+  client.stream().close(websocket::close_code::normal, error);
+  EXPECT_FALSE(error);
+  EXPECT_TRUE(server_.wait_closed(1).back().ok());
+}
+
+TEST_F(Web, AGoodbyeComesBeforeTheClose) {
+  WebSocket client(server_.http_port());
+  ASSERT_FALSE(client.write("end"));
+  EXPECT_EQ(client.read(), "goodbye as asked");
+  EXPECT_EQ(client.read(), "closed");
+}
+
+TEST_F(Web, ATextMessageIsMalformed) {
+  WebSocket client(server_.http_port());
+  client.stream().text(true);
+  ASSERT_FALSE(client.write("hello"));
+  EXPECT_TRUE(client.read().starts_with("goodbye "));
+  EXPECT_EQ(server_.wait_closed(1).back().code(), base::StatusCode::malformed);
+}
+
+TEST_F(Web, ALargeMessageBeforeHelloIsMalformed) {
+  WebSocket client(server_.http_port());
+  client.write(std::string(base::message_bytes_max_before_hello + 1, 'x'));
+  EXPECT_EQ(client.read(), "closed");
+  EXPECT_EQ(server_.wait_closed(1).back().code(), base::StatusCode::malformed);
+}
+
+TEST_F(Web, HalfAMessageThenSilence) {
+  WebSocket client(server_.http_port());
+  ASSERT_FALSE(client.write("hello"));
+  EXPECT_EQ(client.read(), "hello");
+  client.stream().write_some(false, asio::buffer("half", 4));
+  EXPECT_TRUE(client.read().starts_with("goodbye "));
+}
+
+TEST_F(Web, GarbageInsteadOfWebSocketFrames) {
+  WebSocket client(server_.http_port());
+  client.stream().next_layer().write_some(asio::buffer(std::string(100, '\xFF')));
+  EXPECT_EQ(client.read(), "closed");
+  EXPECT_EQ(server_.wait_closed(1).back().code(), base::StatusCode::malformed);
+}
+
+// A key and a certificate that it signed itself, as PEM files in a folder of their own.
+class SelfSigned {
+ public:
+  SelfSigned() {
+    std::filesystem::create_directories(folder_);
+    EVP_PKEY* key = EVP_EC_gen("P-256");
+    X509* certificate = X509_new();
+    X509_gmtime_adj(X509_getm_notBefore(certificate), 0);
+    X509_gmtime_adj(X509_getm_notAfter(certificate), 3600);
+    X509_set_pubkey(certificate, key);
+    X509_NAME* name = X509_get_subject_name(certificate);
+    X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC, reinterpret_cast<const unsigned char*>("localhost"), -1, -1,
+                               0);
+    X509_set_issuer_name(certificate, name);
+    EXPECT_GT(X509_sign(certificate, key, EVP_sha256()), 0);
+    BIO* file = BIO_new_file(tls().certificate_file.c_str(), "w");
+    PEM_write_bio_X509(file, certificate);
+    BIO_free(file);
+    file = BIO_new_file(tls().key_file.c_str(), "w");
+    PEM_write_bio_PrivateKey(file, key, nullptr, nullptr, 0, nullptr, nullptr);
+    BIO_free(file);
+    X509_free(certificate);
+    EVP_PKEY_free(key);
+  }
+  ~SelfSigned() { std::filesystem::remove_all(folder_); }
+  SelfSigned(const SelfSigned&) = delete;
+  SelfSigned& operator=(const SelfSigned&) = delete;
+
+  [[nodiscard]] Tls tls() const { return {(folder_ / "certificate.pem").string(), (folder_ / "key.pem").string()}; }
+
+ private:
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) / ("pneuma_tls_" + std::to_string(::getpid()));
+};
+
+class OverTls : public testing::Test {
+ protected:
+  OverTls() { client_context_.load_verify_file(certificate_.tls().certificate_file); }
+
+  SelfSigned certificate_;
+  EchoServer server_{quick_limits(), certificate_.tls()};
+  asio::io_context io_;
+  asio::ssl::context client_context_{asio::ssl::context::tls_client};
+};
+
+TEST_F(OverTls, MessagesGoBothWays) {
+  asio::ssl::stream<Tcp::socket> client(io_, client_context_);
+  client.set_verify_mode(asio::ssl::verify_peer);
+  client.next_layer().connect(loopback(server_.tcp_port()));
+  client.handshake(asio::ssl::stream_base::client);
+  const std::string message = framed("hello").append(framed(std::string(60'000, 'x')));
+  asio::write(client, asio::buffer(message));
+  std::string echo(message.size(), '\0');
+  asio::read(client, asio::buffer(echo));
+  EXPECT_EQ(echo, message);
+  error_code error;
+  client.shutdown(error);
+  EXPECT_TRUE(server_.wait_closed(1).back().ok());
+}
+
+TEST_F(OverTls, WebSocketMessagesGoBothWays) {
+  websocket::stream<asio::ssl::stream<Tcp::socket>> client(io_, client_context_);
+  client.next_layer().next_layer().connect(loopback(server_.http_port()));
+  client.next_layer().handshake(asio::ssl::stream_base::client);
+  client.handshake("localhost", "/ws");
+  client.binary(true);
+  client.write(asio::buffer("end", 3));
+  beast::flat_buffer buffer;
+  client.read(buffer);
+  EXPECT_EQ(beast::buffers_to_string(buffer.data()), "goodbye as asked");
+  error_code error;
+  client.read(buffer, error);
+  EXPECT_EQ(error, websocket::error::closed);
+}
+
+TEST_F(OverTls, PlainBytesEndTheConnectionAndNothingElse) {
+  RawClient plain(server_.tcp_port());
+  plain.send_message("hello");
+  plain.read_rest();
+  RawClient plain_http(server_.http_port());
+  plain_http.send_bytes("GET /hello HTTP/1.1\r\n\r\n");
+  plain_http.read_rest();
+  asio::ssl::stream<Tcp::socket> client(io_, client_context_);
+  client.next_layer().connect(loopback(server_.tcp_port()));
+  client.handshake(asio::ssl::stream_base::client);
+  EXPECT_EQ(server_.wait_opened(1).size(), 1U) << "and of the others the owner never heard";
+  server_.stop();
+  EXPECT_EQ(server_.calls_out_of_order(), 0);
+}
+
+TEST_F(OverTls, AClientOfTls11IsRefused) {
+  asio::ssl::context old(asio::ssl::context::tls_client);
+  SSL_CTX_set_security_level(old.native_handle(), 0);
+  SSL_CTX_set_max_proto_version(old.native_handle(), TLS1_1_VERSION);
+  asio::ssl::stream<Tcp::socket> client(io_, old);
+  client.next_layer().connect(loopback(server_.tcp_port()));
+  error_code error;
+  client.handshake(asio::ssl::stream_base::client, error);
+  EXPECT_TRUE(error);
+}
+
+TEST(TlsFiles, AMissingOrBrokenFileIsNamed) {
+  const SelfSigned good;
+  Server server({}, {});
+  const auto missing = server.listen_tcp("127.0.0.1:0", Tls{"/no/such/file.pem", good.tls().key_file});
+  EXPECT_NE(missing.message().find("/no/such/file.pem"), std::string::npos) << missing.message();
+  const auto swapped = server.listen_tcp("127.0.0.1:0", Tls{good.tls().key_file, good.tls().key_file});
+  EXPECT_NE(swapped.message().find(good.tls().key_file), std::string::npos) << swapped.message();
+  std::ofstream(good.tls().key_file) << "no key";
+  const auto broken = server.listen_tcp("127.0.0.1:0", good.tls());
+  EXPECT_NE(broken.message().find(good.tls().key_file), std::string::npos) << broken.message();
+}
+
+TEST(Listening, AWrongAddressIsNamed) {
+  Server server({}, {});
+  for (const char* address : {"localhost", "127.0.0.1:port", "127.0.0.1:70000", ":1", "[::1]"}) {
+    const auto status = server.listen_tcp(address, {});
+    EXPECT_FALSE(status.ok()) << address;
+    EXPECT_NE(status.message().find(address), std::string::npos) << status.message();
+  }
+  ASSERT_TRUE(server.listen_tcp("127.0.0.1:0", {}).ok());
+  const auto taken = server.listen_http(server.tcp_address(), {});
+  EXPECT_EQ(taken.code(), base::StatusCode::unavailable);
+}
+
+}  // namespace
+}  // namespace pneuma::net

@@ -1,0 +1,246 @@
+// Shows that every bad request is answered with its code and the field or name at fault, that the connection stays
+// open, and that another client's session and world go on untouched.
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "served.h"
+
+namespace pneuma::integration {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+struct BadRequest {
+  std::string name;
+  v1::ClientMessage message;
+  v1::Error::Code code;
+  std::string says;  // in where or what
+};
+
+class BadRequests : public Served {
+ protected:
+  void SetUp() override { start({"--commands-burst", "1000"}); }
+
+  template <class Fill>
+  void add(const std::string& name, v1::Error::Code code, const std::string& says, Fill fill) {
+    BadRequest bad{name, {}, code, says};
+    fill(bad.message);
+    bad_.push_back(std::move(bad));
+  }
+  void add_impulses();
+  void add_edits();
+  void add_creations();
+  void add_others();
+
+  std::vector<BadRequest> bad_;
+};
+
+void BadRequests::add_impulses() {
+  const auto impulse = [](v1::ClientMessage& message) -> v1::Impulse& {
+    message.mutable_impulse()->set_world("w");
+    message.mutable_impulse()->set_body("left");
+    return *message.mutable_impulse();
+  };
+  using M = v1::ClientMessage;
+  add("impulse nan", v1::Error::INVALID_ARGUMENT, "impulse.impulse.x: not finite",
+      [&](M& m) { *impulse(m).mutable_impulse() = vec(nan, 0, 0); });
+  add("impulse infinite", v1::Error::INVALID_ARGUMENT, "impulse.impulse.z",
+      [&](M& m) { *impulse(m).mutable_impulse() = vec(0, 0, -infinity); });
+  add("impulse absurd", v1::Error::INVALID_ARGUMENT, "impulse.impulse.y",
+      [&](M& m) { *impulse(m).mutable_impulse() = vec(0, 1e200, 0); });
+  add("impulse unknown body", v1::Error::NOT_FOUND, "nobody", [&](M& m) { impulse(m).set_body("nobody"); });
+  add("impulse no body", v1::Error::INVALID_ARGUMENT, "", [&](M& m) { impulse(m).set_body(""); });
+  add("impulse vertex", v1::Error::INVALID_ARGUMENT, "162", [&](M& m) { impulse(m).set_vertex(162); });
+  add("impulse near nan", v1::Error::INVALID_ARGUMENT, "impulse.near.position.y",
+      [&](M& m) { *impulse(m).mutable_near()->mutable_position() = vec(0, nan, 0); });
+  add("impulse near radius", v1::Error::INVALID_ARGUMENT, "impulse.near.radius_m",
+      [&](M& m) { impulse(m).mutable_near()->set_radius_m(-1.0); });
+  add("impulse ray without direction", v1::Error::INVALID_ARGUMENT, "impulse.ray.direction",
+      [&](M& m) { impulse(m).mutable_ray(); });
+  add("impulse ray misses", v1::Error::NOT_FOUND, "", [&](M& m) {
+    *impulse(m).mutable_ray()->mutable_origin() = vec(0, 100, 0);
+    *impulse(m).mutable_ray()->mutable_direction() = vec(0, 1, 0);
+  });
+  add("impulse unknown world", v1::Error::NOT_FOUND, "nowhere", [&](M& m) { impulse(m).set_world("nowhere"); });
+  add("grab nothing", v1::Error::INVALID_ARGUMENT, "grab.at", [](M& m) {
+    m.mutable_grab()->set_world("w");
+    m.mutable_grab()->set_body("left");
+  });
+  add("grab target", v1::Error::INVALID_ARGUMENT, "grab.target.x", [&](M& m) {
+    m.mutable_grab()->set_world("w");
+    m.mutable_grab()->set_body("left");
+    m.mutable_grab()->set_vertex(0);
+    *m.mutable_grab()->mutable_target() = vec(infinity, 0, 0);
+  });
+  add("grab stiffness", v1::Error::INVALID_ARGUMENT, "grab.stiffness_n_m", [&](M& m) {
+    m.mutable_grab()->set_world("w");
+    m.mutable_grab()->set_body("left");
+    m.mutable_grab()->set_vertex(0);
+    m.mutable_grab()->set_stiffness_n_m(-1.0);
+  });
+  add("move no grab", v1::Error::NOT_FOUND, "77", [](M& m) {
+    m.mutable_move_grab()->set_world("w");
+    m.mutable_move_grab()->set_grab_id(77);
+  });
+  add("release no grab", v1::Error::NOT_FOUND, "77", [](M& m) {
+    m.mutable_release_grab()->set_world("w");
+    m.mutable_release_grab()->set_grab_id(77);
+  });
+}
+
+void BadRequests::add_edits() {
+  using M = v1::ClientMessage;
+  const auto change = [](M& message) -> v1::SceneChange& {
+    message.mutable_edit()->set_world("w");
+    return *message.mutable_edit()->mutable_edit()->add_changes();
+  };
+  add("edit nothing", v1::Error::INVALID_ARGUMENT, "edit.source", [](M& m) { m.mutable_edit()->set_world("w"); });
+  add("edit json", v1::Error::INVALID_ARGUMENT, "edit_json", [](M& m) {
+    m.mutable_edit()->set_world("w");
+    m.mutable_edit()->set_edit_json("{]");
+  });
+  add("edit json unknown field", v1::Error::INVALID_ARGUMENT, "remove_everything", [](M& m) {
+    m.mutable_edit()->set_world("w");
+    m.mutable_edit()->set_edit_json(R"({"changes": [{"remove_everything": true}]})");
+  });
+  add("edit empty change", v1::Error::INVALID_ARGUMENT, "changes[0]", [&](M& m) { change(m); });
+  add("edit unknown body", v1::Error::NOT_FOUND, "nobody", [&](M& m) { change(m).set_remove_soft_body("nobody"); });
+  add("edit taken name", v1::Error::ALREADY_EXISTS, "left",
+      [&](M& m) { *change(m).mutable_add_soft_body() = two_balls().soft_bodies(0); });
+  add("edit missing mesh", v1::Error::NOT_FOUND, "no-mesh", [&](M& m) {
+    change(m).mutable_add_soft_body()->set_name("b");
+    m.mutable_edit()->mutable_edit()->mutable_changes(0)->mutable_add_soft_body()->set_mesh("no-mesh");
+  });
+  add("edit negative mass", v1::Error::INVALID_ARGUMENT, "mass_kg", [&](M& m) {
+    auto& body = *change(m).mutable_change_soft_body();
+    body.set_name("left");
+    body.set_mass_kg(-1.0);
+  });
+  add("edit nan gravity", v1::Error::INVALID_ARGUMENT, "gravity",
+      [&](M& m) { *change(m).mutable_set_gravity() = vec(0, nan, 0); });
+  add("edit pin out of range", v1::Error::INVALID_ARGUMENT, "pins", [&](M& m) {
+    auto& body = *change(m).mutable_change_soft_body();
+    body.set_name("left");
+    body.mutable_pins()->add_vertices(100'000);
+  });
+  add("edit second change bad", v1::Error::NOT_FOUND, "changes[1]", [&](M& m) {
+    change(m).set_remove_soft_body("left");
+    change(m).set_remove_soft_body("nobody");
+  });
+}
+
+void BadRequests::add_creations() {
+  using M = v1::ClientMessage;
+  add("create nothing", v1::Error::INVALID_ARGUMENT, "create_world.source", [](M& m) { m.mutable_create_world(); });
+  add("create unknown built-in", v1::Error::NOT_FOUND, "no-such-scene",
+      [](M& m) { m.mutable_create_world()->set_builtin("no-such-scene"); });
+  add("create a server's file", v1::Error::NOT_FOUND, "passwd",
+      [](M& m) { m.mutable_create_world()->set_builtin("/etc/passwd"); });
+  add("create taken name", v1::Error::ALREADY_EXISTS, "w", [](M& m) {
+    m.mutable_create_world()->set_name("w");
+    m.mutable_create_world()->set_builtin("bouncing-ball");
+  });
+  add("create bad name", v1::Error::INVALID_ARGUMENT, "create_world.name", [](M& m) {
+    m.mutable_create_world()->set_name("../../etc");
+    m.mutable_create_world()->set_builtin("bouncing-ball");
+  });
+  add("create json typo", v1::Error::INVALID_ARGUMENT, "gravty",
+      [](M& m) { m.mutable_create_world()->set_scene_json(R"({"gravty": {"y": 1}})"); });
+  add("create open mesh with gas", v1::Error::INVALID_ARGUMENT, "soft_bodies[0]", [](M& m) {
+    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+    scene = two_balls();
+    scene.mutable_meshes(0)->mutable_grid()->set_columns(4);
+    scene.mutable_meshes(0)->mutable_grid()->set_rows(4);
+  });
+  add("create index out of range", v1::Error::INVALID_ARGUMENT, "meshes[0]", [](M& m) {
+    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+    scene = two_balls();
+    auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
+    for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, i * i, 0);
+    for (const std::uint32_t index : {0U, 1U, 7U}) triangles.add_indices(index);
+  });
+  add("create zero-area face", v1::Error::INVALID_ARGUMENT, "meshes[0]", [](M& m) {
+    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+    scene = two_balls();
+    auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
+    for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, 0, 0);
+    for (const std::uint32_t index : {0U, 1U, 2U}) triangles.add_indices(index);
+  });
+  add("create huge mesh", v1::Error::LIMIT_EXCEEDED, "meshes[0]", [](M& m) {
+    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+    scene = two_balls();
+    scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(4'000'000'000U);
+  });
+  add("create bad rate", v1::Error::INVALID_ARGUMENT, "rate_hz", [](M& m) {
+    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+    scene = two_balls();
+    scene.mutable_stepping()->set_rate_hz(nan);
+  });
+}
+
+void BadRequests::add_others() {
+  using M = v1::ClientMessage;
+  add("subscribe nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_subscribe()->set_world("nowhere"); });
+  add("subscribe rate", v1::Error::INVALID_ARGUMENT, "subscribe.rate_hz", [](M& m) {
+    m.mutable_subscribe()->set_world("w");
+    m.mutable_subscribe()->set_rate_hz(-5.0);
+  });
+  add("subscribe error", v1::Error::INVALID_ARGUMENT, "subscribe.max_error_m", [](M& m) {
+    m.mutable_subscribe()->set_world("w");
+    m.mutable_subscribe()->set_max_error_m(1e-12);
+  });
+  add("unsubscribe nothing", v1::Error::NOT_FOUND, "4242", [](M& m) { m.mutable_unsubscribe()->set_stream_id(4242); });
+  add("destroy nowhere", v1::Error::NOT_FOUND, "nowhere",
+      [](M& m) { m.mutable_destroy_world()->set_world("nowhere"); });
+  add("stats nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_get_stats()->set_world("nowhere"); });
+  add("scene nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_get_scene()->set_world("nowhere"); });
+  add("pause nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_pause()->set_world("nowhere"); });
+  add("resume nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_resume()->set_world("nowhere"); });
+  add("reset nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_reset()->set_world("nowhere"); });
+  add("step nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_step()->set_world("nowhere"); });
+  add("step nothing", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) { m.mutable_step()->set_world("w"); });
+  add("step too far", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) {
+    m.mutable_step()->set_world("w");
+    m.mutable_step()->set_ticks(4'000'000'000U);
+  });
+  add("step a running world", v1::Error::FAILED_PRECONDITION, "pause", [](M& m) {
+    m.mutable_step()->set_world("running");
+    m.mutable_step()->set_ticks(1);
+  });
+  add("second hello", v1::Error::FAILED_PRECONDITION, "hello",
+      [](M& m) { m.mutable_hello()->set_protocol_version(1); });
+  add("no request", v1::Error::UNSUPPORTED, "", [](M&) {});
+}
+
+TEST_F(BadRequests, EachIsAnsweredByNameAndNothingElseHappens) {
+  client::Client watcher = connect();
+  create(watcher, two_balls(), "w", true);
+  create(watcher, two_balls(), "running");
+  const auto hash = watcher.stats("w")->state_hash();
+  ASSERT_TRUE(watcher.subscribe("running").ok());
+
+  add_impulses();
+  add_edits();
+  add_creations();
+  add_others();
+  client::Client client = connect();
+  for (const BadRequest& bad : bad_) {
+    SCOPED_TRACE(bad.name);
+    const auto reply = client.call(bad.message);
+    ASSERT_FALSE(reply.ok());
+    EXPECT_EQ(static_cast<int>(reply.status().code()), static_cast<int>(bad.code)) << reply.status().message();
+    EXPECT_NE(reply.status().message().find(bad.says), std::string::npos) << reply.status().message();
+    ASSERT_TRUE(client.ping().ok()) << "the connection is gone after: " << reply.status().message();
+  }
+
+  EXPECT_EQ(watcher.stats("w")->state_hash(), hash);
+  EXPECT_EQ(watcher.list_worlds()->worlds_size(), 2);
+  const auto tick = watcher.stats("running")->tick();
+  EXPECT_TRUE(await_frame(watcher, [&](const auto& frame) { return frame.tick > tick; }));
+  EXPECT_TRUE(server_->is_running());
+}
+
+}  // namespace
+}  // namespace pneuma::integration

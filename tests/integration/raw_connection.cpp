@@ -1,0 +1,108 @@
+#include "raw_connection.h"
+
+#include <vector>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace pneuma::integration {
+
+namespace {
+
+constexpr int patience_ms = 20'000;
+constexpr std::uint32_t message_bytes_max = 64U << 20U;
+
+}  // namespace
+
+RawConnection::RawConnection(const std::string& address, int receive_buffer_bytes) {
+  const auto colon = address.rfind(':');
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1))));
+  inet_pton(AF_INET, address.substr(0, colon).c_str(), &to.sin_addr);
+  socket_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (receive_buffer_bytes > 0) {
+    setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes, sizeof(receive_buffer_bytes));
+  }
+  if (connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof(to)) != 0) {
+    close(socket_);
+    socket_ = -1;
+  }
+}
+
+RawConnection::~RawConnection() {
+  if (socket_ >= 0) close(socket_);
+}
+
+bool RawConnection::send(std::string_view bytes) {
+  while (!bytes.empty()) {
+    pollfd ready{socket_, POLLOUT, 0};
+    if (poll(&ready, 1, patience_ms) != 1) return false;
+    const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+    if (sent <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
+bool RawConnection::read(char* out, std::size_t count) {
+  while (count > 0) {
+    pollfd ready{socket_, POLLIN, 0};
+    if (poll(&ready, 1, patience_ms) != 1) return false;
+    const ssize_t got = recv(socket_, out, count, 0);
+    if (got <= 0) return false;
+    out += got;
+    count -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+std::optional<v1::ServerMessage> RawConnection::receive() {
+  std::uint32_t length = 0;
+  if (!read(reinterpret_cast<char*>(&length), sizeof(length))) return std::nullopt;
+  length = ntohl(length);
+  if (length > message_bytes_max) return std::nullopt;
+  std::string bytes(length, '\0');
+  v1::ServerMessage message;
+  if (!read(bytes.data(), length) || !message.ParseFromString(bytes)) return std::nullopt;
+  if (message.has_goodbye()) goodbye_ = message.goodbye().reason().code();
+  return message;
+}
+
+std::optional<v1::ServerMessage> RawConnection::receive_reply(std::uint64_t request_id) {
+  while (auto message = receive()) {
+    if (message->request_id() == request_id) return message;
+  }
+  return std::nullopt;
+}
+
+bool RawConnection::ends() {
+  while (receive()) {
+  }
+  pollfd ready{socket_, POLLIN, 0};
+  if (poll(&ready, 1, 0) != 1) return false;
+  char byte = 0;
+  return recv(socket_, &byte, 1, MSG_DONTWAIT) <= 0;
+}
+
+bool RawConnection::say_hello(const std::string& token) {
+  v1::ClientMessage hello;
+  hello.set_request_id(1);
+  hello.mutable_hello()->set_protocol_version(1);
+  hello.mutable_hello()->set_token(token);
+  if (!send(hello)) return false;
+  const auto reply = receive_reply(1);
+  return reply && reply->has_welcome();
+}
+
+std::string RawConnection::envelope(std::string_view message) {
+  const std::uint32_t length = htonl(static_cast<std::uint32_t>(message.size()));
+  std::string out(reinterpret_cast<const char*>(&length), sizeof(length));
+  out += message;
+  return out;
+}
+
+}  // namespace pneuma::integration

@@ -1,0 +1,44 @@
+// A bare TCP connection, for what no good client sends. Reads are bounded in time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::integration {
+
+class RawConnection {
+ public:
+  /// `receive_buffer_bytes` 0: the system's choice; small: a reader that is soon full.
+  explicit RawConnection(const std::string& address, int receive_buffer_bytes = 0);
+  ~RawConnection();
+  RawConnection(const RawConnection&) = delete;
+  RawConnection& operator=(const RawConnection&) = delete;
+
+  /// False where the other side is gone.
+  bool send(std::string_view bytes);
+  bool send(const v1::ClientMessage& message) { return send(envelope(message.SerializeAsString())); }
+  /// The next message; nothing where the connection ended, or none came in time.
+  std::optional<v1::ServerMessage> receive();
+  /// The next message that answers `request_id`.
+  std::optional<v1::ServerMessage> receive_reply(std::uint64_t request_id);
+  /// True where the server ends the connection in time; what comes before is thrown away, the last goodbye's code kept.
+  bool ends();
+  [[nodiscard]] v1::Error::Code goodbye() const { return goodbye_; }
+
+  /// Says hello and takes the welcome.
+  bool say_hello(const std::string& token = {});
+
+  [[nodiscard]] static std::string envelope(std::string_view message);
+
+ private:
+  bool read(char* out, std::size_t count);
+
+  int socket_ = -1;
+  v1::Error::Code goodbye_ = v1::Error::CODE_UNSPECIFIED;
+};
+
+}  // namespace pneuma::integration

@@ -1,0 +1,190 @@
+// Shows that worlds outlive the server: after SIGTERM, and after SIGKILL, they come back with the same bits, edits,
+// pause and all.
+#include <csignal>
+#include <filesystem>
+
+#include "raw_connection.h"
+#include "served.h"
+
+namespace pneuma::integration {
+namespace {
+
+class Restart : public Served {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "pneuma-restart-XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    start(arguments());
+  }
+  void TearDown() override {
+    server_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  [[nodiscard]] std::vector<std::string> arguments() const { return {"--data-dir", folder_.string() + "/data"}; }
+
+  void restart_after_kill() {
+    server_->kill();
+    start(arguments());
+  }
+
+  static v1::Impulse push(const std::string& world, double x) {
+    v1::Impulse impulse;
+    impulse.set_world(world);
+    impulse.set_body("left");
+    impulse.set_vertex(5);
+    *impulse.mutable_impulse() = vec(x, 0.1, 0.0);
+    return impulse;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Restart, AfterSigkillTheCommandsSinceTheCheckpointAreReplayedToTheSameHash) {
+  std::uint64_t hash = 0;
+  {
+    client::Client client = connect();
+    create(client, two_balls(), "w", true);
+    ASSERT_TRUE(client.step("w", 7).ok());
+    ASSERT_TRUE(client.impulse(push("w", 0.5)).ok());
+    ASSERT_TRUE(client.step("w", 5).ok());
+    v1::SceneEdit edit;
+    auto& third = *edit.add_changes()->mutable_add_soft_body();
+    third = two_balls().soft_bodies(0);
+    third.set_name("third");
+    third.mutable_position()->set_x(8.0);
+    *edit.add_changes()->mutable_set_gravity() = vec(0.0, -3.7, 0.0);
+    ASSERT_TRUE(client.edit("w", edit).ok());
+    v1::Grab grab;
+    grab.set_world("w");
+    grab.set_body("third");
+    grab.set_vertex(9);
+    *grab.mutable_target() = vec(8.0, 5.0, 0.0);
+    const auto grabbed = client.grab(grab);
+    ASSERT_TRUE(grabbed.ok());
+    ASSERT_TRUE(client.step("w", 6).ok());
+    ASSERT_TRUE(client.move_grab("w", grabbed->grab_id(), vec(7.0, 6.0, 1.0)).ok());
+    ASSERT_TRUE(client.step("w", 4).ok());
+    // Held on, it would be released at the restart: its session is gone then.
+    ASSERT_TRUE(client.release_grab("w", grabbed->grab_id()).ok());
+    ASSERT_TRUE(client.step("w", 5).ok());
+    hash = client.stats("w")->state_hash();
+  }
+  restart_after_kill();
+  client::Client client = connect();
+  const auto stats = client.stats("w");
+  ASSERT_TRUE(stats.ok()) << stats.status().message() << server_->error_output();
+  EXPECT_EQ(stats->tick(), 27U);
+  EXPECT_TRUE(stats->paused());
+  EXPECT_EQ(stats->state_hash(), hash);
+  EXPECT_EQ(stats->soft_bodies_size(), 3);
+  EXPECT_EQ(client.scene("w")->scene().gravity().y(), -3.7);
+}
+
+TEST_F(Restart, AWorldThatRanGoesOnAsIfItHadNotBeenKilled) {
+  // The reference: the same commands at the same ticks, on a server that lives.
+  std::uint64_t hit_tick = 0;
+  std::uint64_t pause_tick = 0;
+  {
+    client::Client client = connect();
+    create(client, two_balls(), "w");
+    ASSERT_TRUE(client.subscribe("w").ok());
+    ASSERT_TRUE(await_frame(client, [](const auto& frame) { return frame.tick > 10; }));
+    const auto hit = client.impulse(push("w", 0.7));
+    ASSERT_TRUE(hit.ok());
+    hit_tick = hit->tick() - 1;
+    ASSERT_TRUE(await_frame(client, [&](const auto& frame) { return frame.tick > hit_tick + 10; }));
+    const auto paused = client.pause("w");
+    ASSERT_TRUE(paused.ok());
+    pause_tick = paused->tick();
+  }
+  restart_after_kill();
+  client::Client client = connect();
+  ASSERT_EQ(client.stats("w")->tick(), pause_tick);
+  create(client, two_balls(), "reference", true);
+  ASSERT_TRUE(client.step("reference", static_cast<std::uint32_t>(hit_tick)).ok());
+  ASSERT_TRUE(client.impulse(push("reference", 0.7)).ok());
+  ASSERT_TRUE(client.step("reference", static_cast<std::uint32_t>(pause_tick - hit_tick)).ok());
+  EXPECT_EQ(client.stats("w")->state_hash(), client.stats("reference")->state_hash());
+  // And from there on.
+  ASSERT_TRUE(client.step("w", 30).ok());
+  ASSERT_TRUE(client.step("reference", 30).ok());
+  EXPECT_EQ(client.stats("w")->state_hash(), client.stats("reference")->state_hash());
+}
+
+TEST_F(Restart, SigtermSaysGoodbyeChecksPointsAndExitsZero) {
+  std::uint64_t hash = 0;
+  {
+    client::Client client = connect();
+    create(client, two_balls(), "w", true);
+    create(client, two_balls(), "runs");
+    ASSERT_TRUE(client.step("w", 25).ok());
+    hash = client.stats("w")->state_hash();
+    RawConnection raw(server_->tcp_address());
+    ASSERT_TRUE(raw.say_hello());
+    server_->send_signal(SIGTERM);
+    EXPECT_TRUE(raw.ends());
+    EXPECT_EQ(raw.goodbye(), v1::Error::UNAVAILABLE);
+    const auto status = server_->wait(patience);
+    ASSERT_TRUE(status.ok());
+    EXPECT_EQ(*status, 0) << server_->error_output();
+  }
+  start(arguments());
+  client::Client client = connect();
+  EXPECT_EQ(client.stats("w")->state_hash(), hash);
+  EXPECT_EQ(client.stats("w")->tick(), 25U);
+  EXPECT_FALSE(client.stats("runs")->paused());
+}
+
+TEST_F(Restart, ADestroyedWorldDoesNotComeBack) {
+  {
+    client::Client client = connect();
+    create(client, two_balls(), "gone", true);
+    create(client, two_balls(), "kept", true);
+    ASSERT_TRUE(client.destroy_world("gone").ok());
+  }
+  restart_after_kill();
+  client::Client client = connect();
+  const auto list = client.list_worlds();
+  ASSERT_EQ(list->worlds_size(), 1);
+  EXPECT_EQ(list->worlds(0).name(), "kept");
+}
+
+TEST_F(Restart, ASceneFlagDoesNotReplaceTheWorldThatIsThere) {
+  auto with_scene = arguments();
+  with_scene.insert(with_scene.end(), {"--scene", "bouncing-ball"});
+  start(with_scene);
+  {
+    client::Client client = connect();
+    ASSERT_TRUE(client.pause("bouncing-ball").ok());
+    ASSERT_TRUE(client.step("bouncing-ball", 40).ok());
+  }
+  server_->kill();
+  start(with_scene);
+  client::Client client = connect();
+  EXPECT_EQ(client.list_worlds()->worlds_size(), 1);
+  EXPECT_GE(client.stats("bouncing-ball")->tick(), 40U);
+}
+
+TEST_F(Restart, ResetWorldsComeBackTheSameToo) {
+  std::uint64_t hash = 0;
+  {
+    client::Client client = connect();
+    create(client, two_balls(), "w", true);
+    ASSERT_TRUE(client.step("w", 10).ok());
+    ASSERT_TRUE(client.reset("w").ok());
+    ASSERT_TRUE(client.impulse(push("w", 1.0)).ok());
+    ASSERT_TRUE(client.step("w", 10).ok());
+    hash = client.stats("w")->state_hash();
+  }
+  restart_after_kill();
+  client::Client client = connect();
+  EXPECT_EQ(client.stats("w")->tick(), 20U);
+  EXPECT_EQ(client.stats("w")->state_hash(), hash);
+  restart_after_kill();
+  EXPECT_EQ(connect().stats("w")->state_hash(), hash) << "a restart right after a restart";
+}
+
+}  // namespace
+}  // namespace pneuma::integration

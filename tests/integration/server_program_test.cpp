@@ -1,0 +1,120 @@
+// Shows the program's manners: flags, exit codes, one line for what went wrong, the health check.
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "served.h"
+
+namespace pneuma::integration {
+namespace {
+
+using support::run_program;
+
+class ServerProgram : public Served {
+ protected:
+  static std::string temporary_file(const std::string& name, const std::string& text) {
+    const std::string path = testing::TempDir() + "pneuma-" + std::to_string(getpid()) + "-" + name;
+    std::ofstream(path) << text;
+    return path;
+  }
+
+  /// Fails with exit status 1 and one last line on standard error that says `says`.
+  static void expect_failure(const std::vector<std::string>& arguments, const std::string& says) {
+    std::vector<std::string> all{"--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--log-level", "off"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const auto finished = run_program("pneuma-server", all);
+    EXPECT_EQ(finished.exit_status, 1);
+    EXPECT_EQ(std::count(finished.error_output.begin(), finished.error_output.end(), '\n'), 1) << finished.error_output;
+    EXPECT_NE(finished.error_output.find(says), std::string::npos) << finished.error_output;
+    EXPECT_EQ(finished.output, "");
+  }
+};
+
+TEST_F(ServerProgram, VersionAndHelp) {
+  const auto version = run_program("pneuma-server", {"--version"});
+  EXPECT_EQ(version.exit_status, 0);
+  EXPECT_TRUE(version.output.starts_with("pneuma-server ")) << version.output;
+  const auto help = run_program("pneuma-server", {"--help"});
+  EXPECT_EQ(help.exit_status, 0);
+  for (const char* flag : {"--listen", "--http", "--scene", "--data-dir", "--threads", "--token-file", "--tls-cert",
+                           "--tls-key", "--config", "--log-level", "--health", "--version"}) {
+    EXPECT_NE(help.output.find(flag), std::string::npos) << flag;
+  }
+}
+
+TEST_F(ServerProgram, BadUsageExitsTwo) {
+  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{{"--no-such-flag"},
+                                                                                         {"--threads", "many"},
+                                                                                         {"--threads", "-1"},
+                                                                                         {"--log-level", "loud"},
+                                                                                         {"--tls-cert", "x.pem"},
+                                                                                         {"--config", "/no/such/file"},
+                                                                                         {"extra"}}) {
+    EXPECT_EQ(run_program("pneuma-server", arguments).exit_status, 2) << arguments[0];
+  }
+}
+
+TEST_F(ServerProgram, WhatCannotBeHadIsSaidInOneLine) {
+  expect_failure({"--scene", "no-such-scene"}, "no-such-scene");
+  const std::string open_mesh = temporary_file("typo.json", R"({"gravty": {"y": -9.81}})");
+  expect_failure({"--scene", open_mesh}, "gravty");
+  std::remove(open_mesh.c_str());
+  expect_failure({"--token-file", "/no/such/token"}, "/no/such/token");
+  expect_failure({"--tls-cert", "/no/such/cert.pem", "--tls-key", "/no/such/key.pem"}, "/no/such");
+  expect_failure({"--data-dir", "/dev/null/data"}, "/dev/null/data");
+  expect_failure({"--listen", "nonsense"}, "nonsense");
+}
+
+TEST_F(ServerProgram, APortInUseIsSaid) {
+  start();
+  expect_failure({"--listen", server_->tcp_address()}, server_->tcp_address());
+}
+
+TEST_F(ServerProgram, ADataDirectoryHasOneServer) {
+  const std::string folder = testing::TempDir() + "pneuma-locked-" + std::to_string(getpid());
+  start({"--data-dir", folder});
+  expect_failure({"--data-dir", folder}, folder);
+}
+
+TEST_F(ServerProgram, HealthAsksTheServer) {
+  start({"--scene", "bouncing-ball"});
+  const auto well = run_program("pneuma-server", {"--health", "--http", server_->http_address()});
+  EXPECT_EQ(well.exit_status, 0) << well.error_output;
+  const std::string address = server_->http_address();
+  ASSERT_TRUE(server_->stop().ok());
+  const auto gone = run_program("pneuma-server", {"--health", "--http", address});
+  EXPECT_EQ(gone.exit_status, 1);
+  EXPECT_NE(gone.error_output.find(address), std::string::npos) << gone.error_output;
+}
+
+TEST_F(ServerProgram, AConfigurationFileSetsFlagsAndLimits) {
+  const std::string config =
+      temporary_file("config.toml", "scene = [\"bouncing-ball\", \"five-balls\"]\nworlds-max = 3\n");
+  start({"--config", config});
+  std::remove(config.c_str());
+  client::Client client = connect();
+  EXPECT_EQ(client.list_worlds()->worlds_size(), 2);
+  EXPECT_TRUE(client.create_builtin("hanging-ball").ok());
+  EXPECT_EQ(client.create_builtin("hanging-ball").status().code(), base::StatusCode::limit_exceeded);
+}
+
+TEST_F(ServerProgram, EveryBuiltInSceneServes) {
+  start({"--scene", "five-balls", "--scene", "hanging-ball", "--scene", "wind-cloth", "--scene", "bouncing-ball",
+         "--scene", "hand", "--scene", "cost-curve"});
+  client::Client client = connect();
+  const auto list = client.list_worlds();
+  ASSERT_TRUE(list.ok());
+  EXPECT_EQ(list->worlds_size(), 6);
+  for (const auto& world : list->worlds()) {
+    SCOPED_TRACE(world.name());
+    ASSERT_TRUE(client.subscribe(world.name()).ok());
+    const auto frame = await_frame(client, [&](const auto& candidate) { return candidate.world == world.name(); });
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->bodies.size(), world.soft_bodies());
+  }
+}
+
+}  // namespace
+}  // namespace pneuma::integration

@@ -1,0 +1,262 @@
+// Shows pneuma-sim from outside: what it writes is what the physics of a free fall asks for, the same on every run and
+// with any number of threads, and everything that can go wrong gives the exit code and the one line that it should.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "support/program.h"
+#include "support/temporary_folder.h"
+
+namespace pneuma::integration {
+namespace {
+
+using support::Finished;
+using support::run_program;
+using support::TemporaryFolder;
+
+constexpr std::chrono::seconds patience{60};
+
+Finished sim(const std::vector<std::string>& arguments) {
+  return run_program("pneuma-sim", arguments, {}, patience);
+}
+
+std::vector<std::string> split(const std::string& line, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream in(line);
+  for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
+  return parts;
+}
+
+std::vector<std::string> lines_of(const std::string& path) {
+  std::ifstream file(path);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Exit status 1 and one line that says `says`.
+void expect_failure(const std::vector<std::string>& arguments, const std::string& says) {
+  const Finished finished = sim(arguments);
+  EXPECT_EQ(finished.exit_status, 1) << says;
+  EXPECT_EQ(std::count(finished.error_output.begin(), finished.error_output.end(), '\n'), 1) << finished.error_output;
+  EXPECT_TRUE(finished.error_output.starts_with("pneuma-sim: ")) << finished.error_output;
+  EXPECT_NE(finished.error_output.find(says), std::string::npos) << finished.error_output;
+}
+
+class SimScene : public testing::Test {
+ protected:
+  std::string file(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+  TemporaryFolder folder_;
+};
+
+constexpr const char* falling_ball = R"({
+  "gravity": {"y": -9.81},
+  "stepping": {"rate_hz": 50, "substeps": 2},
+  "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}],
+  "soft_bodies": [{"name": "a, \"b\"", "mesh": "ball", "mass_kg": 2, "velocity": {"x": 3}, "springs": {"stiffness_n_m": 1}}]})";
+
+TEST_F(SimScene, CsvHoldsAFreeFallTickByTick) {
+  const std::string csv = folder_ / "out.csv";
+  const Finished finished = sim({file("fall.json", falling_ball), "--seconds", "1", "--csv", csv});
+  ASSERT_EQ(finished.exit_status, 0) << finished.error_output;
+  EXPECT_EQ(finished.output, "");
+  const auto lines = lines_of(csv);
+  ASSERT_EQ(lines.size(), 1U + 51U);  // the start, and 50 ticks
+  EXPECT_EQ(lines[0],
+            "tick,time_s,body,volume_m3,area_m2,pressure_pa,kinetic_j,elastic_j,gas_j,gravity_j,px,py,pz,lx,ly,lz,com_"
+            "x,com_y,"
+            "com_z,max_speed_m_s");
+  for (std::size_t tick = 0; tick <= 50; ++tick) {
+    const std::string& line = lines[tick + 1];
+    const std::string name = R"("a, ""b""")";
+    ASSERT_NE(line.find(name), std::string::npos) << line;
+    const auto before = split(line.substr(0, line.find(name)), ',');
+    const auto after = split(line.substr(line.find(name) + name.size() + 1), ',');
+    ASSERT_EQ(after.size(), 17U);
+    const double time_s = static_cast<double>(tick) / 50;
+    EXPECT_EQ(before[0], std::to_string(tick));
+    EXPECT_NEAR(std::stod(before[1]), time_s, 1e-12);
+    EXPECT_NEAR(std::stod(after[7]), 2.0 * 3.0, 1e-9);                       // px
+    EXPECT_NEAR(std::stod(after[8]), -2.0 * 9.81 * time_s, 1e-9);            // py
+    EXPECT_NEAR(std::stod(after[13]), 3.0 * time_s, 1e-9);                   // com_x
+    EXPECT_NEAR(std::stod(after[14]), -0.5 * 9.81 * time_s * time_s, 1e-9);  // com_y; midpoint is exact for it
+    const double kinetic_and_gravity_j = std::stod(after[3]) + std::stod(after[6]);
+    EXPECT_NEAR(kinetic_and_gravity_j, 0.5 * 2.0 * 9.0, 1e-9);
+  }
+}
+
+TEST_F(SimScene, ObjFilesHoldTheShapeOfEachTick) {
+  const Finished finished = sim({file("fall.json", falling_ball), "--seconds", "0.04", "--obj", folder_ / "shapes/of"});
+  ASSERT_EQ(finished.exit_status, 0) << finished.error_output;
+  for (const char* tick : {"000000", "000001", "000002"}) {
+    const auto lines = lines_of(folder_ / ("shapes/of/0-a___b_-" + std::string(tick) + ".obj"));
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(), [](const auto& line) { return line[0] == 'v'; }), 42);
+    EXPECT_EQ(std::count_if(lines.begin(), lines.end(), [](const auto& line) { return line[0] == 'f'; }), 80);
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "shapes/of/0-a___b_-000003.obj"));
+}
+
+TEST(SimProgram, HashIsTheSameOnEveryRunWithAnyThreads) {
+  const std::string first = sim({"five-balls", "--seconds", "2", "--hash"}).output;
+  EXPECT_EQ(first.size(), std::string("hash 0x0123456789abcdef\n").size());
+  EXPECT_EQ(first.substr(0, 7), "hash 0x");
+  for (const char* threads : {"1", "2", "5"}) {
+    EXPECT_EQ(sim({"five-balls", "--seconds", "2", "--hash", "--threads", threads}).output, first) << threads;
+  }
+  EXPECT_NE(sim({"five-balls", "--seconds", "2.1", "--hash"}).output, first);
+}
+
+TEST(SimProgram, FlagsOverrideTheScene) {
+  const auto hash = [](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bouncing-ball", "--seconds", "0.5", "--hash"});
+    const Finished finished = sim(more);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    return finished.output;
+  };
+  const std::string plain = hash({});
+  EXPECT_EQ(hash({"--integrator", "midpoint", "--precision", "single", "--substeps", "16"}), plain);
+  EXPECT_EQ(hash({"--set", "stepping.substeps=16", "--set", "soft_bodies.ball.mass_kg=1"}), plain);
+  EXPECT_NE(hash({"--integrator", "Symplectic_Euler"}), plain);
+  EXPECT_NE(hash({"--precision", "DOUBLE"}), plain);
+  EXPECT_NE(hash({"--substeps", "20"}), plain);
+  EXPECT_NE(hash({"--set", "soft_bodies[0].gas.moles=0.02"}), plain);
+}
+
+TEST(SimProgram, ProfileShowsWhatAScenesPlanLeavesOut) {
+  const auto stages = [](const std::string& scene) {
+    std::map<std::string, std::vector<std::string>> rows;
+    const Finished finished = sim({scene, "--seconds", "0.2", "--profile"});
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    for (const std::string& line : split(finished.output, '\n')) {
+      std::istringstream words(line);
+      std::string name;
+      words >> name;
+      for (std::string word; words >> word;) rows[name].push_back(word);
+    }
+    return rows;
+  };
+  auto cloth = stages("wind-cloth");
+  EXPECT_EQ(cloth["stage"], (std::vector<std::string>{"time_ms", "calls", "bytes"}));
+  const std::vector<std::string> absent{"0.000", "0", "0"};
+  EXPECT_EQ(cloth["pressure"], absent);
+  EXPECT_EQ(cloth["soft_contact"], absent);
+  EXPECT_NE(cloth["wind"], absent);
+  EXPECT_NE(cloth["springs"], absent);
+  auto ball = stages("bouncing-ball");
+  EXPECT_EQ(ball["wind"], absent);
+  EXPECT_NE(ball["pressure"], absent);
+  EXPECT_NE(ball["solid_contact"], absent);
+}
+
+TEST(SimProgram, EveryBuiltInSceneRunsAndSumsUp) {
+  for (const char* scene : {"five-balls", "hanging-ball", "wind-cloth", "bouncing-ball", "hand", "cost-curve"}) {
+    const Finished finished = sim({scene, "--seconds", "0.2"});
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    EXPECT_EQ(finished.error_output, "");  // no progress line where nobody watches
+    EXPECT_NE(finished.output.find("12 ticks, 0.2 s simulated"), std::string::npos) << finished.output;
+    EXPECT_NE(finished.output.find("times real time"), std::string::npos);
+  }
+}
+
+TEST(SimProgram, VersionAndHelp) {
+  const Finished version = sim({"--version"});
+  EXPECT_EQ(version.exit_status, 0);
+  EXPECT_TRUE(version.output.starts_with("pneuma-sim ")) << version.output;
+  const Finished help = sim({"--help"});
+  EXPECT_EQ(help.exit_status, 0);
+  for (const char* flag : {"--seconds", "--integrator", "--substeps", "--precision", "--threads", "--csv", "--obj",
+                           "--hash", "--profile", "--set", "five-balls"}) {
+    EXPECT_NE(help.output.find(flag), std::string::npos) << flag;
+  }
+}
+
+TEST(SimProgram, BadUsageExitsTwo) {
+  const std::vector<std::vector<std::string>> bad{{},
+                                                  {"five-balls"},
+                                                  {"--seconds", "1"},
+                                                  {"five-balls", "--seconds", "-1"},
+                                                  {"five-balls", "--seconds", "nan"},
+                                                  {"five-balls", "--seconds", "long"},
+                                                  {"five-balls", "--seconds", "1", "--integrator", "LEAPFROG"},
+                                                  {"five-balls", "--seconds", "1", "--precision", "half"},
+                                                  {"five-balls", "--seconds", "1", "--threads", "0"},
+                                                  {"five-balls", "--seconds", "1", "--substeps", "-1"},
+                                                  {"five-balls", "--seconds", "1", "--substeps", "99999"},
+                                                  {"five-balls", "--seconds", "1", "--integrator", ""},
+                                                  {"five-balls", "--seconds", "1", "--integrator", "3"},
+                                                  {"five-balls", "--seconds", "1", "--csv", ""},
+                                                  {"five-balls", "--seconds", "1", "--obj", ""},
+                                                  {"", "--seconds", "1"},
+                                                  {"five-balls", "--seconds", "1", "--set", "no assignment"},
+                                                  {"five-balls", "--seconds", "1", "--set", "=1"},
+                                                  {"five-balls", "hand", "--seconds", "1"},
+                                                  {"five-balls", "--seconds", "1", "--no-such-flag"}};
+  for (const auto& arguments : bad) {
+    const Finished finished = sim(arguments);
+    EXPECT_EQ(finished.exit_status, 2) << ::testing::PrintToString(arguments);
+    EXPECT_EQ(std::count(finished.error_output.begin(), finished.error_output.end(), '\n'), 1) << finished.error_output;
+  }
+}
+
+TEST_F(SimScene, BadScenesExitOneWithTheFieldFaceOrVertex) {
+  const auto refused = [this](const std::string& text, const std::string& says) {
+    const std::string path = file("bad.json", text);
+    expect_failure({path, "--seconds", "1"}, says);
+    expect_failure({path, "--seconds", "1"}, path + ": ");
+  };
+  const std::string body = R"("soft_bodies": [{"name": "b", "mesh": "m")";
+  const std::string ball = R"({"meshes": [{"name": "m", "icosphere": {"subdivisions": 1}}], )" + body;
+  const auto triangles = [](const std::string& indices) {
+    return R"({"meshes": [{"name": "m", "triangles": {"positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}], "indices": [)" +
+           indices + "]}}], ";
+  };
+  refused(R"({"gravty": {}})", "gravty: unknown field; did you mean gravity?");
+  refused(R"({"name": 1})", "name: is a number");
+  refused("{", "line 1");
+  refused("{" + body + "}]}", "soft_bodies[0].mesh: no mesh is named \"m\"");
+  refused(ball + R"(, "mass_kg": -1}]})", "soft_bodies[0].mass_kg");
+  refused(ball + R"(, "velocity": {"x": "NaN"}}]})", "soft_bodies[0].velocity.x: is not finite");
+  refused(ball + R"(, "pins": [42]}]})", "soft_bodies[0].pins[0]");
+  refused(triangles("0, 1, 9") + body + "}]}", "meshes[0].triangles.indices[0..2]: face 0 names vertex 9");
+  refused(triangles("0, 2, 1, 0, 0, 3") + body + "}]}",
+          "meshes[0].triangles.indices[3..5]: face 1 names vertex 0 twice");
+  refused(triangles("0, 2, 1, 0, 1, 3, 0, 3, 2") + body + R"(, "gas": {"moles": 1}}]})", "is open");
+  refused(R"({"stepping": {"integrator": "XPBD"}})", "stepping.integrator: this version has no XPBD");
+}
+
+TEST_F(SimScene, WhatCannotBeReadOrWrittenExitsOneAndIsNamed) {
+  expect_failure({"five-bals", "--seconds", "1"}, "five-bals: no such scene file");
+  expect_failure({"five-bals", "--seconds", "1"}, "five-balls");
+  expect_failure({"five-balls", "--seconds", "1", "--csv", "/no/such/folder/out.csv"},
+                 "/no/such/folder/out.csv: cannot write");
+  expect_failure({"five-balls", "--seconds", "1", "--csv", "/dev/full"},
+                 "/dev/full: cannot write: No space left on device");
+  expect_failure({"five-balls", "--seconds", "1", "--obj", "/dev/null/x"}, "/dev/null/x: cannot make the folder");
+  expect_failure({"five-balls", "--seconds", "1", "--set", "soft_bodies.ball-9.mass_kg=1"},
+                 "pneuma-sim: soft_bodies.ball-9: nothing is named \"ball-9\"");
+  expect_failure({"five-balls", "--seconds", "1", "--integrator", "xpbd"}, "five-balls: stepping.integrator: ");
+}
+
+TEST_F(SimScene, RunawayBodyIsNamedAndTheOthersGoOn) {
+  const std::string scene = file("runaway.json", R"({
+    "stepping": {"substeps": 1, "integrator": "EXPLICIT_EULER"},
+    "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}],
+    "soft_bodies": [
+      {"name": "wild", "mesh": "ball", "springs": {"stiffness_n_m": 1e8, "rest_scale": 1.01}},
+      {"name": "calm", "mesh": "ball", "position": {"x": 5}, "velocity": {"y": 1}, "collision": {"soft": "NONE"}}]})");
+  expect_failure({scene, "--seconds", "2", "--csv", folder_ / "out.csv"}, "body \"wild\": was frozen at tick ");
+  const auto last = split(lines_of(folder_ / "out.csv").back(), ',');
+  EXPECT_EQ(last[2], "calm");
+  EXPECT_NEAR(std::stod(last[17]), 2.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace pneuma::integration

@@ -1,0 +1,195 @@
+// Shows what subscribers of a running world see: the same world whoever watches, a key at once for who joins late, a
+// gap and a key for who reads too slowly, frames of a paused world, and a hit within a few frames.
+#include <cmath>
+
+#include "raw_connection.h"
+#include "served.h"
+
+namespace pneuma::integration {
+namespace {
+
+class Streaming : public Served {
+ protected:
+  void SetUp() override { start(); }
+};
+
+TEST_F(Streaming, TwoClientsSeeTheSameFrames) {
+  client::Client ann = connect();
+  client::Client bob = connect();
+  create(ann, two_balls(), "w", true);
+  ASSERT_TRUE(ann.subscribe("w").ok());
+  ASSERT_TRUE(bob.subscribe("w").ok());
+  ASSERT_TRUE(ann.step("w", 20).ok());
+  const auto last = [](const auto& frame) { return frame.tick == 20; };
+  const auto seen_by_ann = await_frame(ann, last);
+  const auto seen_by_bob = await_frame(bob, last);
+  ASSERT_TRUE(seen_by_ann && seen_by_bob);
+  for (std::size_t body = 0; body < 2; ++body) {
+    EXPECT_EQ(seen_by_ann->bodies[body].positions_m, seen_by_bob->bodies[body].positions_m);
+  }
+  EXPECT_EQ(ann.stats("w")->quality_classes(), 1U);
+}
+
+TEST_F(Streaming, ALateJoinerStartsWithAKeyAndSeesTheSame) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w");
+  ASSERT_TRUE(ann.subscribe("w").ok());
+  ASSERT_TRUE(await_frame(ann, [](const auto& frame) { return frame.tick > 10; }));
+  client::Client bob = connect();
+  ASSERT_TRUE(bob.subscribe("w").ok());
+  const auto first = await_frame(bob);
+  ASSERT_TRUE(first);
+  EXPECT_TRUE(first->key);
+  const auto second = await_frame(bob);
+  ASSERT_TRUE(second);
+  EXPECT_FALSE(second->key);
+  const auto paused = ann.pause("w");
+  ASSERT_TRUE(paused.ok());
+  const auto last = [&](const auto& frame) { return frame.tick == paused->tick(); };
+  const auto seen_by_ann = await_frame(ann, last);
+  const auto seen_by_bob = last(*second) ? second : await_frame(bob, last);
+  ASSERT_TRUE(seen_by_ann && seen_by_bob);
+  EXPECT_EQ(seen_by_ann->bodies[1].positions_m, seen_by_bob->bodies[1].positions_m);
+}
+
+TEST_F(Streaming, AJoinerOfAPausedWorldGetsAKeyWithoutAStep) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w", true);
+  ASSERT_TRUE(ann.subscribe("w").ok());
+  const auto frame = await_frame(ann);
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->key);
+  EXPECT_EQ(frame->tick, 0U);
+  EXPECT_EQ(ann.stats("w")->tick(), 0U);
+}
+
+TEST_F(Streaming, AReconnectingClientIsNotSentItsTopologiesAgain) {
+  client::Client first = connect();
+  create(first, two_balls(), "w", true);
+  ASSERT_TRUE(first.subscribe("w").ok());
+  ASSERT_TRUE(await_frame(first));
+  const auto held = first.topologies();
+  ASSERT_EQ(held.size(), 1U);
+
+  RawConnection raw(server_->tcp_address());
+  ASSERT_TRUE(raw.say_hello());
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world("w");
+  subscribe.mutable_subscribe()->add_known_topologies(held[0]->hash);
+  ASSERT_TRUE(raw.send(subscribe));
+  std::string order;
+  while (auto message = raw.receive()) {
+    if (message->has_subscribed()) order += "subscribed ";
+    if (message->has_topology()) order += "topology ";
+    if (message->has_layout()) order += "layout ";
+    if (message->has_frame()) {
+      order += "frame";
+      break;
+    }
+  }
+  EXPECT_EQ(order, "subscribed layout frame");
+}
+
+TEST_F(Streaming, AHitShowsInTheFrameItsReplyNames) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w", true);
+  create(ann, two_balls(), "untouched", true);
+  const auto stream = ann.subscribe("w", {.max_error_m = 1e-5})->stream_id();
+  const auto twin = ann.subscribe("untouched", {.max_error_m = 1e-5})->stream_id();
+  const auto stepped = ann.step("w", 5);
+  ASSERT_TRUE(stepped.ok()) << stepped.status().message();
+  ASSERT_TRUE(ann.step("untouched", 6).ok());
+  v1::Impulse impulse;
+  impulse.set_world("w");
+  impulse.set_body("left");
+  impulse.set_vertex(11);
+  *impulse.mutable_impulse() = vec(0.5, 0.0, 0.0);
+  const auto done = ann.impulse(impulse);
+  ASSERT_TRUE(done.ok());
+  EXPECT_EQ(done->tick(), 6U);
+  ASSERT_TRUE(ann.step("w", 1).ok());
+  std::optional<client::DecodedFrame> hit;
+  std::optional<client::DecodedFrame> calm;
+  while (!hit || !calm) {
+    auto frame = await_frame(ann, [](const auto& candidate) { return candidate.tick == 6; });
+    ASSERT_TRUE(frame);
+    ASSERT_TRUE(frame->stream_id == stream || frame->stream_id == twin);
+    (frame->stream_id == stream ? hit : calm) = std::move(frame);
+  }
+  EXPECT_GT(hit->bodies[0].positions_m[3 * 11], calm->bodies[0].positions_m[3 * 11] + 1e-3);
+}
+
+// A reader that stalls while frames that do not fit its buffers come, then reads again.
+TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
+  start({"--output-queue-bytes-max", "200000"});
+  client::Client ann = connect();
+  v1::Scene big = two_balls();
+  big.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(5);
+  big.mutable_stepping()->set_substeps(1);
+  for (auto& body : *big.mutable_soft_bodies()) {
+    body.mutable_springs()->set_stiffness_n_m(1.0);
+    body.mutable_springs()->set_damping_n_s_m(0.0);
+  }
+  create(ann, big, "w", true);
+
+  RawConnection slow(server_->tcp_address(), 16 * 1024);
+  ASSERT_TRUE(slow.say_hello());
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world("w");
+  subscribe.mutable_subscribe()->set_max_error_m(1e-6);
+  ASSERT_TRUE(slow.send(subscribe));
+  const auto subscribed = slow.receive_reply(2);
+  ASSERT_TRUE(subscribed && subscribed->has_subscribed());
+  // The world does not wait for the reader that reads nothing.
+  ASSERT_TRUE(ann.step("w", 400).ok());
+
+  std::optional<v1::Gap> gap;
+  std::optional<std::uint64_t> last_tick;
+  bool key_after_gap = false;
+  while (last_tick != 400U) {
+    const auto message = slow.receive();
+    ASSERT_TRUE(message) << "the connection ended";
+    if (message->has_gap()) {
+      gap = message->gap();
+      key_after_gap = false;
+    }
+    if (!message->has_frame()) continue;
+    const v1::Frame& frame = message->frame();
+    if (frame.has_base_tick()) {
+      EXPECT_EQ(frame.base_tick(), last_tick) << "a delta on a frame that was not sent";
+    } else {
+      key_after_gap = true;
+    }
+    last_tick = frame.tick();
+    if (gap && key_after_gap) break;
+  }
+  ASSERT_TRUE(gap) << "400 frames fitted the buffers of a reader that read nothing";
+  EXPECT_EQ(gap->stream_id(), subscribed->subscribed().stream_id());
+  EXPECT_LE(gap->from_tick(), gap->to_tick());
+  EXPECT_TRUE(key_after_gap);
+}
+
+TEST_F(Streaming, ARunawayBodyIsReportedAndTheOthersGoOn) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w", true);
+  ASSERT_TRUE(ann.subscribe("w").ok());
+  v1::Impulse impulse;
+  impulse.set_world("w");
+  impulse.set_body("left");
+  *impulse.mutable_impulse() = vec(1e8, 0.0, 0.0);
+  ASSERT_TRUE(ann.impulse(impulse).ok());
+  ASSERT_TRUE(ann.step("w", 10).ok());
+  const auto event = await_event(ann, v1::Event::BODY_FROZEN);
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->body(), "left");
+  EXPECT_FALSE(event->detail().empty());
+  const auto stats = ann.stats("w");
+  EXPECT_TRUE(stats->soft_bodies(0).frozen());
+  EXPECT_FALSE(stats->soft_bodies(1).frozen());
+  EXPECT_LT(stats->soft_bodies(1).momentum().y(), 0.0) << "it falls on";
+}
+
+}  // namespace
+}  // namespace pneuma::integration

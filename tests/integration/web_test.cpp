@@ -1,0 +1,132 @@
+// Shows the HTTP side: the pages, and the protocol over WebSocket (Beast's own client, one message a WebSocket
+// message).
+#include <boost/asio.hpp>
+#include <boost/beast.hpp>
+
+#include "served.h"
+
+namespace pneuma::integration {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+
+class Web : public Served {
+ protected:
+  void SetUp() override { start({"--scene", "bouncing-ball"}); }
+
+  asio::ip::tcp::endpoint endpoint() const {
+    const std::string& address = server_->http_address();
+    const auto colon = address.rfind(':');
+    return {asio::ip::make_address(address.substr(0, colon)),
+            static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1)))};
+  }
+
+  http::response<http::string_body> get(const std::string& target) {
+    beast::tcp_stream stream(io_);
+    stream.connect(endpoint());
+    http::request<http::empty_body> request(http::verb::get, target, 11);
+    request.set(http::field::host, "localhost");
+    request.set(http::field::connection, "close");
+    http::write(stream, request);
+    beast::flat_buffer buffer;
+    http::response<http::string_body> response;
+    http::read(stream, buffer, response);
+    return response;
+  }
+
+  asio::io_context io_;
+};
+
+class WebSocket {
+ public:
+  WebSocket(asio::io_context& io, const asio::ip::tcp::endpoint& endpoint) : stream_(io) {
+    stream_.next_layer().connect(endpoint);
+    stream_.handshake("localhost", "/ws");
+    stream_.binary(true);
+  }
+  void send(const v1::ClientMessage& message) { stream_.write(asio::buffer(message.SerializeAsString())); }
+  v1::ServerMessage receive() {
+    beast::flat_buffer buffer;
+    stream_.read(buffer);
+    v1::ServerMessage message;
+    EXPECT_TRUE(message.ParseFromArray(buffer.data().data(), static_cast<int>(buffer.size())));
+    return message;
+  }
+  beast::websocket::stream<asio::ip::tcp::socket>& stream() { return stream_; }
+
+ private:
+  beast::websocket::stream<asio::ip::tcp::socket> stream_;
+};
+
+v1::ClientMessage hello() {
+  v1::ClientMessage message;
+  message.set_request_id(1);
+  message.mutable_hello()->set_protocol_version(1);
+  return message;
+}
+
+TEST_F(Web, ThePagesAnswer) {
+  const auto start_page = get("/");
+  EXPECT_EQ(start_page.result_int(), 200U);
+  EXPECT_NE(start_page.body().find("bouncing-ball"), std::string::npos);
+  EXPECT_EQ(get("/healthz").result_int(), 200U);
+  EXPECT_EQ(get("/nothing").result_int(), 404U);
+}
+
+TEST_F(Web, MetricsCountWhatHappens) {
+  client::Client client = connect();
+  ASSERT_TRUE(client.subscribe("bouncing-ball").ok());
+  ASSERT_TRUE(await_frame(client));
+  EXPECT_FALSE(client.stats("nowhere").ok());
+  const std::string text = get("/metrics").body();
+  for (const char* line :
+       {"pneuma_worlds 1", "pneuma_sessions 1", "pneuma_ticks_total", "pneuma_step_seconds_bucket",
+        "pneuma_queue_bytes", "pneuma_slipped_seconds_total", "pneuma_frames_sent_total", "pneuma_frames_dropped_total",
+        "pneuma_encode_seconds_sum", "pneuma_commands_total{kind=\"subscribe\",result=\"ok\"} 1",
+        "pneuma_commands_total{kind=\"get_stats\",result=\"NOT_FOUND\"} 1"}) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
+  }
+}
+
+TEST_F(Web, AWebSocketSpeaksTheSameProtocol) {
+  WebSocket socket(io_, endpoint());
+  socket.send(hello());
+  EXPECT_TRUE(socket.receive().has_welcome());
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world("bouncing-ball");
+  socket.send(subscribe);
+  std::string order;
+  while (order.find("frame delta") == std::string::npos) {
+    const v1::ServerMessage message = socket.receive();
+    if (message.has_subscribed()) order += "subscribed ";
+    if (message.has_topology()) order += "topology ";
+    if (message.has_layout()) order += "layout ";
+    if (message.has_frame()) order += message.frame().has_base_tick() ? "frame delta" : "frame key ";
+  }
+  EXPECT_TRUE(order.starts_with("subscribed topology layout frame key ")) << order;
+}
+
+TEST_F(Web, AWebSocketMustSayHelloToo) {
+  WebSocket socket(io_, endpoint());
+  v1::ClientMessage list;
+  list.set_request_id(1);
+  list.mutable_list_worlds();
+  socket.send(list);
+  EXPECT_EQ(socket.receive().goodbye().reason().code(), v1::Error::UNAUTHENTICATED);
+  beast::flat_buffer buffer;
+  beast::error_code error;
+  socket.stream().read(buffer, error);
+  EXPECT_TRUE(error);
+}
+
+TEST_F(Web, HttpOffIsOff) {
+  start({"--http", "off"});
+  EXPECT_EQ(server_->http_address(), "off");
+  EXPECT_TRUE(connect().ping().ok());
+}
+
+}  // namespace
+}  // namespace pneuma::integration

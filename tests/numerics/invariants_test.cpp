@@ -1,0 +1,105 @@
+// Shows what a free body must keep: momentum and angular momentum to round-off (the pressure of a closed skin has no
+// net force or torque), and the work that its gas does in its springs and its motion.
+#include <Eigen/Geometry>
+
+#include "numerics/worlds.h"
+
+namespace pneuma::physics {
+namespace {
+
+/// A ball out of shape: stretched, sheared and dented, so that no symmetry helps.
+Scene lopsided(Integrator integrator) {
+  BreathingBall ball{.subdivisions = 2};
+  Scene scene = ball.scene(1.0, integrator, 1000, 1);
+  std::vector<Vec3d> positions = scene.soft_bodies[0].mesh->positions_m;
+  for (Vec3d& x : positions) {
+    x = Vec3d(1.3 * x.x() + 0.2 * x.y(), 0.8 * x.y(), x.z() + 0.3 * x.x() * x.x());
+    if (x.y() > 0.25) x.y() -= 0.5 * (x.y() - 0.25);
+  }
+  scene.soft_bodies[0].mesh = *make_mesh(positions, scene.soft_bodies[0].mesh->faces);
+  scene.soft_bodies[0].springs.stiffness_n_m = 30.0;
+  scene.soft_bodies[0].springs.damping_n_s_m = 0.01;
+  return scene;
+}
+
+TEST(FreeBody, KeepsItsMomentumWithEveryIntegrator) {
+  for (const Integrator integrator :
+       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler}) {
+    Scene scene = lopsided(integrator);
+    scene.soft_bodies[0].velocity = {1.0, -2.0, 0.5};
+    scene.soft_bodies[0].springs.damping_n_s_m = 0.1;
+    World world = make_world(std::move(scene));
+    const Vec3d before = world.measure(0).momentum;
+    run_ticks(world, 1000);
+    EXPECT_GT(world.measure(0).max_speed_m_s, 2.3);
+    EXPECT_NEAR((world.measure(0).momentum - before).norm() / before.norm(), 0.0, 1e-12);
+  }
+}
+
+TEST(FreeBody, KeepsItsAngularMomentumWithSymplecticEuler) {
+  Scene scene = lopsided(Integrator::symplectic_euler);
+  scene.soft_bodies[0].angular_velocity = {1.0, -2.0, 3.0};
+  World world = make_world(std::move(scene));
+  const Vec3d before = world.measure(0).angular_momentum;
+  run_ticks(world, 1000);
+  EXPECT_NEAR((world.measure(0).angular_momentum - before).norm() / before.norm(), 0.0, 1e-12);
+}
+
+TEST(FreeBody, DoesNotStartToDriftOrTurnByItsPressure) {
+  World world = make_world(lopsided(Integrator::symplectic_euler));
+  const Vec3d centre = world.measure(0).centre_of_mass;
+  run_ticks(world, 1000);
+  const BodyMeasures sums = world.measure(0);
+  EXPECT_NEAR((sums.centre_of_mass - centre).norm(), 0.0, 1e-12);
+  EXPECT_NEAR(sums.momentum.norm(), 0.0, 1e-12);
+  EXPECT_NEAR(sums.angular_momentum.norm(), 0.0, 1e-12);
+}
+
+TEST(GasWork, IsothermalGoesIntoMotionAndSprings) {
+  const BreathingBall ball;
+  World world = make_world(ball.scene(1.0, Integrator::rk4, 1000, 8));
+  const double volume_m3 = world.measure(0).volume_m3;
+  Workers workers(1);
+  for (int tick = 0; tick < 200; ++tick) {
+    world.step_tick(workers);
+    const BodyMeasures sums = world.measure(0);
+    const double work_j = ball.nrt_j * std::log(sums.volume_m3 / volume_m3);
+    ASSERT_NEAR(sums.kinetic_j + sums.elastic_j, work_j, 1e-8 * ball.nrt_j);
+  }
+}
+
+TEST(GasWork, AdiabaticGoesIntoMotionAndSprings) {
+  const BreathingBall ball;
+  Scene scene = ball.scene(1.0, Integrator::rk4, 1000, 8);
+  scene.soft_bodies[0].gas->law = GasLaw::adiabatic;
+  World world = make_world(std::move(scene));
+  const BodyMeasures start = world.measure(0);
+  Workers workers(1);
+  for (int tick = 0; tick < 200; ++tick) {
+    world.step_tick(workers);
+    const BodyMeasures sums = world.measure(0);
+    const double work_j = (start.pressure_pa * start.volume_m3 - sums.pressure_pa * sums.volume_m3) / 0.4;
+    ASSERT_NEAR(sums.kinetic_j + sums.elastic_j, work_j, 1e-8 * ball.nrt_j);
+  }
+}
+
+TEST(GasFlow, PumpsAndLeaksTheMolesThatTheSceneSays) {
+  const BreathingBall ball;
+  Scene scene = ball.scene(ball.equilibrium_scale(), Integrator::midpoint, 1000, 1);
+  scene.soft_bodies[0].gas->flow_mol_s = 0.02;
+  World pumped = make_world(scene);
+  run_ticks(pumped, 500);
+  EXPECT_NEAR(pumped.measure(0).moles - scene.soft_bodies[0].gas->moles, 0.01, 1e-12);
+
+  scene.soft_bodies[0].gas->flow_mol_s = 0.0;
+  scene.soft_bodies[0].gas->leak_mol_s_pa = 1e-4;
+  scene.soft_bodies[0].springs.damping_n_s_m = 2.0;
+  World leaking = make_world(scene);
+  run_ticks(leaking, 20'000);
+  EXPECT_LT(leaking.measure(0).moles, 1e-3 * scene.soft_bodies[0].gas->moles);
+  const std::shared_ptr<const Mesh> rest = ball.mesh(1.0);
+  EXPECT_NEAR(leaking.measure(0).volume_m3 / signed_volume_m3(rest->positions_m, rest->faces), 1.0, 1e-3);
+}
+
+}  // namespace
+}  // namespace pneuma::physics

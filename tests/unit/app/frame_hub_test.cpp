@@ -1,0 +1,236 @@
+// Shows what subscribers get: topology and layout before the first frame, a key for who joins, deltas that decode to
+// the same as keys, one encoding for all of a quality, nothing for ticks that are not due. A real world, no sockets.
+#include "app/frame_hub.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "app/live_world.h"
+#include "ball_scene.h"
+
+namespace pneuma::app {
+namespace {
+
+class FrameHubTest : public testing::Test {
+ protected:
+  FrameHubTest()
+      : world_(std::move(*LiveWorld::create(ball_scene()))),
+        hub_([this] { return ++last_stream_id_; }, [this](std::uint32_t id) { dropped_.push_back(id); }) {}
+
+  v1::Subscribed subscribe(const std::shared_ptr<Session>& session, double rate_hz = 0.0, double max_error_m = 0.0) {
+    v1::Subscribe request;
+    request.set_world("w");
+    request.set_rate_hz(rate_hz);
+    request.set_max_error_m(max_error_m);
+    const auto subscribed = hub_.subscribe(session, request, 60.0);
+    EXPECT_TRUE(subscribed.ok());
+    return *subscribed;
+  }
+
+  Outbox tick() {
+    world_.physics().step_tick(workers_);
+    Outbox outbox;
+    hub_.encode_tick(world_.physics(), world_.tick(), false, outbox);
+    return outbox;
+  }
+
+  static std::vector<net::StreamFrame> frames(const Outbox& outbox) {
+    std::vector<net::StreamFrame> out;
+    for (const auto& item : outbox.items) {
+      if (const auto* publish = std::get_if<Outbox::Publish>(&item)) out.push_back(publish->frame);
+    }
+    return out;
+  }
+
+  static v1::ServerMessage parse(const net::SharedBytes& bytes) {
+    v1::ServerMessage message;
+    EXPECT_TRUE(bytes != nullptr && message.ParseFromString(*bytes));
+    return message;
+  }
+
+  /// Kinds of what is sent to a session, "topology layout frame".
+  static std::string kinds(const Outbox& outbox, net::SessionId session) {
+    std::string out;
+    for (const auto& item : outbox.items) {
+      if (const auto* send = std::get_if<Outbox::Send>(&item); send != nullptr && send->session == session) {
+        const auto message = parse(send->message);
+        out += message.has_layout() ? "layout " : "other ";
+      }
+      if (const auto* missing = std::get_if<Outbox::SendTopology>(&item);
+          missing != nullptr && missing->session->id() == session) {
+        missing->session->send_topology(missing->topology.hash, [&] { out += "topology "; });
+      }
+      if (const auto* publish = std::get_if<Outbox::Publish>(&item)) {
+        for (const auto id : *publish->sessions) out += id == session ? "frame " : "";
+      }
+    }
+    return out;
+  }
+
+  physics::Workers workers_{1};
+  LiveWorld world_;
+  std::uint32_t last_stream_id_ = 0;
+  std::vector<std::uint32_t> dropped_;
+  FrameHub hub_;
+  std::shared_ptr<Session> ann_ = std::make_shared<Session>(1);
+  std::shared_ptr<Session> bob_ = std::make_shared<Session>(2);
+};
+
+TEST_F(FrameHubTest, TopologyAndLayoutGoBeforeTheFirstFrameAndOnce) {
+  subscribe(ann_);
+  const Outbox first = tick();
+  EXPECT_EQ(kinds(first, 1), "topology layout frame ");
+  EXPECT_NE(frames(first)[0].key, nullptr);
+  EXPECT_EQ(kinds(tick(), 1), "frame ");
+}
+
+TEST_F(FrameHubTest, AKnownTopologyIsNotSentAgain) {
+  subscribe(ann_);
+  const Outbox first = tick();
+  const auto topology = parse(std::get<Outbox::SendTopology>(first.items[0]).topology.message).topology();
+  v1::Subscribe request;
+  request.add_known_topologies(topology.hash());
+  ASSERT_TRUE(hub_.subscribe(bob_, request, 60.0).ok());
+  EXPECT_EQ(kinds(tick(), 2), "layout frame ");
+}
+
+TEST_F(FrameHubTest, DeltasDecodeToTheWorldWithinTheBound) {
+  const double max_error_m = 1e-4;
+  const auto subscribed = subscribe(ann_, 0.0, max_error_m);
+  std::vector<codec::Lattice> lattices(1, codec::Lattice(3 * 42));
+  std::uint64_t last_tick = 0;
+  for (int i = 0; i < 30; ++i) {
+    const auto frame = frames(tick()).at(0);
+    const auto message = parse(i == 0 ? frame.key : frame.delta).frame();
+    EXPECT_EQ(message.tick(), world_.tick());
+    EXPECT_EQ(message.has_base_tick(), i > 0);
+    if (i > 0) {
+      EXPECT_EQ(message.base_tick(), last_tick);
+      EXPECT_EQ(frame.key, nullptr);
+    }
+    last_tick = message.tick();
+    ASSERT_TRUE(codec::decode(message.payload(), i == 0, lattices).ok());
+    std::vector<double> decoded(3 * 42);
+    std::vector<double> exact(3 * 42);
+    codec::dequantise(lattices[0], subscribed.grid_step_m(), decoded);
+    world_.physics().copy_positions(0, exact);
+    for (std::size_t v = 0; v < 42; ++v) {
+      const double error = std::hypot(decoded[3 * v] - exact[3 * v], decoded[3 * v + 1] - exact[3 * v + 1],
+                                      decoded[3 * v + 2] - exact[3 * v + 2]);
+      EXPECT_LE(error, max_error_m);
+    }
+  }
+}
+
+TEST_F(FrameHubTest, OneEncodingServesAllOfAQuality) {
+  EXPECT_EQ(subscribe(ann_).stream_id(), subscribe(bob_).stream_id());
+  EXPECT_EQ(hub_.class_count(), 1U);
+  EXPECT_EQ(hub_.subscriber_count(), 2U);
+  EXPECT_EQ(frames(tick()).size(), 1U);
+  subscribe(bob_, 0.0, 0.01);
+  EXPECT_EQ(hub_.class_count(), 2U);
+  EXPECT_EQ(frames(tick()).size(), 2U);
+}
+
+TEST_F(FrameHubTest, TheRateIsAWholeDivisionOfTheWorlds) {
+  EXPECT_EQ(subscribe(ann_, 20.0).rate_hz(), 20.0);
+  EXPECT_EQ(subscribe(ann_, 1000.0).rate_hz(), 60.0);
+  EXPECT_EQ(subscribe(ann_, 25.0).rate_hz(), 30.0);
+  EXPECT_EQ(subscribe(ann_, 1e-300).rate_hz(), 60.0 / 86'400'000.0);
+}
+
+TEST_F(FrameHubTest, ALateJoinerOfASlowStreamGetsItsLastFrameAtOnce) {
+  subscribe(ann_, 6.0);
+  for (int i = 0; i < 10; ++i) tick();
+  subscribe(bob_, 6.0);
+  tick();  // 11: not due
+  const Outbox outbox = tick();
+  EXPECT_EQ(kinds(outbox, 2), "") << "the key went at tick 11";
+  EXPECT_EQ(frames(outbox).size(), 0U);
+}
+
+TEST_F(FrameHubTest, ALateJoinersKeyIsWhatTheNextDeltaBuildsOn) {
+  subscribe(ann_, 6.0);
+  for (int i = 0; i < 10; ++i) tick();
+  subscribe(bob_, 6.0);
+  const Outbox outbox = tick();
+  EXPECT_EQ(kinds(outbox, 2), "topology layout frame ");
+  EXPECT_EQ(kinds(outbox, 1), "");
+  const auto key = frames(outbox).at(0);
+  EXPECT_EQ(key.delta, nullptr);
+  std::vector<net::StreamFrame> next;
+  while (next.empty()) next = frames(tick());
+  EXPECT_EQ(next[0].base_tick, key.tick);
+}
+
+TEST_F(FrameHubTest, AWorldAtRestGivesItsKeyWithoutAStep) {
+  subscribe(ann_);
+  Outbox outbox;
+  hub_.encode_rest(world_.physics(), world_.tick(), outbox);
+  EXPECT_EQ(kinds(outbox, 1), "topology layout frame ");
+  Outbox again;
+  hub_.encode_rest(world_.physics(), world_.tick(), again);
+  EXPECT_TRUE(again.items.empty());
+  hub_.key_wanted(1, 1);
+  hub_.encode_rest(world_.physics(), world_.tick(), again);
+  EXPECT_EQ(kinds(again, 1), "frame ");
+}
+
+TEST_F(FrameHubTest, AnAddedBodyMakesANewLayoutAndAKey) {
+  subscribe(ann_);
+  EXPECT_EQ(kinds(tick(), 1), "topology layout frame ");
+  ASSERT_TRUE(world_.change(add_second_ball()).ok());
+  hub_.edited();
+  const Outbox outbox = tick();
+  EXPECT_EQ(kinds(outbox, 1), "layout frame ");  // both balls have one topology
+  const auto frame = frames(outbox).at(0);
+  EXPECT_EQ(frame.delta, nullptr);
+  EXPECT_EQ(parse(frame.key).frame().layout_id(), 2U);
+}
+
+TEST_F(FrameHubTest, AnEditOfAWorldAtRestIsShownInAKeyOfTheSameTick) {
+  subscribe(ann_);
+  tick();
+  hub_.edited();
+  Outbox outbox;
+  hub_.encode_rest(world_.physics(), world_.tick(), outbox);
+  EXPECT_EQ(frames(outbox).at(0).tick, world_.tick());
+  EXPECT_EQ(frames(outbox).at(0).delta, nullptr);
+}
+
+TEST_F(FrameHubTest, WhoLeavesGetsNothingAndTheLastEndsTheStream) {
+  const auto stream = subscribe(ann_).stream_id();
+  subscribe(bob_);
+  tick();
+  Outbox outbox;
+  EXPECT_TRUE(hub_.unsubscribe(1, stream, outbox));
+  EXPECT_FALSE(hub_.unsubscribe(1, stream, outbox));
+  EXPECT_EQ(kinds(tick(), 1), "");
+  EXPECT_TRUE(dropped_.empty());
+  hub_.session_ended(2);
+  EXPECT_EQ(dropped_, std::vector<std::uint32_t>{stream});
+  EXPECT_EQ(hub_.class_count(), 0U);
+}
+
+TEST_F(FrameHubTest, BadQualitiesAndTooManyAreRefused) {
+  v1::Subscribe request;
+  request.set_rate_hz(-1.0);
+  EXPECT_EQ(hub_.subscribe(ann_, request, 60.0).status().where(), "subscribe.rate_hz");
+  request.set_rate_hz(std::nan(""));
+  EXPECT_EQ(hub_.subscribe(ann_, request, 60.0).status().where(), "subscribe.rate_hz");
+  request.set_rate_hz(0.0);
+  for (const double bad : {-1.0, 1e-9, 1e9, std::nan("")}) {
+    request.set_max_error_m(bad);
+    EXPECT_EQ(hub_.subscribe(ann_, request, 60.0).status().where(), "subscribe.max_error_m") << bad;
+  }
+  for (std::size_t i = 0; i < base::session_streams_per_world_max; ++i) {
+    subscribe(ann_, 0.0, 0.01 + 0.001 * static_cast<double>(i));
+  }
+  request.set_max_error_m(0.5);
+  EXPECT_EQ(hub_.subscribe(ann_, request, 60.0).status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_TRUE(hub_.subscribe(bob_, request, 60.0).ok());
+}
+
+}  // namespace
+}  // namespace pneuma::app

@@ -1,0 +1,175 @@
+// Shows that a world is its scene plus its commands by tick: the same commands at the same ticks give the same hash,
+// from the start and from a saved state; and that a bad command changes nothing and is named.
+#include "app/live_world.h"
+
+#include <limits>
+#include <map>
+
+#include <gtest/gtest.h>
+
+#include "app/saved_world.h"
+#include "ball_scene.h"
+
+namespace pneuma::app {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+LiveWorld ball_world() {
+  auto world = LiveWorld::create(ball_scene());
+  EXPECT_TRUE(world.ok()) << world.status().message();
+  return std::move(*world);
+}
+
+v1::ClientMessage reset() {
+  v1::ClientMessage message;
+  message.mutable_reset()->set_world("w");
+  return message;
+}
+
+const std::map<std::uint64_t, v1::ClientMessage>& script() {
+  static const std::map<std::uint64_t, v1::ClientMessage> commands{
+      {5, impulse_up("ball", 2.0)}, {12, grab_vertex(3)}, {20, add_second_ball()}, {25, impulse_up("second", 1.0)}};
+  return commands;
+}
+
+void play(LiveWorld& world, std::uint64_t until_tick) {
+  physics::Workers workers(1);
+  while (world.tick() < until_tick) {
+    if (const auto command = script().find(world.tick()); command != script().end()) {
+      const auto effect = world.change(command->second);
+      ASSERT_TRUE(effect.ok()) << effect.status().message();
+    }
+    world.physics().step_tick(workers);
+  }
+}
+
+TEST(LiveWorld, TheSameCommandsAtTheSameTicksGiveTheSameHash) {
+  LiveWorld a = ball_world();
+  LiveWorld b = ball_world();
+  play(a, 60);
+  play(b, 60);
+  EXPECT_EQ(a.physics().state_hash(), b.physics().state_hash());
+  LiveWorld untouched = ball_world();
+  physics::Workers workers(1);
+  while (untouched.tick() < 60) untouched.physics().step_tick(workers);
+  EXPECT_NE(a.physics().state_hash(), untouched.physics().state_hash());
+}
+
+v1::ClientMessage set_gravity(double y) {
+  v1::ClientMessage message;
+  message.mutable_edit()->set_world("w");
+  message.mutable_edit()->mutable_edit()->add_changes()->mutable_set_gravity()->set_y(y);
+  return message;
+}
+
+TEST(LiveWorld, AnEditLeavesTheGasAndTheSolidsThatItDoesNotNameGoingOn) {
+  v1::Scene scene = ball_scene();
+  scene.mutable_soft_bodies(0)->mutable_gas()->set_moles(0.01);
+  scene.mutable_soft_bodies(0)->mutable_gas()->set_flow_mol_s(0.05);
+  scene.mutable_soft_bodies(0)->mutable_gas()->set_law(v1::Gas::ADIABATIC);
+  v1::Collider& wheel = *scene.add_colliders();
+  wheel.set_name("wheel");
+  wheel.mutable_shape()->mutable_sphere()->set_radius_m(0.1);
+  wheel.mutable_position()->set_y(-50.0);
+  wheel.mutable_angular_velocity()->set_z(1.0);
+  auto world = LiveWorld::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  physics::Workers workers(1);
+  for (int tick = 0; tick < 30; ++tick) world->physics().step_tick(workers);
+  const physics::BodyMeasures before = world->physics().measure(0);
+  EXPECT_GT(before.moles, 0.03);
+  const physics::Quatd turned = world->physics().colliders().back().orientation;
+
+  ASSERT_TRUE(world->change(set_gravity(-1.0)).ok());
+  EXPECT_EQ(world->physics().measure(0).moles, before.moles);
+  EXPECT_NEAR(world->physics().measure(0).temperature_k, before.temperature_k, 1e-9 * before.temperature_k);
+  EXPECT_EQ(world->physics().colliders().back().orientation.coeffs(), turned.coeffs());
+}
+
+TEST(LiveWorld, SavedAtAnyTickItGoesOnWithTheSameBits) {
+  LiveWorld whole = ball_world();
+  play(whole, 60);
+  for (const std::uint64_t cut : {0U, 6U, 13U, 20U, 21U, 40U}) {
+    LiveWorld first = ball_world();
+    play(first, cut);
+    const auto saved = from_bytes(to_bytes({first.save(), false}));
+    ASSERT_TRUE(saved.ok()) << saved.status().message();
+    auto second = LiveWorld::restore(saved->live);
+    ASSERT_TRUE(second.ok()) << second.status().message();
+    EXPECT_EQ(second->tick(), cut);
+    EXPECT_EQ(second->physics().state_hash(), first.physics().state_hash()) << "at tick " << cut;
+    play(*second, 60);
+    EXPECT_EQ(second->physics().state_hash(), whole.physics().state_hash()) << "cut at tick " << cut;
+  }
+}
+
+TEST(LiveWorld, ResetBringsBackTheSceneAndTicksGoOn) {
+  LiveWorld world = ball_world();
+  const auto fresh_hash = world.physics().state_hash();
+  play(world, 30);
+  const auto effect = world.change(reset());
+  ASSERT_TRUE(effect.ok());
+  EXPECT_TRUE(effect->edited);
+  EXPECT_EQ(world.tick(), 30U);
+  EXPECT_EQ(world.physics().time_s(), 0.0);
+  EXPECT_EQ(world.physics().state_hash(), fresh_hash);
+  EXPECT_EQ(world.physics().soft_body_count(), 1U);
+  EXPECT_TRUE(world.grabs().empty());
+}
+
+TEST(LiveWorld, ABadCommandIsNamedAndChangesNothing) {
+  LiveWorld world = ball_world();
+  play(world, 3);
+  const auto hash = world.physics().state_hash();
+
+  v1::ClientMessage not_finite = impulse_up("ball", nan);
+  EXPECT_EQ(world.change(not_finite).status().where(), "impulse.impulse.y");
+  v1::ClientMessage absurd = impulse_up("ball", 1e300);
+  EXPECT_EQ(world.change(absurd).status().where(), "impulse.impulse.y");
+  const auto unknown = world.change(impulse_up("nobody", 1.0));
+  EXPECT_EQ(unknown.status().code(), base::StatusCode::not_found);
+  EXPECT_NE(unknown.status().message().find("nobody"), std::string::npos);
+  v1::ClientMessage vertex = impulse_up("ball", 1.0);
+  vertex.mutable_impulse()->set_vertex(42);
+  EXPECT_FALSE(world.change(vertex).ok());
+  v1::ClientMessage ray = impulse_up("", 1.0);
+  ray.mutable_impulse()->mutable_ray();
+  EXPECT_EQ(world.change(ray).status().where(), "impulse.ray.direction");
+  v1::ClientMessage edit;
+  edit.mutable_edit()->mutable_edit()->add_changes()->set_remove_soft_body("nobody");
+  EXPECT_EQ(world.change(edit).status().code(), base::StatusCode::not_found);
+  v1::ClientMessage json;
+  json.mutable_edit()->set_edit_json("{ nonsense");
+  EXPECT_FALSE(world.change(json).ok());
+  v1::ClientMessage nothing;
+  nothing.mutable_edit();
+  EXPECT_EQ(world.change(nothing).status().where(), "edit.source");
+  v1::ClientMessage heavy;
+  heavy.mutable_edit()->mutable_edit()->add_changes()->mutable_change_soft_body()->set_name("ball");
+  heavy.mutable_edit()->mutable_edit()->mutable_changes(0)->mutable_change_soft_body()->set_mass_kg(-1.0);
+  EXPECT_FALSE(world.change(heavy).ok());
+
+  EXPECT_EQ(world.physics().state_hash(), hash);
+}
+
+TEST(LiveWorld, AGrabIsHeldMovedAndReleased) {
+  LiveWorld world = ball_world();
+  const auto held = world.change(grab_vertex(7));
+  ASSERT_TRUE(held.ok());
+  ASSERT_TRUE(held->grabbed);
+  EXPECT_EQ(held->grabbed->body(), "ball");
+  EXPECT_EQ(held->grabbed->vertex(), 7U);
+  v1::ClientMessage move;
+  move.mutable_move_grab()->set_grab_id(held->grabbed->grab_id());
+  move.mutable_move_grab()->mutable_target()->set_x(1.0);
+  EXPECT_TRUE(world.change(move).ok());
+  v1::ClientMessage release;
+  release.mutable_release_grab()->set_grab_id(held->grabbed->grab_id());
+  EXPECT_TRUE(world.change(release).ok());
+  EXPECT_FALSE(world.change(release).ok());
+  EXPECT_FALSE(world.change(move).ok());
+}
+
+}  // namespace
+}  // namespace pneuma::app

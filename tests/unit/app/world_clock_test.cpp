@@ -1,0 +1,55 @@
+// Shows that a world keeps its own time: on time it keeps the due times exactly, late by more than a period it slips
+// and does not hurry. Times are made up.
+#include "app/world_clock.h"
+
+#include <gtest/gtest.h>
+
+namespace pneuma::app {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+const WorldClock::TimePoint start = WorldClock::TimePoint() + std::chrono::hours(1);
+
+TEST(WorldClock, OnTimeTheDueTimesDoNotDrift) {
+  WorldClock clock;
+  clock.start(start);
+  for (int tick = 0; tick < 1000; ++tick) {
+    EXPECT_EQ(clock.due(), start + tick * milliseconds(16));
+    EXPECT_EQ(clock.tick_ended(clock.due() + milliseconds(5), milliseconds(16)), WorldClock::Duration::zero());
+  }
+}
+
+TEST(WorldClock, LateWithinAPeriodItCatchesUp) {
+  WorldClock clock;
+  clock.start(start);
+  EXPECT_EQ(clock.tick_ended(start + milliseconds(31), milliseconds(16)), WorldClock::Duration::zero());
+  EXPECT_EQ(clock.due(), start + milliseconds(16));
+}
+
+TEST(WorldClock, LaterItSlipsByWhatItIsLate) {
+  WorldClock clock;
+  clock.start(start);
+  EXPECT_EQ(clock.tick_ended(start + milliseconds(100), milliseconds(16)), milliseconds(84));
+  EXPECT_EQ(clock.due(), start + milliseconds(100));
+}
+
+TEST(WorldClock, AWorldTwiceTooHeavySlipsHalfTheTimeAndDoesNotSpiral) {
+  WorldClock clock;
+  clock.start(start);
+  auto now = start;
+  WorldClock::Duration slipped{};
+  int ticks = 0;
+  while (now < start + seconds(10)) {
+    now = std::max(now, clock.due()) + milliseconds(20);  // each tick takes 20 ms of a 10 ms period
+    slipped += clock.tick_ended(now, milliseconds(10));
+    ++ticks;
+  }
+  EXPECT_EQ(ticks, 500);
+  EXPECT_NEAR(std::chrono::duration<double>(slipped).count(), 5.0, 0.05);
+  EXPECT_LE(now - clock.due(), milliseconds(10));
+}
+
+}  // namespace
+}  // namespace pneuma::app

@@ -1,0 +1,358 @@
+// Shows the `pneuma` command as a shell sees it, against a server that follows a script: arguments to requests, replies
+// to lines, exit codes, and its end by Ctrl-C or by a reader that goes away.
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <google/protobuf/struct.pb.h>
+#include <google/protobuf/util/json_util.h>
+#include <gtest/gtest.h>
+
+#include "support/program.h"
+#include "unit/client/fake_server.h"
+
+namespace pneuma::client {
+namespace {
+
+using support::Finished;
+using support::Program;
+using support::run_program;
+
+constexpr std::chrono::seconds long_enough{20};
+
+Finished run(const FakeServer& server, std::vector<std::string> arguments, const std::string& input = {}) {
+  arguments.insert(arguments.begin(), {"--server", server.address()});
+  return run_program("pneuma", arguments, input);
+}
+
+google::protobuf::Struct json(const std::string& line) {
+  google::protobuf::Struct object;
+  EXPECT_TRUE(google::protobuf::util::JsonStringToMessage(line, &object).ok()) << line;
+  return object;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> all;
+  for (std::string line; std::getline(in, line);) all.push_back(line);
+  return all;
+}
+
+/// The request that a command sends; it is answered with Done.
+v1::ClientMessage request_of(const std::vector<std::string>& arguments, const std::string& input = {}) {
+  v1::ClientMessage sent;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      session.welcome();
+      session.reply([&](const auto& request, auto& message) {
+        sent = request;
+        message.mutable_done()->set_world("w");
+        message.mutable_done()->set_tick(5);
+      });
+    });
+    const Finished finished = run(server, arguments, input);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  }
+  return sent;
+}
+
+TEST(CommandUsage, BadArgumentsExitWith2AndSayWhy) {
+  const std::vector<std::vector<std::string>> bad = {
+      {},
+      {"nonsense"},
+      {"--server", "nowhere", "worlds"},
+      {"create"},
+      {"step", "w"},
+      {"step", "w", "0"},
+      {"step", "w", "-5"},
+      {"watch", "w", "--frames", "0"},
+      {"watch", "w", "--rate", "nan"},
+      {"impulse", "w", "ball"},
+      {"impulse", "w", "--impulse", "1,2,3"},
+      {"impulse", "w", "ball", "--impulse", "1,2"},
+      {"impulse", "w", "ball", "--impulse", "1,2,x"},
+      {"impulse", "w", "ball", "--impulse", "1,2,inf"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--radius", "1"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--vertex", "1", "--at", "0,0,0"},
+      {"--ca", "file", "worlds"},
+  };
+  for (const auto& arguments : bad) {
+    const Finished finished = run_program("pneuma", arguments);
+    EXPECT_EQ(finished.exit_status, 2) << testing::PrintToString(arguments);
+    EXPECT_FALSE(finished.error_output.empty());
+    EXPECT_EQ(finished.output, "");
+  }
+}
+
+TEST(CommandUsage, HelpAndVersionExitWith0) {
+  EXPECT_EQ(run_program("pneuma", {"--help"}).exit_status, 0);
+  EXPECT_EQ(run_program("pneuma", {"impulse", "--help"}).exit_status, 0);
+  const Finished version = run_program("pneuma", {"--version"});
+  EXPECT_EQ(version.exit_status, 0);
+  EXPECT_TRUE(version.output.starts_with("pneuma "));
+}
+
+TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
+  std::string address;
+  {
+    const FakeServer server([](FakeSession&) {});
+    address = server.address();
+  }
+  const Finished finished = run_program("pneuma", {"--server", address, "worlds"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: " + address + ": cannot connect: Connection refused\n");
+}
+
+TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      message.mutable_error()->set_code(v1::Error::NOT_FOUND);
+      message.mutable_error()->set_what("no world nowhere");
+      message.mutable_error()->set_where("pause.world");
+    });
+  });
+  const Finished finished = run(server, {"pause", "nowhere"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.output, "");
+  EXPECT_EQ(finished.error_output, "pneuma: pause.world: no world nowhere\n");
+}
+
+TEST(CommandRequests, VectorsMayBeginWithAMinus) {
+  auto impulse =
+      request_of({"impulse", "w", "ball", "--at", "-1,2,-3", "--radius", "0.5", "--impulse", "-.5,0,1e1"}).impulse();
+  EXPECT_EQ(impulse.world(), "w");
+  EXPECT_EQ(impulse.body(), "ball");
+  EXPECT_EQ(impulse.near().position().x(), -1.0);
+  EXPECT_EQ(impulse.near().position().z(), -3.0);
+  EXPECT_EQ(impulse.near().radius_m(), 0.5);
+  EXPECT_EQ(impulse.impulse().x(), -0.5);
+  EXPECT_EQ(impulse.impulse().z(), 10.0);
+}
+
+TEST(CommandRequests, ImpulseNamesItsPoint) {
+  auto impulse = request_of({"impulse", "w", "ball", "--vertex", "0", "--impulse", "0,1,0"}).impulse();
+  EXPECT_EQ(impulse.at_case(), v1::Impulse::kVertex);
+  impulse = request_of({"impulse", "w", "--ray", "-5,0,0,1,0,0", "--impulse", "0,1,0"}).impulse();
+  EXPECT_EQ(impulse.body(), "");
+  EXPECT_EQ(impulse.ray().origin().x(), -5.0);
+  EXPECT_EQ(impulse.ray().direction().x(), 1.0);
+  impulse = request_of({"impulse", "w", "ball", "--impulse", "0,1,0"}).impulse();
+  EXPECT_EQ(impulse.at_case(), v1::Impulse::AT_NOT_SET);
+}
+
+TEST(CommandRequests, WorldsAreMadeOfNamesFilesAndStandardInput) {
+  auto create = request_of({"create", "five-balls", "--name", "mine", "--paused"}).create_world();
+  EXPECT_EQ(create.builtin(), "five-balls");
+  EXPECT_EQ(create.name(), "mine");
+  EXPECT_TRUE(create.paused());
+
+  const auto file = std::filesystem::temp_directory_path() / ("scene-" + std::to_string(getpid()) + ".json");
+  std::ofstream(file) << "{\"name\":\"s\"}";
+  create = request_of({"create", file.string()}).create_world();
+  std::filesystem::remove(file);
+  EXPECT_EQ(create.scene_json(), "{\"name\":\"s\"}");
+  EXPECT_FALSE(create.paused());
+
+  EXPECT_EQ(request_of({"create", "-"}, "{}").create_world().scene_json(), "{}");
+  EXPECT_EQ(request_of({"edit", "w", "-"}, "{\"changes\":[]}").edit().edit_json(), "{\"changes\":[]}");
+}
+
+TEST(CommandRequests, FileThatIsNotThereIsNamed) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.drain();
+  });
+  const Finished finished = run(server, {"create", "./no-such.json"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: ./no-such.json: No such file or directory\n");
+}
+
+TEST(CommandRequests, EachCommandAsksWhatItSays) {
+  EXPECT_EQ(request_of({"destroy", "w"}).destroy_world().world(), "w");
+  EXPECT_EQ(request_of({"pause", "w"}).pause().world(), "w");
+  EXPECT_EQ(request_of({"resume", "w"}).resume().world(), "w");
+  EXPECT_EQ(request_of({"reset", "w"}).reset().world(), "w");
+  EXPECT_EQ(request_of({"step", "w", "30"}).step().ticks(), 30U);
+}
+
+TEST(CommandOutput, WorldsAreATableOrALineOfJsonEach) {
+  const auto script = [](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      for (const char* name : {"w", "longer-name"}) {
+        auto* world = message.mutable_world_list()->add_worlds();
+        world->set_name(name);
+        world->set_vertices(162);
+      }
+    });
+  };
+  const FakeServer first(script);
+  const auto table = lines(run(first, {"worlds"}).output);
+  ASSERT_EQ(table.size(), 3U);
+  EXPECT_TRUE(table[0].starts_with("world        scene")) << table[0];
+  EXPECT_TRUE(table[1].starts_with("w            ")) << table[1];
+
+  const FakeServer second(script);
+  const auto objects = lines(run(second, {"worlds", "--json"}).output);
+  ASSERT_EQ(objects.size(), 2U);
+  const auto world = json(objects[1]);
+  EXPECT_EQ(world.fields().at("name").string_value(), "longer-name");
+  EXPECT_EQ(world.fields().at("vertices").number_value(), 162.0);
+  EXPECT_EQ(world.fields().at("paused").bool_value(), false);  // shown also where it is not set
+}
+
+TEST(CommandOutput, SceneIsAFileThatCreateTakes) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      message.mutable_scene()->mutable_scene()->set_name("s");
+      message.mutable_scene()->mutable_scene()->add_soft_bodies()->set_mass_kg(2.5);
+    });
+  });
+  v1::Scene scene;
+  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(run(server, {"scene", "w"}).output, &scene).ok());
+  EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
+}
+
+/// Subscribes the command and sends two frames, a gap, a frame and an event.
+void play(FakeSession& session) {
+  session.welcome();
+  session.reply([](const auto&, auto& message) { fill_subscribed(1, message); });
+  session.send(topology_message());
+  session.send(layout_message(1));
+  session.send(key_frame(1, 1));
+  session.send(delta_frame(1, 2, 1, 1000, 0));
+  v1::ServerMessage gap;
+  gap.mutable_gap()->set_stream_id(1);
+  gap.mutable_gap()->set_from_tick(3);
+  gap.mutable_gap()->set_to_tick(8);
+  session.send(gap);
+  session.send(key_frame(1, 9));
+  v1::ServerMessage event;
+  event.mutable_event()->set_kind(v1::Event::BODY_FROZEN);
+  event.mutable_event()->set_world("w");
+  event.mutable_event()->set_body("ball \"1\"");
+  session.send(event);
+}
+
+TEST(CommandWatch, EveryUpdateIsALineOfJson) {
+  const FakeServer server([](FakeSession& session) {
+    play(session);
+    session.send(key_frame(1, 10));
+    session.drain();
+  });
+  const Finished finished = run(server, {"watch", "w", "--json", "--frames", "4"});
+  EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  const auto all = lines(finished.output);
+  ASSERT_EQ(all.size(), 7U) << finished.output;
+  const char* types[] = {"frame", "frame", "gap", "frame", "event", "frame", "summary"};
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(json(all[i]).fields().at("type").string_value(), types[i]);
+
+  const auto delta = json(all[1]);
+  EXPECT_EQ(delta.fields().at("tick").number_value(), 2.0);
+  EXPECT_FALSE(delta.fields().at("key").bool_value());
+  const auto& ball = delta.fields().at("bodies").list_value().values(0).struct_value();
+  EXPECT_EQ(ball.fields().at("name").string_value(), "ball");
+  EXPECT_EQ(ball.fields().at("vertices").number_value(), 4.0);
+  EXPECT_DOUBLE_EQ(ball.fields().at("centre").list_value().values(0).number_value(), 1.25);
+  EXPECT_DOUBLE_EQ(ball.fields().at("min").list_value().values(1).number_value(), 1.0);
+  EXPECT_DOUBLE_EQ(ball.fields().at("max").list_value().values(2).number_value(), 2.0);
+  EXPECT_EQ(json(all[4]).fields().at("body").string_value(), "ball \"1\"");
+  const auto summary = json(all[6]);
+  EXPECT_EQ(summary.fields().at("frames").number_value(), 4.0);
+  EXPECT_EQ(summary.fields().at("gaps").number_value(), 1.0);
+  EXPECT_DOUBLE_EQ(summary.fields().at("bits_per_vertex").number_value(),
+                   8.0 * summary.fields().at("bytes").number_value() / 16.0);
+}
+
+TEST(CommandWatch, AsksForRateAndError) {
+  v1::Subscribe sent;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      session.welcome();
+      session.reply([&](const auto& request, auto& message) {
+        sent = request.subscribe();
+        fill_subscribed(1, message);
+      });
+      session.drain();
+    });
+    EXPECT_EQ(run(server, {"watch", "w", "--seconds", "0.01", "--rate", "30", "--max-error", "1e-4"}).exit_status, 0);
+  }
+  EXPECT_EQ(sent.rate_hz(), 30.0);
+  EXPECT_EQ(sent.max_error_m(), 1e-4);
+}
+
+TEST(CommandWatch, WritesAWavefrontFileAFrame) {
+  const auto folder = std::filesystem::temp_directory_path() / ("obj-" + std::to_string(getpid()));
+  const FakeServer server([](FakeSession& session) {
+    play(session);
+    session.drain();
+  });
+  EXPECT_EQ(run(server, {"watch", "w", "--frames", "2", "--obj", folder.string()}).exit_status, 0);
+  std::ifstream in(folder / "frame-000000002.obj");
+  std::stringstream text;
+  text << in.rdbuf();
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(text.str(),
+            "o ball\nv 1 1 1\nv 2 1 1\nv 1 2 1\nv 1 1 2\n"
+            "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+}
+
+TEST(CommandWatch, InterruptEndsItWithASummaryAndExit0) {
+  const FakeServer server([](FakeSession& session) {
+    play(session);
+    session.drain();
+  });
+  auto program = Program::start(support::program_path("pneuma"), {"--server", server.address(), "watch", "w"});
+  ASSERT_TRUE(program.ok());
+  ASSERT_TRUE(program->next_line(long_enough).ok());  // it watches
+  program->send_signal(SIGINT);
+  const auto exit_status = program->wait(long_enough);
+  ASSERT_TRUE(exit_status.ok());
+  EXPECT_EQ(*exit_status, 0);
+  EXPECT_NE(lines(program->output()).back().find("bits a vertex"), std::string::npos);
+}
+
+TEST(CommandWatch, ReaderThatGoesAwayEndsItQuietly) {
+  const FakeServer server([](FakeSession& session) {
+    play(session);
+    for (std::uint64_t tick = 20; tick < 20'000; ++tick) session.send(key_frame(1, tick));
+    session.drain();
+  });
+  auto program = Program::start(support::program_path("pneuma"), {"--server", server.address(), "watch", "w"});
+  ASSERT_TRUE(program.ok());
+  ASSERT_TRUE(program->next_line(long_enough).ok());
+  program->close_output();
+  const auto exit_status = program->wait(long_enough);
+  ASSERT_TRUE(exit_status.ok());
+  EXPECT_EQ(*exit_status, 0);
+  EXPECT_EQ(program->error_output(), "");
+}
+
+TEST(CommandWatch, DestroyedWorldFails) {
+  const FakeServer server([](FakeSession& session) {
+    play(session);
+    v1::ServerMessage event;
+    event.mutable_event()->set_kind(v1::Event::WORLD_DESTROYED);
+    event.mutable_event()->set_world("w");
+    session.send(event);
+    session.drain();
+  });
+  const Finished finished = run(server, {"watch", "w"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: w: the world was destroyed\n");
+  EXPECT_NE(finished.output.find("3 frames, 1 gaps"), std::string::npos) << finished.output;
+}
+
+TEST(CommandWatch, BrokenConnectionFailsWithASummary) {
+  const FakeServer server([](FakeSession& session) { play(session); });
+  const Finished finished = run(server, {"watch", "w"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: the server closed the connection\n");
+  EXPECT_NE(finished.output.find("3 frames"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pneuma::client

@@ -1,0 +1,188 @@
+// Shows how messages of a stream become frames, and that each message that does not fit is refused, with its reason,
+// and leaves the stream as it was. No sockets.
+#include <gtest/gtest.h>
+
+#include "base/limits.h"
+#include "codec/topology_hash.h"
+#include "pneuma_client/frames.h"
+#include "unit/client/fake_server.h"
+
+namespace pneuma::client {
+namespace {
+
+constexpr std::uint32_t stream_id = 7;
+
+class StreamDecoderTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    add_stream(stream_id);
+    ASSERT_TRUE(decoder.take_topology(topology_message().topology()).ok());
+    ASSERT_TRUE(decoder.take_layout(layout_message(stream_id).layout()).ok());
+  }
+
+  void add_stream(std::uint32_t id) {
+    v1::ServerMessage message;
+    fill_subscribed(id, message);
+    ASSERT_TRUE(decoder.add_stream(message.subscribed()).ok());
+  }
+
+  base::Result<std::optional<DecodedFrame>> take(const v1::ServerMessage& message) {
+    return decoder.take_frame(message.frame(), 100);
+  }
+
+  void expect_refused(const v1::ServerMessage& message, const std::string& reason) {
+    const auto frame = take(message);
+    ASSERT_FALSE(frame.ok());
+    EXPECT_EQ(frame.status().code(), base::StatusCode::malformed);
+    EXPECT_NE(frame.status().message().find(reason), std::string::npos) << frame.status().message();
+    EXPECT_NE(frame.status().message().find("stream 7"), std::string::npos) << frame.status().message();
+  }
+
+  StreamDecoder decoder;
+};
+
+TEST_F(StreamDecoderTest, KeyFrameStandsAlone) {
+  const auto frame = take(key_frame(stream_id, 12, 5));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  ASSERT_TRUE(frame->has_value());
+  EXPECT_EQ((*frame)->world, "w");
+  EXPECT_EQ((*frame)->tick, 12U);
+  EXPECT_TRUE((*frame)->key);
+  EXPECT_EQ((*frame)->bytes, 100U);
+  ASSERT_EQ((*frame)->bodies.size(), 1U);
+  EXPECT_EQ((*frame)->bodies[0].name, "ball");
+  EXPECT_EQ((*frame)->bodies[0].topology->indices.size(), 12U);
+  ASSERT_EQ((*frame)->bodies[0].positions_m.size(), 12U);
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].positions_m[0], 0.005);
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].positions_m[3], 1.005);
+  ASSERT_EQ((*frame)->solids.size(), 1U);
+  EXPECT_EQ((*frame)->solids[0].name, "floor");
+  EXPECT_EQ((*frame)->solids[0].position.y(), -1.0);
+}
+
+TEST_F(StreamDecoderTest, DeltaFramesBuildOnTheLastAndKeepPoses) {
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  ASSERT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
+  const auto frame = take(delta_frame(stream_id, 4, 2, -2, 3));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_FALSE((*frame)->key);
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].positions_m[0], -0.002);
+  EXPECT_EQ((*frame)->solids[0].position.y(), -1.0);
+}
+
+TEST_F(StreamDecoderTest, DeltaBeforeAnyKeyFrameIsRefused) {
+  expect_refused(delta_frame(stream_id, 2, 1, 3, 0), "on top of tick 1");
+}
+
+TEST_F(StreamDecoderTest, DeltaOnAnotherFrameIsRefusedAndTheStreamGoesOn) {
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  expect_refused(delta_frame(stream_id, 9, 8, 3, 0), "on top of tick 8");
+  const auto frame = take(delta_frame(stream_id, 2, 1, 3, 0));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].positions_m[0], 0.003);
+}
+
+TEST_F(StreamDecoderTest, SpoiltPayloadIsRefusedAndTheStreamGoesOn) {
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  auto spoilt = delta_frame(stream_id, 2, 1, 3, 0);
+  spoilt.mutable_frame()->mutable_payload()->pop_back();
+  expect_refused(spoilt, "bodies[0]");
+  EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
+}
+
+TEST_F(StreamDecoderTest, FrameOfAnotherLayoutIsRefused) {
+  expect_refused(key_frame(stream_id, 1, 0, 2), "layout 2");
+}
+
+TEST_F(StreamDecoderTest, NewLayoutWantsAKeyFrame) {
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  ASSERT_TRUE(decoder.take_layout(layout_message(stream_id, 2).layout()).ok());
+  auto delta = delta_frame(stream_id, 2, 1, 3, 0);
+  delta.mutable_frame()->set_layout_id(2);
+  expect_refused(delta, "on top of tick 1");
+  EXPECT_TRUE(take(key_frame(stream_id, 2, 0, 2)).ok());
+}
+
+TEST_F(StreamDecoderTest, PoseOfNoSolidIsRefused) {
+  auto frame = key_frame(stream_id, 1);
+  frame.mutable_frame()->mutable_poses(0)->set_solid(1);
+  expect_refused(frame, "solid 1");
+}
+
+TEST_F(StreamDecoderTest, FramesOfAnEndedStreamAreIgnored) {
+  decoder.remove_stream(stream_id);
+  const auto frame = take(key_frame(stream_id, 1));
+  ASSERT_TRUE(frame.ok());
+  EXPECT_FALSE(frame->has_value());
+  EXPECT_TRUE(decoder.take_layout(layout_message(stream_id).layout()).ok());
+}
+
+TEST_F(StreamDecoderTest, SubscribingTwiceKeepsTheStream) {
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  add_stream(stream_id);
+  EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
+}
+
+TEST_F(StreamDecoderTest, StreamsShareTopologies) {
+  add_stream(8);
+  ASSERT_TRUE(decoder.take_layout(layout_message(8).layout()).ok());
+  const auto first = take(key_frame(stream_id, 1));
+  const auto second = take(key_frame(8, 1));
+  EXPECT_EQ((*first)->bodies[0].topology, (*second)->bodies[0].topology);
+  EXPECT_EQ(decoder.topologies().size(), 1U);
+}
+
+TEST_F(StreamDecoderTest, TopologiesOutliveTheDecoder) {
+  StreamDecoder later(decoder.topologies());
+  v1::ServerMessage message;
+  fill_subscribed(1, message);
+  ASSERT_TRUE(later.add_stream(message.subscribed()).ok());
+  EXPECT_TRUE(later.take_layout(layout_message(1).layout()).ok());
+}
+
+TEST_F(StreamDecoderTest, LayoutWithUnknownTopologyIsRefused) {
+  auto layout = layout_message(stream_id).layout();
+  layout.mutable_soft_bodies(0)->set_topology_hash(std::string(16, 'x'));
+  const auto status = decoder.take_layout(layout);
+  EXPECT_EQ(status.message(), "soft_bodies.ball: its topology was never sent");
+}
+
+TEST_F(StreamDecoderTest, LayoutPastTheWorldsLimitsIsRefused) {
+  auto layout = layout_message(stream_id).layout();
+  while (layout.soft_bodies_size() <= static_cast<int>(base::world_bodies_max)) {
+    *layout.add_soft_bodies() = layout.soft_bodies(0);
+  }
+  EXPECT_FALSE(decoder.take_layout(layout).ok());
+}
+
+TEST_F(StreamDecoderTest, GridStepThatIsNoLengthIsRefused) {
+  for (const double step_m : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    v1::Subscribed subscribed;
+    subscribed.set_stream_id(9);
+    subscribed.set_grid_step_m(step_m);
+    EXPECT_FALSE(decoder.add_stream(subscribed).ok()) << step_m;
+  }
+}
+
+TEST(TakeTopology, RefusesWhatIsNoMesh) {
+  StreamDecoder decoder;
+  auto topology = topology_message().topology();
+  topology.set_hash(std::string(16, '\0'));
+  EXPECT_EQ(decoder.take_topology(topology).where(), "topology.hash");
+
+  topology = topology_message().topology();
+  topology.set_indices(4, 4);
+  EXPECT_EQ(decoder.take_topology(topology).message(), "topology.face[1]: no vertex 4");
+
+  topology = topology_message().topology();
+  topology.add_indices(0);
+  EXPECT_EQ(decoder.take_topology(topology).where(), "topology.indices");
+
+  topology = topology_message().topology();
+  topology.set_vertex_count(static_cast<std::uint32_t>(base::mesh_vertices_max) + 1);
+  EXPECT_FALSE(decoder.take_topology(topology).ok());
+  EXPECT_TRUE(decoder.topologies().empty());
+}
+
+}  // namespace
+}  // namespace pneuma::client

@@ -1,0 +1,83 @@
+// Shows that arrows point one way: main -> app -> {scene_io, physics, codec, net, persist, proto} -> base.
+// Reads every #include below server/ and client/cpp/ and holds its first path component against the table.
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Folder {
+  fs::path path;                      // below the source tree
+  std::set<std::string> may_include;  // first components of "folder/file.h" and <library/file.h>, beside its own
+};
+
+const std::vector<Folder> folders = {
+    {"server/base", {"sys"}},
+    {"server/physics", {"base", "Eigen"}},
+    {"server/codec", {"base", "openssl"}},
+    {"server/net", {"base", "boost", "openssl", "sys", "netinet"}},
+    {"server/persist", {"base", "sys"}},
+    {"server/scene_io", {"base", "physics", "pneuma", "google", "boost", "Eigen"}},
+    {"server/app",
+     {"base", "physics", "codec", "net", "persist", "scene_io", "pneuma", "google", "boost", "Eigen", "openssl",
+      "prometheus", "spdlog", "sys"}},
+    {"client/cpp",
+     {"base", "codec", "command", "pneuma", "pneuma_client", "command", "google", "boost", "openssl", "CLI", "sys"}},
+};
+
+struct Include {
+  fs::path file;
+  int line;
+  std::string target;
+};
+
+std::vector<Include> includes_below(const fs::path& folder) {
+  static const std::regex directive(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+  std::vector<Include> includes;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+    std::ifstream in(entry.path());
+    std::string text;
+    for (int line = 1; std::getline(in, text); ++line) {
+      std::smatch match;
+      if (std::regex_search(text, match, directive)) includes.push_back({entry.path(), line, match[1]});
+    }
+  }
+  return includes;
+}
+
+TEST(IncludeDirection, NoArrowGoesBack) {
+  const fs::path root = PNEUMA_SOURCE_DIR;
+  for (const Folder& folder : folders) {
+    const std::string own = folder.path.filename();
+    for (const Include& include : includes_below(root / folder.path)) {
+      const auto slash = include.target.find('/');
+      if (slash == std::string::npos) continue;  // the standard library, or the C library
+      const std::string first = include.target.substr(0, slash);
+      EXPECT_TRUE(first == own || folder.may_include.contains(first))
+          << include.file.string() << ":" << include.line << ": " << folder.path.string() << " may not include "
+          << include.target;
+    }
+  }
+}
+
+TEST(IncludeDirection, EveryFolderIsInTheTable) {
+  for (const auto& entry : fs::directory_iterator(fs::path(PNEUMA_SOURCE_DIR) / "server")) {
+    if (!entry.is_directory() || entry.path().filename() == "scenes") continue;
+    const bool listed = std::any_of(folders.begin(), folders.end(), [&](const Folder& folder) {
+      return folder.path == fs::path("server") / entry.path().filename();
+    });
+    EXPECT_TRUE(listed) << entry.path().string() << " has no line in the table of this test";
+  }
+}
+
+}  // namespace

@@ -1,0 +1,243 @@
+// Shows what a client gets of its queue, whatever the interleaving of publishes and writes: deltas that build on the
+// last frame it got, gaps that name exactly what it missed, every reply in order. Frames are written as text, so that a
+// model of a client can check them.
+#include "net/output_queue.h"
+
+#include <functional>
+#include <map>
+#include <random>
+#include <set>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace pneuma::net {
+namespace {
+
+SharedBytes text(const std::string& words, std::size_t bytes = 0) {
+  std::string message = words;
+  if (message.size() < bytes) message.resize(bytes, ' ');
+  return std::make_shared<const std::string>(std::move(message));
+}
+
+std::string gap(std::uint32_t stream, std::uint64_t from, std::uint64_t to) {
+  return "gap " + std::to_string(stream) + " " + std::to_string(from) + " " + std::to_string(to);
+}
+
+StreamFrame frame(std::uint32_t stream, std::uint64_t tick, std::uint64_t base_tick, bool with_key,
+                  std::size_t bytes = 0) {
+  const std::string name = std::to_string(stream) + " " + std::to_string(tick);
+  return {stream, tick, base_tick, text("delta " + name + " " + std::to_string(base_tick), bytes),
+          with_key ? text("key " + name, bytes) : nullptr};
+}
+
+std::vector<std::string> take_words(OutputQueue& queue, std::size_t bytes = 1'000'000) {
+  std::vector<std::string> words;
+  for (const SharedBytes& message : queue.take(bytes))
+    words.push_back(message->substr(0, message->find_last_not_of(' ') + 1));
+  queue.written();
+  return words;
+}
+
+using Words = std::vector<std::string>;
+using Streams = std::vector<std::uint32_t>;
+
+TEST(OutputQueue, AJoinerGetsAKeyWithoutGapThenDeltas) {
+  OutputQueue queue(1000, gap);
+  queue.offer(frame(1, 5, 4, false));
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  queue.offer(frame(1, 6, 5, false));
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{}) << "it was asked for";
+  queue.offer(frame(1, 7, 6, true));
+  queue.offer(frame(1, 8, 7, true));
+  EXPECT_EQ(take_words(queue), (Words{"key 1 7", "delta 1 8 7"}));
+  EXPECT_EQ(queue.frames_dropped(), 0U) << "a joiner misses nothing";
+}
+
+TEST(OutputQueue, TheBufferIsShared) {
+  OutputQueue queue(1000, gap);
+  const StreamFrame key = frame(1, 1, 0, true);
+  queue.offer(key);
+  EXPECT_EQ(queue.take(1000).front().get(), key.key.get());
+}
+
+TEST(OutputQueue, TooManyUnsentFramesAreReplacedByAGapAndAKey) {
+  OutputQueue queue(1'000'000, gap);
+  queue.offer(frame(1, 1, 0, true));
+  EXPECT_EQ(take_words(queue), Words{"key 1 1"});
+  for (std::uint64_t tick = 2; tick <= stream_frames_queued_max + 2; ++tick)
+    queue.offer(frame(1, tick, tick - 1, false));
+  EXPECT_TRUE(queue.empty());
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  queue.offer(frame(1, 7, 6, true));
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 2 6", "key 1 7"}));
+  EXPECT_EQ(queue.frames_dropped(), 5U);
+  EXPECT_EQ(queue.frames_sent(), 2U);
+}
+
+TEST(OutputQueue, AnUnsentGapIsPartOfTheNextOne) {
+  OutputQueue queue(1'000'000, gap);
+  queue.offer(frame(1, 1, 0, true));
+  EXPECT_EQ(take_words(queue).size(), 1U);
+  queue.offer(frame(1, 3, 2, false));  // its base never came
+  queue.offer(frame(1, 4, 3, true));
+  for (std::uint64_t tick = 5; tick <= 8; ++tick) queue.offer(frame(1, tick, tick - 1, tick == 8));
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 3 7", "key 1 8"}));
+}
+
+TEST(OutputQueue, AGapBeginsWithTheOldestLossWhateverTheOrderOfLosing) {
+  OutputQueue queue(100, gap);
+  queue.offer(frame(1, 1, 0, true));
+  EXPECT_EQ(take_words(queue), Words{"key 1 1"});
+  queue.offer(frame(1, 2, 1, false));
+  queue.offer(frame(1, 4, 3, false));  // skipped while tick 2 still waits
+  EXPECT_TRUE(queue.push_reply(text("reply", 200)));
+  queue.offer(frame(1, 5, 4, false));  // the queue is full: tick 2 goes too
+  EXPECT_EQ(take_words(queue), Words{"reply"});
+  queue.offer(frame(1, 6, 5, true));
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 2 5", "key 1 6"}));
+}
+
+TEST(OutputQueue, AKeyWithoutDeltaReplacesTheChain) {
+  OutputQueue queue(1000, gap);
+  queue.offer(frame(1, 1, 0, true));
+  queue.offer({1, 1, 0, nullptr, text("key 1 1")});  // an edit of a paused world
+  queue.offer(frame(1, 2, 1, false));
+  EXPECT_EQ(take_words(queue), (Words{"key 1 1", "key 1 1", "delta 1 2 1"}));
+}
+
+TEST(OutputQueue, NothingIsAskedForWhileTheClientTakesNothing) {
+  OutputQueue queue(100, gap);
+  queue.offer(frame(1, 1, 0, true, 150));
+  const auto writing = queue.take(1);  // and the write does not end
+  queue.offer(frame(1, 2, 1, true));
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{});
+  queue.written();
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  queue.offer(frame(1, 3, 2, true));
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 2 2", "key 1 3"}));
+}
+
+TEST(OutputQueue, RepliesAreRefusedPastTheLimitAlone) {
+  OutputQueue queue(100, gap);
+  EXPECT_TRUE(queue.push_reply(text("a", 99)));
+  EXPECT_TRUE(queue.push_reply(text("b", 500))) << "one may be larger than the limit";
+  EXPECT_FALSE(queue.push_reply(text("c")));
+  EXPECT_EQ(take_words(queue), (Words{"a", "b"}));
+  EXPECT_TRUE(queue.push_reply(text("d")));
+}
+
+TEST(OutputQueue, FramesNeverPushOutReplies) {
+  OutputQueue queue(100, gap);
+  queue.offer(frame(1, 1, 0, true, 200));
+  EXPECT_TRUE(queue.push_reply(text("reply", 50)));
+  queue.offer(frame(2, 1, 0, true, 200));
+  EXPECT_EQ(take_words(queue), (Words{"key 1 1", "reply"}));
+}
+
+TEST(OutputQueue, AnEndedStreamIsForgotten) {
+  OutputQueue queue(1000, gap);
+  queue.offer(frame(1, 1, 0, true));
+  queue.offer(frame(2, 1, 0, true));
+  queue.end_stream(1);
+  EXPECT_EQ(take_words(queue), Words{"key 2 1"});
+  queue.offer(frame(1, 2, 1, true));
+  EXPECT_EQ(take_words(queue), Words{"key 1 2"}) << "a joiner again: no delta, no gap";
+}
+
+// What a client knows, checked at each message.
+class Client {
+ public:
+  void receive(const std::string& message) {
+    std::istringstream words(message);
+    std::string kind;
+    std::uint32_t stream = 0;
+    words >> kind;
+    if (kind == "reply") {
+      int number = 0;
+      words >> number;
+      EXPECT_EQ(number, ++replies_) << "replies are complete and in order";
+      return;
+    }
+    std::uint64_t first = 0;
+    std::uint64_t second = 0;
+    words >> stream >> first >> second;
+    if (kind == "gap") return expect_gap(stream, first, second);
+    if (kind == "delta") {
+      ASSERT_TRUE(last_.contains(stream));
+      EXPECT_EQ(second, last_[stream]) << "a delta builds on the last frame";
+      EXPECT_FALSE(in_gap_.contains(stream)) << "a key follows a gap";
+    }
+    // Ticks follow each other but for those a gap named; a joiner's first frame may be any.
+    if (last_.contains(stream)) {
+      EXPECT_EQ(first, (in_gap_.contains(stream) ? in_gap_ : last_)[stream] + 1) << message;
+    }
+    in_gap_.erase(stream);
+    last_[stream] = first;
+  }
+  [[nodiscard]] int replies() const { return replies_; }
+
+ private:
+  void expect_gap(std::uint32_t stream, std::uint64_t from, std::uint64_t to) {
+    ASSERT_TRUE(last_.contains(stream)) << "a joiner has no gap";
+    EXPECT_EQ(from, (in_gap_.contains(stream) ? in_gap_[stream] : last_[stream]) + 1);
+    EXPECT_LE(from, to);
+    in_gap_[stream] = to;
+  }
+
+  int replies_ = 0;
+  std::map<std::uint32_t, std::uint64_t> last_;
+  std::map<std::uint32_t, std::uint64_t> in_gap_;
+};
+
+TEST(OutputQueue, EveryInterleavingIsDecodable) {
+  std::mt19937 random(11);
+  const auto below = [&](unsigned end) { return static_cast<unsigned>(random() % end); };
+  const auto chance = [&](unsigned percent) { return below(100) < percent; };
+  std::uint64_t keys = 0;
+  for (int round = 0; round < 300; ++round) {
+    constexpr std::size_t bytes_max = 2'000;
+    OutputQueue queue(bytes_max, gap);
+    Client client;
+    std::map<std::uint32_t, std::uint64_t> ticks;
+    std::set<std::uint32_t> wanted;
+    int replies = 0;
+    std::vector<SharedBytes> writing;
+    const auto finish_write = [&] {
+      for (const SharedBytes& message : writing) client.receive(*message);
+      writing.clear();
+      queue.written();
+    };
+    const unsigned drain_percent = 5 + below(60);
+    for (int step = 0; step < 400; ++step) {
+      if (chance(50)) {
+        const std::uint32_t stream = 1 + below(3);
+        const std::uint64_t tick = ++ticks[stream];
+        const bool with_key = wanted.erase(stream) > 0 || tick == 1 || chance(3);
+        queue.offer(frame(stream, tick, tick - 1, with_key, 20 + below(400)));
+        keys += with_key ? 1U : 0U;
+      } else if (chance(20)) {
+        if (queue.push_reply(text("reply " + std::to_string(replies + 1), below(200)))) ++replies;
+      } else if (chance(drain_percent)) {
+        finish_write();
+        writing = queue.take(1 + below(600));
+      }
+      for (const std::uint32_t stream : queue.keys_to_ask_for())
+        EXPECT_TRUE(wanted.insert(stream).second) << "asked for once";
+      ASSERT_LE(queue.bytes(), 3 * bytes_max);
+    }
+    do {
+      finish_write();
+      writing = queue.take(500);
+    } while (!writing.empty());
+    finish_write();
+    EXPECT_EQ(client.replies(), replies);
+    EXPECT_EQ(queue.bytes(), 0U);
+    if (testing::Test::HasFailure()) FAIL() << "in round " << round;
+  }
+  EXPECT_GT(keys, 900U) << "the streams were interrupted at all";
+}
+
+}  // namespace
+}  // namespace pneuma::net

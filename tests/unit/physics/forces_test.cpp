@@ -1,0 +1,179 @@
+// Shows that each force meets its law and that the inner ones leave total momentum and angular momentum alone, in both
+// precisions, on bodies whose particles were scattered at random.
+#include "physics/forces.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "physics/soft_setup.h"
+
+namespace pneuma::physics {
+namespace {
+
+template <class Real>
+class PressureForce : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(PressureForce, Precisions);
+
+template <class Real>
+SoftState<Real> scattered_ball(SoftBody body, unsigned seed) {
+  body.name = "ball";
+  body.mesh = *make_icosphere(2, 1.0);
+  SoftState<Real> state = make_soft_state<Real>(body);
+  std::mt19937 random(seed);
+  std::normal_distribution<Real> normal(0, Real(0.2));
+  for (std::size_t i = 0; i < state.x.size(); ++i) {
+    state.x[i] += Vec3<Real>(normal(random), normal(random), normal(random));
+    state.v[i] += Vec3<Real>(normal(random), normal(random), normal(random));
+  }
+  return state;
+}
+
+template <class Real>
+struct Resultant {
+  Vec3d force = Vec3d::Zero();
+  Vec3d torque = Vec3d::Zero();
+  double magnitude = 0.0;  // sum of the forces' sizes
+};
+
+template <class Real>
+Resultant<Real> resultant(const SoftState<Real>& state, const std::vector<Vec3<Real>>& force) {
+  Resultant<Real> sum;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    const Vec3d f = force[i].template cast<double>();
+    sum.force += f;
+    sum.torque += state.x[i].template cast<double>().cross(f);
+    sum.magnitude += f.norm();
+  }
+  return sum;
+}
+
+TYPED_TEST(PressureForce, NetForceAndTorqueOnClosedMeshAreZero) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const SoftState<TypeParam> state = scattered_ball<TypeParam>({}, seed);
+    std::vector<Vec3<TypeParam>> force(state.x.size(), Vec3<TypeParam>::Zero());
+    add_pressure<TypeParam>(state.body, 1000.0, state.x, force);
+    const auto sum = resultant(state, force);
+    const double round_off = 20.0 * static_cast<double>(std::numeric_limits<TypeParam>::epsilon()) * sum.magnitude;
+    EXPECT_LT(sum.force.norm(), round_off);
+    EXPECT_LT(sum.torque.norm(), round_off);
+  }
+}
+
+TYPED_TEST(PressureForce, IsThePressureTimesTheVolumesGradient) {
+  // Euler: the volume is homogeneous of degree 3, so sum x . gradV = 3 V.
+  const SoftState<TypeParam> state = scattered_ball<TypeParam>({}, 7);
+  std::vector<Vec3<TypeParam>> force(state.x.size(), Vec3<TypeParam>::Zero());
+  add_pressure<TypeParam>(state.body, 1.0, state.x, force);
+  double along = 0.0;
+  for (std::size_t i = 0; i < force.size(); ++i) along += static_cast<double>(state.x[i].dot(force[i]));
+  const double volume_m3 = body_volume_m3<TypeParam>(state.body, state.x);
+  EXPECT_NEAR(along, 3.0 * volume_m3,
+              50.0 * static_cast<double>(std::numeric_limits<TypeParam>::epsilon()) * volume_m3);
+}
+
+TYPED_TEST(PressureForce, SpreadByNormalsPushesABallAsHardAsTheSpreadByFaces) {
+  SoftBody body;
+  body.name = "ball";
+  body.mesh = *make_icosphere(3, 1.0);
+  const SoftState<TypeParam> state = make_soft_state<TypeParam>(body);
+  const auto outward = [&](PressureSpread spread) {
+    SoftBody spread_body = body;
+    spread_body.pressure_spread = spread;
+    std::vector<Vec3<TypeParam>> force(state.x.size(), Vec3<TypeParam>::Zero());
+    add_pressure<TypeParam>(spread_body, 1.0, state.x, force);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < force.size(); ++i) sum += static_cast<double>(state.x[i].dot(force[i]));
+    return sum;
+  };
+  // Not the same force (the paper's footnote averages the normals), but within a few per cent on a fine ball.
+  EXPECT_NEAR(outward(PressureSpread::vertex_normals), outward(PressureSpread::faces),
+              0.03 * outward(PressureSpread::faces));
+}
+
+TEST(SpringForce, TwoParticlesPullByHookeAndDampBySpeedAlongTheSpring) {
+  SoftBody body;
+  body.name = "triangle";
+  body.mesh = *make_mesh({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, {{0, 1, 2}});
+  body.mass_kg = 3.0;
+  body.springs = {.stiffness_n_m = 50.0, .damping_n_s_m = 4.0, .rest_scale = 0.5};
+  SoftState<double> state = make_soft_state<double>(body);
+  state.v[1] = {3.0, 5.0, 0.0};
+  std::vector<Vec3d> force(3);
+  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  // 0-1: stretched by 1 m, parting at 3 m/s: 50 + 12 N. 0-2: 50 N. 1-2 at 45 degrees, of rest length sqrt(2).
+  const double diagonal_stretch_n = 50.0 * std::numbers::sqrt2;
+  const double diagonal_damping_n = 4.0 * (3.0 - 5.0) / std::numbers::sqrt2;
+  EXPECT_NEAR(force[0].x(), 62.0, 1e-12);
+  EXPECT_NEAR(force[0].y(), 50.0, 1e-12);
+  const double along = (diagonal_stretch_n + diagonal_damping_n) / std::numbers::sqrt2;
+  EXPECT_NEAR(force[1].x(), -62.0 - along, 1e-12);
+  EXPECT_NEAR(force[1].y(), along, 1e-12);
+}
+
+TEST(SpringForce, LeavesMomentumAndAngularMomentumAlone) {
+  SoftBody body;
+  body.springs = {.stiffness_n_m = 1000.0, .damping_n_s_m = 10.0};
+  body.gas = Gas{.moles = 0.1};
+  SoftState<double> state = scattered_ball<double>(body, 3);
+  std::vector<Vec3d> force(state.x.size());
+  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  const auto sum = resultant(state, force);
+  EXPECT_LT(sum.force.norm(), 1e-13 * sum.magnitude);
+  EXPECT_LT(sum.torque.norm(), 1e-13 * sum.magnitude);
+}
+
+TEST(SpringForce, ParticlesAtOnePlaceGiveNoNaN) {
+  SoftBody body;
+  body.springs = {.stiffness_n_m = 1000.0, .damping_n_s_m = 10.0};
+  body.gas = Gas{.moles = 0.1};
+  SoftState<double> state = scattered_ball<double>(body, 3);
+  for (Vec3d& x : state.x) x = Vec3d(1.0, 2.0, 3.0);
+  std::vector<Vec3d> force(state.x.size());
+  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  for (const Vec3d& f : force) EXPECT_TRUE(f.allFinite());
+}
+
+TEST(WindForce, OnAFlatSheetIsTheDragOfAPlate) {
+  SoftBody body;
+  body.name = "sheet";
+  body.mesh = *make_grid(4, 3, 2.0, 1.5);
+  body.drag.normal = 1.2;
+  SoftState<double> state = make_soft_state<double>(body);
+  Surroundings surroundings;
+  surroundings.atmosphere = {.density_kg_m3 = 1.25, .wind = Vec3d(0.0, 8.0, 0.0)};
+  std::vector<Vec3d> force(state.x.size());
+  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  const double plate_n = 0.5 * 1.25 * 1.2 * (2.0 * 1.5) * 8.0 * 8.0;
+  EXPECT_NEAR(resultant(state, force).force.y(), plate_n, 1e-12 * plate_n);
+
+  // A sheet that goes with the wind feels none, and one along it only the tangential part.
+  for (Vec3d& v : state.v) v = Vec3d(0.0, 8.0, 0.0);
+  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  EXPECT_LT(resultant(state, force).magnitude, 1e-12);
+  for (Vec3d& v : state.v) v.setZero();
+  state.body.drag = {.normal = 1.2, .tangential = 0.1};
+  surroundings.atmosphere.wind = Vec3d(6.0, 0.0, 0.0);
+  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  EXPECT_NEAR(resultant(state, force).force.x(), 0.5 * 1.25 * 0.1 * 3.0 * 36.0, 1e-12);
+}
+
+TEST(GrabForce, IsADampedSpringThatNoStepMakesUnstable) {
+  SoftBody body;
+  body.mass_kg = 162.0;
+  SoftState<double> state = scattered_ball<double>(body, 1);
+  state.v[5] = Vec3d(1.0, 0.0, 0.0);
+  state.grabs.push_back(
+      {.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 0.5, 0.0), .stiffness_n_m = 10.0, .damping_n_s_m = 2.0});
+  std::vector<Vec3d> force(state.x.size());
+  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  EXPECT_TRUE(force[5].isApprox(Vec3d(-2.0, 5.0, 0.0), 1e-12));
+  state.grabs[0].stiffness_n_m = 1e12;
+  state.grabs[0].damping_n_s_m = 1e12;
+  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  EXPECT_LE(force[5].y() * 0.01 * 0.01, 0.5);  // it cannot be thrown past its target (mass 1 kg)
+}
+
+}  // namespace
+}  // namespace pneuma::physics

@@ -1,0 +1,109 @@
+// Shows that the frequency estimates meet what is known of icospheres and springs, and that the steps chosen from them
+// hold: a run with the chosen number of substeps does not grow, for every integrator.
+#include "physics/stability.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "physics/world.h"
+
+namespace pneuma::physics {
+namespace {
+
+SoftBody ball(std::uint32_t subdivisions, double stiffness_n_m, double nrt_j) {
+  SoftBody body;
+  body.name = "ball";
+  body.mesh = *make_icosphere(subdivisions, 1.0);
+  body.springs.stiffness_n_m = stiffness_n_m;
+  if (nrt_j > 0.0) body.gas = Gas{.moles = nrt_j / (gas_constant_j_mol_k * 293.15)};
+  return body;
+}
+
+double spring_eigenvalue(const SoftBody& body) {
+  const double vertex_mass = body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
+  return std::pow(estimate_frequencies(body, {}).fastest_rad_s, 2.0) * vertex_mass / body.springs.stiffness_n_m;
+}
+
+TEST(Frequencies, LargestSpringEigenvalueOfAnIcosphereIsSixToSixPointThreeK) {
+  for (const std::uint32_t subdivisions : {2U, 3U, 4U}) {
+    const double eigenvalue = spring_eigenvalue(ball(subdivisions, 1000.0, 0.0));
+    EXPECT_GT(eigenvalue, 6.0);
+    EXPECT_LT(eigenvalue, 6.3 * 1.06);  // the estimate's own margin is 5 %
+  }
+}
+
+TEST(Frequencies, BreathingOfTheIcosahedronMeetsItsClosedForm) {
+  const SoftBody body = ball(0, 500.0, 80.0);
+  double spring_sum = 0.0;
+  for (const double length : body.mesh->edge_lengths_m) spring_sum += 500.0 * length * length;
+  // At rest lengths, where the gas adds 3 nRT less what it would at its equilibrium: gradV gradV^T alone gives 9 nRT.
+  const double expected = std::sqrt((spring_sum + 9.0 * 80.0) / (body.mass_kg * 1.0));
+  EXPECT_NEAR(estimate_frequencies(body, {}).breathing_rad_s, expected, 1e-9 * expected);
+}
+
+TEST(Frequencies, DampingFollowsTheSpringsPattern) {
+  SoftBody body = ball(2, 1000.0, 0.0);
+  body.springs.damping_n_s_m = 5.0;
+  const Frequencies frequencies = estimate_frequencies(body, {});
+  EXPECT_NEAR(frequencies.fastest_decay_1_s, std::pow(frequencies.fastest_rad_s, 2.0) * 5.0 / 1000.0, 1e-9);
+}
+
+TEST(Substeps, ChosenOnesHoldForEveryIntegrator) {
+  for (const Integrator integrator :
+       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler}) {
+    Scene scene;
+    scene.stepping.integrator = integrator;
+    SoftBody body = ball(1, 200.0, 20.0);
+    body.springs.damping_n_s_m = 0.5;
+    scene.soft_bodies.push_back(body);
+    auto world = World::create(scene);
+    ASSERT_TRUE(world.ok()) << world.status().message();
+    ASSERT_TRUE(world->apply_impulse("ball", std::uint32_t{3}, Vec3d(0.2, 0.1, 0.0)).ok());
+    const double energy_at_start = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
+    Workers workers(1);
+    for (int tick = 0; tick < 120; ++tick) world->step_tick(workers);
+    EXPECT_FALSE(world->is_frozen(0));
+    const double energy = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
+    EXPECT_LT(energy, energy_at_start) << "integrator " << static_cast<int>(integrator) << ", " << world->substeps()
+                                       << " substeps";
+  }
+}
+
+TEST(Substeps, HoldALightClothInAStrongWind) {
+  Scene scene;
+  scene.stepping.integrator = Integrator::rk4;  // for which the springs alone would allow a longer step than the drag
+  scene.atmosphere = {.density_kg_m3 = 1.2, .wind = Vec3d(0.0, 8.0, 0.0)};
+  SoftBody cloth;
+  cloth.name = "cloth";
+  cloth.mesh = *make_grid(20, 20, 2.0, 2.0);
+  cloth.mass_kg = 0.02;
+  cloth.pin_boundary = true;
+  cloth.springs = {.stiffness_n_m = 20.0, .damping_n_s_m = 1e-3};
+  cloth.drag.normal = 1.0;
+  scene.soft_bodies.push_back(cloth);
+  auto world = World::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  Workers workers(1);
+  for (int tick = 0; tick < 120; ++tick) world->step_tick(workers);
+  EXPECT_FALSE(world->is_frozen(0)) << world->substeps() << " substeps";
+}
+
+TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
+  Scene scene;
+  scene.stepping.substeps = 3;
+  scene.soft_bodies.push_back(ball(2, 1e6, 0.0));
+  EXPECT_EQ(choose_substeps(scene)->substeps, 3U);
+}
+
+TEST(Substeps, PastTheLimitAreRefusedNamingTheBody) {
+  Scene scene;
+  scene.soft_bodies.push_back(ball(1, 1.0, 0.0));
+  scene.soft_bodies.push_back(ball(2, 1e12, 0.0));
+  const auto choice = choose_substeps(scene);
+  ASSERT_FALSE(choice.ok());
+  EXPECT_EQ(choice.status().where(), "soft_bodies[1]");
+}
+
+}  // namespace
+}  // namespace pneuma::physics

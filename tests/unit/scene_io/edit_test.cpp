@@ -1,0 +1,154 @@
+// Shows that an edit changes what it names and nothing else, that fields it does not name stay, and that one change
+// that cannot be made, named by its path, leaves the scene as it was.
+#include "scene_io/edit.h"
+
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include "base/limits.h"
+#include "scene_io/json.h"
+#include "scene_io/load.h"
+
+namespace pneuma::scene_io {
+namespace {
+
+v1::Scene scene_before() {
+  const auto scene = parse_scene_json(R"({
+    "stepping": {"rate_hz": 50, "substeps": 4, "precision": "SINGLE"},
+    "atmosphere": {"pressure_pa": 7, "wind": {"x": 1}},
+    "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}, {"name": "spare", "icosphere": {}}],
+    "soft_bodies": [
+      {"name": "a", "mesh": "ball", "mass_kg": 2, "pins": [1, 2], "pin_boundary": true,
+       "springs": {"stiffness_n_m": 10, "damping_n_s_m": 1}, "gas": {"moles": 1, "flow_mol_s": 3}},
+      {"name": "b", "mesh": "ball"}],
+    "rigid_bodies": [{"name": "r", "shape": {"sphere": {"radius_m": 1}}, "position": {"x": 1, "y": 2, "z": 3}}],
+    "colliders": [{"name": "c", "shape": {"plane": {}}, "surface": {"friction": 0.5}}]})");
+  EXPECT_TRUE(scene.ok()) << scene.status().message();
+  return *scene;
+}
+
+base::Result<v1::Scene> edit(const std::string& changes) {
+  const auto parsed = parse_edit_json("{\"changes\": [" + changes + "]}");
+  if (!parsed.ok()) return parsed.status();
+  return apply_edit(scene_before(), *parsed);
+}
+
+std::string error_of(const base::Result<v1::Scene>& scene) {
+  return scene.ok() ? "no error" : scene.status().message();
+}
+
+TEST(Edit, NoChangesGiveTheSameScene) {
+  EXPECT_TRUE(google::protobuf::util::MessageDifferencer::Equals(*edit(""), scene_before()));
+}
+
+TEST(Edit, AddsAndRemovesInOrder) {
+  const auto scene =
+      edit(R"({"add_mesh": {"name": "m", "icosphere": {}}}, {"add_soft_body": {"name": "x", "mesh": "m"}},
+    {"remove_soft_body": "a"}, {"add_soft_body": {"name": "a", "mesh": "m"}}, {"remove_rigid_body": "r"},
+    {"add_collider": {"name": "r"}}, {"remove_collider": "c"}, {"remove_mesh": "spare"},
+    {"add_rigid_body": {"name": "c"}})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  ASSERT_EQ(scene->soft_bodies_size(), 3);
+  EXPECT_EQ(scene->soft_bodies(0).name(), "b");
+  EXPECT_EQ(scene->soft_bodies(1).name(), "x");
+  EXPECT_EQ(scene->soft_bodies(2).mesh(), "m");
+  EXPECT_EQ(scene->meshes_size(), 2);
+  EXPECT_EQ(scene->rigid_bodies(0).name(), "c");
+  EXPECT_EQ(scene->colliders(0).name(), "r");
+}
+
+TEST(Edit, ChangesOfASoftBodyMergeFieldByField) {
+  const auto scene = edit(R"({"change_soft_body": {"name": "a", "springs": {"stiffness_n_m": 20}, "gas": {"moles": 5},
+    "surface": {"friction": 1}}})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  const v1::SoftBody& body = scene->soft_bodies(0);
+  EXPECT_EQ(body.springs().stiffness_n_m(), 20.0);
+  EXPECT_EQ(body.springs().damping_n_s_m(), 1.0);
+  EXPECT_EQ(body.gas().moles(), 5.0);
+  EXPECT_EQ(body.gas().flow_mol_s(), 3.0);
+  EXPECT_EQ(body.surface().friction(), 1.0);
+  EXPECT_EQ(body.mass_kg(), 2.0);
+  EXPECT_EQ(body.pins_size(), 2);
+}
+
+TEST(Edit, FieldSetToZeroIsSet) {
+  const auto scene =
+      edit(R"({"change_soft_body": {"name": "a", "springs": {"damping_n_s_m": 0}, "gas": {"flow_mol_s": 0}}})");
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->soft_bodies(0).springs().damping_n_s_m(), 0.0);
+  EXPECT_EQ(scene->soft_bodies(0).gas().flow_mol_s(), 0.0);
+}
+
+TEST(Edit, PinsAreReplacedWhole) {
+  const auto scene = edit(R"({"change_soft_body": {"name": "a", "pins": {"vertices": [7]}}})");
+  ASSERT_TRUE(scene.ok());
+  ASSERT_EQ(scene->soft_bodies(0).pins_size(), 1);
+  EXPECT_EQ(scene->soft_bodies(0).pins(0), 7U);
+  EXPECT_FALSE(scene->soft_bodies(0).pin_boundary());
+}
+
+TEST(Edit, GasIsAddedAndRemoved) {
+  const auto scene = edit(R"({"change_soft_body": {"name": "b", "gas": {"moles": 2}}},
+                             {"change_soft_body": {"name": "a", "remove_gas": true}})");
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->soft_bodies(1).gas().moles(), 2.0);
+  EXPECT_FALSE(scene->soft_bodies(0).has_gas());
+  EXPECT_EQ(error_of(edit(R"({"change_soft_body": {"name": "a", "remove_gas": true, "gas": {}}})")),
+            "changes[0].change_soft_body.remove_gas: stands beside gas");
+}
+
+TEST(Edit, VectorsAndShapesAreOneValue) {
+  const auto scene = edit(R"({"change_rigid_body": {"name": "r", "position": {"y": 9}}},
+    {"change_collider": {"name": "c", "shape": {"box": {"half_extents": {"x": 1, "y": 1, "z": 1}}}, "surface": {"restitution": 1}}})");
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->rigid_bodies(0).position().x(), 0.0);
+  EXPECT_EQ(scene->rigid_bodies(0).position().y(), 9.0);
+  EXPECT_TRUE(scene->rigid_bodies(0).shape().has_sphere());
+  EXPECT_TRUE(scene->colliders(0).shape().has_box());
+  EXPECT_EQ(scene->colliders(0).surface().friction(), 0.5);
+}
+
+TEST(Edit, SurroundingsAndSteppingAreSet) {
+  const auto scene =
+      edit(R"({"set_gravity": {"y": -1}}, {"set_wind": {"z": 4}}, {"set_stepping": {"integrator": "RK4"}})");
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->gravity().y(), -1.0);
+  EXPECT_EQ(scene->atmosphere().wind().x(), 0.0);
+  EXPECT_EQ(scene->atmosphere().wind().z(), 4.0);
+  EXPECT_EQ(scene->atmosphere().pressure_pa(), 7.0);
+  EXPECT_EQ(scene->stepping().integrator(), v1::Stepping::RK4);
+  EXPECT_EQ(scene->stepping().substeps(), 4U);
+  EXPECT_EQ(edit(R"({"set_atmosphere": {"density_kg_m3": 1}})")->atmosphere().pressure_pa(), 0.0);
+}
+
+TEST(Edit, PrecisionOfARunningWorldStays) {
+  EXPECT_EQ(error_of(edit(R"({"set_stepping": {"precision": "DOUBLE"}})")),
+            "changes[0].set_stepping.precision: a running world keeps its precision");
+  EXPECT_TRUE(edit(R"({"set_stepping": {"precision": "SINGLE"}})").ok());
+}
+
+TEST(Edit, WhatCannotBeMadeIsNamedByPath) {
+  const std::string good = R"({"set_gravity": {}}, )";
+  EXPECT_EQ(error_of(edit(good + R"({"change_soft_body": {"name": "x"}})")),
+            "changes[1].change_soft_body.name: no soft body is named \"x\"");
+  EXPECT_EQ(error_of(edit(good + R"({"remove_collider": "a"})")),
+            "changes[1].remove_collider: no collider is named \"a\"");
+  EXPECT_EQ(error_of(edit(R"({"add_rigid_body": {"name": "a"}})")), "changes[0].add_rigid_body.name: \"a\" is taken");
+  EXPECT_EQ(error_of(edit(R"({"add_mesh": {}})")), "changes[0].add_mesh.name: is empty");
+  EXPECT_EQ(error_of(edit(R"({"remove_mesh": "ball"})")), "changes[0].remove_mesh: soft body \"a\" is made of it");
+  EXPECT_EQ(error_of(edit("{}")), "changes[0]: holds no change");
+}
+
+TEST(Edit, AddsAreBounded) {
+  v1::SceneEdit edit;
+  for (std::size_t i = 0; i <= base::world_bodies_max; ++i) {
+    edit.add_changes()->mutable_add_soft_body()->set_name(std::to_string(i));
+  }
+  const auto scene = apply_edit(v1::Scene(), edit);
+  ASSERT_FALSE(scene.ok());
+  EXPECT_EQ(scene.status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(scene.status().where(), "changes[256].add_soft_body");
+}
+
+}  // namespace
+}  // namespace pneuma::scene_io

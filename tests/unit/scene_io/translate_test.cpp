@@ -1,0 +1,241 @@
+// Shows that a scene becomes the engine's with the defaults that scene.proto states, that what is wrong with it or not
+// built yet is refused by path, and that the built-in scenes are all admissible and as the paper's figures have them.
+#include "scene_io/translate.h"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "base/limits.h"
+#include "scene_io/json.h"
+#include "scene_io/load.h"
+
+namespace pneuma::scene_io {
+namespace {
+
+constexpr const char* ball_mesh = R"("meshes": [{"name": "ball", "icosphere": {"subdivisions": 2}}])";
+
+base::Result<physics::Scene> translate(const std::string& text) {
+  const auto scene = parse_scene_json(text);
+  if (!scene.ok()) return scene.status();
+  return to_physics(*scene);
+}
+
+/// Of a scene with the mesh "ball" and one soft body with these fields.
+base::Result<physics::Scene> with_body(const std::string& fields) {
+  return translate(std::string("{") + ball_mesh + R"(, "soft_bodies": [{"name": "b", "mesh": "ball")" +
+                   (fields.empty() ? "" : ", ") + fields + "}]}");
+}
+
+std::string error_of(const base::Result<physics::Scene>& scene) {
+  return scene.ok() ? "no error" : scene.status().message();
+}
+
+TEST(ToPhysics, EmptySceneHasTheDefaults) {
+  const auto scene = translate("{}");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  EXPECT_EQ(scene->gravity, physics::Vec3d::Zero());
+  EXPECT_EQ(scene->stepping, physics::Stepping{});
+  EXPECT_EQ(scene->stepping.rate_hz, 60.0);
+  EXPECT_EQ(scene->stepping.integrator, physics::Integrator::midpoint);
+  EXPECT_EQ(scene->stepping.precision, physics::Precision::double_precision);
+  EXPECT_EQ(scene->atmosphere.pressure_pa, 0.0);
+}
+
+TEST(ToPhysics, SoftBodyHasTheDefaults) {
+  const auto scene = with_body(R"("gas": {"moles": 1})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  const physics::SoftBody& body = scene->soft_bodies[0];
+  EXPECT_EQ(body.mesh->positions_m.size(), 162U);
+  EXPECT_EQ(body.mass_kg, 1.0);
+  EXPECT_EQ(body.springs.rest_scale, 1.0);
+  EXPECT_EQ(body.gas->temperature_k, 293.15);
+  EXPECT_EQ(body.gas->heat_capacity_ratio, 1.4);
+  EXPECT_EQ(body.gas->law, physics::GasLaw::isothermal);
+  EXPECT_EQ(body.volume, physics::VolumeMethod::exact);
+  EXPECT_EQ(body.pressure_spread, physics::PressureSpread::faces);
+  EXPECT_EQ(body.collision.soft, physics::SoftCollision::bounds);
+  EXPECT_EQ(body.collision.bounds, physics::BoundsKind::ellipsoid);
+  EXPECT_FALSE(body.surface.restitution.has_value());
+  EXPECT_EQ(body.orientation.coeffs(), physics::Quatd::Identity().coeffs());
+}
+
+TEST(ToPhysics, BodiesShareAMeshBuiltOnce) {
+  const auto scene = translate(std::string("{") + ball_mesh +
+                               R"(, "soft_bodies": [{"name": "a", "mesh": "ball"}, {"name": "b", "mesh": "ball"}]})");
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->soft_bodies[0].mesh, scene->soft_bodies[1].mesh);
+}
+
+TEST(ToPhysics, RotationsAreNormalisedWhateverTheirSize) {
+  for (const char* scale : {"1e-300", "1", "1e300"}) {
+    const auto scene = with_body(std::string(R"("orientation": {"w": )") + scale + R"(, "y": )" + scale + "}");
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_NEAR(scene->soft_bodies[0].orientation.w(), std::sqrt(0.5), 1e-15);
+    EXPECT_NEAR(scene->soft_bodies[0].orientation.y(), std::sqrt(0.5), 1e-15);
+  }
+}
+
+TEST(ToPhysics, NumbersFromTheWireThatAreNotFiniteAreNamed) {
+  v1::Scene scene;
+  auto& collider = *scene.add_colliders();
+  collider.set_name("c");
+  collider.mutable_shape()->mutable_sphere()->set_radius_m(1);
+  collider.mutable_orientation()->set_w(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(to_physics(scene).status().message(), "colliders[0].orientation: is not finite");
+  collider.clear_orientation();
+  collider.mutable_shape()->mutable_plane()->mutable_normal()->set_x(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(to_physics(scene).status().message(), "colliders[0].shape.plane.normal: is not finite");
+  collider.mutable_shape()->mutable_sphere()->set_radius_m(-1);
+  EXPECT_EQ(to_physics(scene).status().where(), "colliders[0].shape.sphere.radius_m");
+}
+
+TEST(ToPhysics, MissingMeshIsNamedWithThoseThereAre) {
+  EXPECT_EQ(error_of(translate(std::string("{") + ball_mesh + R"(, "soft_bodies": [{"name": "b", "mesh": "bal"}]})")),
+            "soft_bodies[0].mesh: no mesh is named \"bal\"; meshes: ball");
+  EXPECT_EQ(error_of(translate(R"({"soft_bodies": [{"name": "b", "mesh": "bal"}]})")),
+            "soft_bodies[0].mesh: no mesh is named \"bal\"; there are no meshes");
+}
+
+TEST(ToPhysics, MeshErrorsCarryThePath) {
+  const std::string corners = R"("positions": [{}, {"x": 1}, {"y": 1}])";
+  EXPECT_EQ(
+      error_of(translate(R"({"meshes": [{"name": "m", "triangles": {)" + corners + R"(, "indices": [0, 1, 9]}}]})"))
+          .substr(0, 41),
+      "meshes[0].triangles.indices[0..2]: face 0");
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m", "triangles": {)" + corners + R"(, "indices": [0, 1]}}]})"))
+                .substr(0, 28),
+            "meshes[0].triangles.indices:");
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m", "icosphere": {"subdivisions": 30}}]})")).substr(0, 33),
+            "meshes[0].icosphere.subdivisions:");
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m", "asset": "foot"}]})")),
+            "meshes[0].asset: no asset is named \"foot\"; there is: hand");
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m"}]})")).substr(0, 20), "meshes[0]: has no sh");
+  EXPECT_EQ(error_of(translate(
+                R"({"meshes": [{"name": "m", "grid": {"columns": 1, "rows": 1}}, {"name": "m", "asset": "hand"}]})")),
+            "meshes[1].name: another mesh is named \"m\" too");
+}
+
+TEST(ToPhysics, OpenMeshHoldsNoGas) {
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m", "grid": {"columns": 1, "rows": 1}}],
+                                   "soft_bodies": [{"name": "b", "mesh": "m", "gas": {"moles": 1}}]})"))
+                .substr(0, 20),
+            "soft_bodies[0].mesh:");
+}
+
+TEST(ToPhysics, AllMeshesTogetherAreBounded) {
+  v1::Scene scene;
+  for (int i = 0; i < 8; ++i) {
+    v1::Mesh& mesh = *scene.add_meshes();
+    mesh.set_name(std::string("m").append(std::to_string(i)));  // GCC 12 warns falsely of "m" + ...
+    mesh.mutable_grid()->set_columns(250);
+    mesh.mutable_grid()->set_rows(250);
+  }
+  const auto built = to_physics(scene);
+  ASSERT_FALSE(built.ok());
+  EXPECT_EQ(built.status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(built.status().where(), "meshes[4]");  // 5 * 251^2 > 262,144
+}
+
+TEST(ToPhysics, TooManyBodiesAreRefusedByNumber) {
+  v1::Scene scene;
+  for (std::size_t i = 0; i <= base::world_bodies_max; ++i) scene.add_soft_bodies();
+  const auto built = to_physics(scene);
+  EXPECT_EQ(built.status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(built.status().where(), "soft_bodies");
+}
+
+TEST(ToPhysics, WhatIsNotBuiltYetIsUnsupportedByPath) {
+  const auto check = [](const base::Result<physics::Scene>& scene, const std::string& path) {
+    ASSERT_FALSE(scene.ok()) << path;
+    EXPECT_EQ(scene.status().code(), base::StatusCode::unsupported) << scene.status().message();
+    EXPECT_EQ(scene.status().where(), path);
+  };
+  for (const char* integrator : {"IMPLICIT_EULER", "TR_BDF2", "XPBD", "AUTO"}) {
+    check(translate(std::string(R"({"stepping": {"integrator": ")") + integrator + "\"}}"), "stepping.integrator");
+  }
+  check(with_body(R"("springs": {"bend_stiffness_n_m": 1})"), "soft_bodies[0].springs.bend_stiffness_n_m");
+  check(with_body(R"("volume": {"method": "SUBDIVIDED"})"), "soft_bodies[0].volume.method");
+  check(with_body(R"("volume": {"method": "MONTE_CARLO"})"), "soft_bodies[0].volume.method");
+  check(with_body(R"("volume": {"resolution": 4})"), "soft_bodies[0].volume.resolution");
+  check(with_body(R"("collision": {"soft": "EXACT"})"), "soft_bodies[0].collision.soft");
+  check(with_body(R"("collision": {"self": true})"), "soft_bodies[0].collision.self");
+}
+
+TEST(ToPhysics, EnumNumberThatNobodyNamedIsRefused) {
+  v1::Scene scene;
+  scene.mutable_stepping()->set_integrator(static_cast<v1::Stepping::Integrator>(99));
+  EXPECT_EQ(to_physics(scene).status().message().substr(0, 45), "stepping.integrator: this version has no 99; ");
+}
+
+TEST(ToPhysics, WhatTheEngineRefusesKeepsItsPath) {
+  EXPECT_EQ(error_of(with_body(R"("mass_kg": -1)")).substr(0, 23), "soft_bodies[0].mass_kg:");
+  EXPECT_EQ(error_of(with_body(R"("pins": [162])")).substr(0, 23), "soft_bodies[0].pins[0]:");
+}
+
+TEST(ToProto, ShapesRoundTrip) {
+  const auto scene = parse_scene_json(R"({"colliders": [
+    {"name": "a", "shape": {"plane": {"normal": {"x": 1}}}}, {"name": "b", "shape": {"sphere": {"radius_m": 2}}},
+    {"name": "c", "shape": {"box": {"half_extents": {"x": 1, "y": 2, "z": 3}}}},
+    {"name": "d", "shape": {"ellipsoid": {"radii": {"x": 1, "y": 2, "z": 3}}}},
+    {"name": "e", "shape": {"capsule": {"radius_m": 1, "half_height_m": 2}}},
+    {"name": "f", "shape": {"room": {"half_extents": {"x": 1, "y": 2, "z": 3}}}}]})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  const auto built = to_physics(*scene);
+  ASSERT_TRUE(built.ok()) << built.status().message();
+  for (int i = 0; i < scene->colliders_size(); ++i) {
+    EXPECT_EQ(to_proto(built->colliders[static_cast<std::size_t>(i)].shape).SerializeAsString(),
+              scene->colliders(i).shape().SerializeAsString());
+  }
+}
+
+TEST(ToProto, LiveGasIsFoldedIntoTheBodyOfItsName) {
+  auto current = builtin_scene("five-balls");
+  ASSERT_TRUE(current.ok());
+  auto live = to_physics(*current);
+  ASSERT_TRUE(live.ok());
+  live->soft_bodies[3].gas->moles = 0.5;
+  live->soft_bodies[3].gas->temperature_k = 300.0;
+  const v1::Scene scene = to_proto(*live, *current);
+  EXPECT_EQ(scene.soft_bodies(3).gas().moles(), 0.5);
+  EXPECT_EQ(scene.soft_bodies(3).gas().temperature_k(), 300.0);
+  EXPECT_EQ(scene.soft_bodies(2).gas().moles(), current->soft_bodies(2).gas().moles());
+}
+
+TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {
+  EXPECT_EQ(builtin_scene_names(), (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "hand",
+                                                             "hanging-ball", "wind-cloth"}));
+  for (const std::string& name : builtin_scene_names()) {
+    const auto scene = load_scene(name);
+    ASSERT_TRUE(scene.ok()) << name << ": " << scene.status().message();
+    EXPECT_EQ(scene->name(), name);
+    const auto built = to_physics(*scene);
+    EXPECT_TRUE(built.ok()) << name << ": " << built.status().message();
+  }
+}
+
+TEST(BuiltinScenes, FiveBallsIsThePapersFigureOne) {
+  const auto scene = to_physics(*load_scene("five-balls"));
+  ASSERT_TRUE(scene.ok());
+  ASSERT_EQ(scene->soft_bodies.size(), 5U);
+  for (const physics::SoftBody& ball : scene->soft_bodies) {
+    EXPECT_EQ(ball.mesh->positions_m.size(), 162U);
+    EXPECT_EQ(ball.mesh->faces.size(), 320U);
+    EXPECT_TRUE(ball.gas.has_value());
+  }
+  ASSERT_EQ(scene->colliders.size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<physics::RoomShape>(scene->colliders[0].shape));
+  EXPECT_NE(scene->colliders[0].angular_velocity, physics::Vec3d::Zero());
+}
+
+TEST(BuiltinScenes, HandIsClosedAndHitByARigidBall) {
+  const auto scene = to_physics(*load_scene("hand"));
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(scene->soft_bodies[0].mesh->positions_m.size(), 1'159U);
+  EXPECT_EQ(scene->soft_bodies[0].mesh->faces.size(), 2'314U);
+  EXPECT_TRUE(scene->soft_bodies[0].mesh->closed);
+  EXPECT_TRUE(std::holds_alternative<physics::SphereShape>(scene->rigid_bodies[0].shape));
+}
+
+}  // namespace
+}  // namespace pneuma::scene_io
