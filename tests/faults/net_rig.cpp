@@ -15,7 +15,7 @@ namespace pneuma::net {
 
 namespace {
 
-constexpr std::chrono::seconds wait_max{10};
+constexpr std::chrono::seconds wait_max{60};
 
 SharedBytes share(std::string text) {
   return std::make_shared<const std::string>(std::move(text));

@@ -1,4 +1,4 @@
-// A net::Server with a trivial owner, and clients that are free to misbehave. Any wait ends after ten seconds, as a
+// A net::Server with a trivial owner, and clients that are free to misbehave. Any wait ends after a minute, as a
 // failure.
 #pragma once
 

@@ -42,7 +42,9 @@ class ServerDisk : public testing::Test {
   }
 
   [[nodiscard]] client::Client connect() const {
-    auto connected = client::Client::connect(server_->tcp_address());
+    client::ConnectOptions patient;
+    patient.connect_timeout = patient.reply_timeout = std::chrono::seconds(60);
+    auto connected = client::Client::connect(server_->tcp_address(), patient);
     if (!connected.ok()) throw std::runtime_error(connected.status().message());
     return std::move(*connected);
   }
@@ -159,10 +161,14 @@ TEST_F(ServerDisk, AFailingDiskIsReportedAndTheWorldGoesOn) {
                                   [](const auto& entry) { return entry.path().filename() == "w"; });
   ASSERT_NE(world, fs::recursive_directory_iterator());
   const fs::path place = world->path();
-  fs::rename(place, folder_ / "moved-away");
-  std::ofstream(place) << "not a folder";
+  std::ofstream file;
+  for (int i = 0; i < 1'000 && !file.is_open(); ++i) {  // the server may make its folder anew in between
+    fs::rename(place, folder_ / std::string("moved-away-").append(std::to_string(i)));
+    file.open(place);
+  }
+  ASSERT_TRUE(file.is_open());
 
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (server_->error_output().find("world=w disk:") == std::string::npos) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline) << server_->error_output();
     ASSERT_TRUE(client.next_frame(std::chrono::seconds(1)).ok());

@@ -12,7 +12,7 @@ namespace pneuma::integration {
 
 namespace {
 
-constexpr int patience_ms = 20'000;
+constexpr int patience_ms = 60'000;
 constexpr std::uint32_t message_bytes_max = 64U << 20U;
 
 }  // namespace

@@ -16,7 +16,7 @@
 
 namespace pneuma::integration {
 
-inline constexpr std::chrono::seconds patience{20};
+inline constexpr std::chrono::seconds patience{60};
 
 /// Two balls of 162 vertices under gravity over a floor.
 inline v1::Scene two_balls(const std::string& name = "two-balls") {
@@ -47,6 +47,15 @@ inline v1::Scene two_balls(const std::string& name = "two-balls") {
   return scene;
 }
 
+/// Twelve vertices and one substep a tick, due every millisecond: whenever its thread is free, it ticks.
+inline v1::Scene light_and_quick() {
+  v1::Scene scene = two_balls("light-and-quick");
+  scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(0);
+  scene.mutable_stepping()->set_rate_hz(1000.0);
+  scene.mutable_stepping()->set_substeps(1);
+  return scene;
+}
+
 /// Without a server or a connection a test cannot go on: both throw, which fails it.
 class Served : public testing::Test {
  protected:
@@ -57,7 +66,9 @@ class Served : public testing::Test {
     server_.emplace(std::move(*server));
   }
 
-  [[nodiscard]] client::Client connect(const client::ConnectOptions& options = {}) const {
+  [[nodiscard]] client::Client connect(client::ConnectOptions options = {}) const {
+    options.connect_timeout = patience;
+    options.reply_timeout = patience;
     auto connected = client::Client::connect(server_->tcp_address(), options);
     if (!connected.ok()) throw std::runtime_error(connected.status().message());
     return std::move(*connected);

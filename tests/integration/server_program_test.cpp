@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include "served.h"
+#include "support/closed_port.h"
+#include "support/temporary_folder.h"
 
 namespace pneuma::integration {
 namespace {
@@ -73,20 +75,19 @@ TEST_F(ServerProgram, APortInUseIsSaid) {
 }
 
 TEST_F(ServerProgram, ADataDirectoryHasOneServer) {
-  const std::string folder = testing::TempDir() + "pneuma-locked-" + std::to_string(getpid());
-  start({"--data-dir", folder});
-  expect_failure({"--data-dir", folder}, folder);
+  const support::TemporaryFolder folder;
+  start({"--data-dir", folder.path()});
+  expect_failure({"--data-dir", folder.path()}, folder.path());
 }
 
 TEST_F(ServerProgram, HealthAsksTheServer) {
   start({"--scene", "bouncing-ball"});
   const auto well = run_program("pneuma-server", {"--health", "--http", server_->http_address()});
   EXPECT_EQ(well.exit_status, 0) << well.error_output;
-  const std::string address = server_->http_address();
-  ASSERT_TRUE(server_->stop().ok());
-  const auto gone = run_program("pneuma-server", {"--health", "--http", address});
+  const support::ClosedPort nobody;
+  const auto gone = run_program("pneuma-server", {"--health", "--http", nobody.address()});
   EXPECT_EQ(gone.exit_status, 1);
-  EXPECT_NE(gone.error_output.find(address), std::string::npos) << gone.error_output;
+  EXPECT_NE(gone.error_output.find(nobody.address()), std::string::npos) << gone.error_output;
 }
 
 TEST_F(ServerProgram, AConfigurationFileSetsFlagsAndLimits) {

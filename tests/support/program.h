@@ -64,6 +64,6 @@ struct Finished {
 /// killed).
 [[nodiscard]] Finished run_program(const std::string& name, const std::vector<std::string>& arguments,
                                    const std::string& input = {},
-                                   std::chrono::milliseconds timeout = std::chrono::seconds(30));
+                                   std::chrono::milliseconds timeout = std::chrono::seconds(60));
 
 }  // namespace pneuma::support

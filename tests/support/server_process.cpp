@@ -21,7 +21,10 @@ std::string value_of(const std::string& line, std::string_view key) {
 
 base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>& arguments,
                                                  std::chrono::milliseconds timeout) {
-  std::vector<std::string> all = arguments;
+  // On a busy machine anyone may be slow; a test that is about a time-out gives its own, and the last one counts.
+  std::vector<std::string> all{"--hello-timeout-ms",           "600000", "--ping-interval-ms",       "600000",
+                               "--partial-message-timeout-ms", "600000", "--write-stall-timeout-ms", "600000"};
+  all.insert(all.end(), arguments.begin(), arguments.end());
   for (const char* flag : {"--listen", "--http"}) {
     if (std::ranges::find(arguments, flag) != arguments.end()) continue;
     all.insert(all.end(), {flag, "127.0.0.1:0"});

@@ -11,13 +11,13 @@
 
 namespace pneuma::support {
 
-/// A running pneuma-server; killed with this object.
+/// A running pneuma-server; killed with this object. It gives slow clients ten minutes unless told otherwise.
 class ServerProcess {
  public:
   /// Starts `pneuma-server --listen 127.0.0.1:0 --http 127.0.0.1:0 arguments...` (a --listen or --http among the
   /// arguments counts instead) and waits for its ready line. On an error, `where` is what it wrote on standard error.
   [[nodiscard]] static base::Result<ServerProcess> start(const std::vector<std::string>& arguments = {},
-                                                         std::chrono::milliseconds timeout = std::chrono::seconds(20));
+                                                         std::chrono::milliseconds timeout = std::chrono::seconds(60));
 
   [[nodiscard]] const std::string& tcp_address() const { return tcp_address_; }    // HOST:PORT
   [[nodiscard]] const std::string& http_address() const { return http_address_; }  // HOST:PORT, or "off"
@@ -25,7 +25,7 @@ class ServerProcess {
   [[nodiscard]] bool is_running() { return program_.is_running(); }
 
   /// SIGTERM, and its exit status (128 + signal where one ended it); an error when it still runs after `timeout`.
-  [[nodiscard]] base::Result<int> stop(std::chrono::milliseconds timeout = std::chrono::seconds(20));
+  [[nodiscard]] base::Result<int> stop(std::chrono::milliseconds timeout = std::chrono::seconds(60));
   /// SIGKILL, as a crash would.
   void kill();
   /// Waits for an end that something else brings about.

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/closed_port.h"
 #include "unit/client/fake_server.h"
 
 namespace pneuma::client {
@@ -15,10 +16,12 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr milliseconds soon{50};  // for what must not come
-constexpr seconds long_enough{20};
+constexpr seconds long_enough{60};
 
 /// A client of `server`, which the test cannot do without.
-Client connected(const FakeServer& server, const ConnectOptions& options = {}) {
+Client connected(const FakeServer& server, ConnectOptions options = {}) {
+  options.connect_timeout = long_enough;
+  options.reply_timeout = long_enough;
   auto client = Client::connect(server.address(), options);
   if (!client.ok()) throw std::runtime_error(client.status().message());
   return std::move(*client);
@@ -62,22 +65,18 @@ TEST(ClientConnect, SaysHelloAndIsWelcomed) {
 }
 
 TEST(ClientConnect, RefusedConnectionNamesTheAddress) {
-  std::string address;
-  {
-    const FakeServer server([](FakeSession&) {});
-    address = server.address();
-  }  // its port is closed now
-  const auto client = Client::connect(address);
+  const support::ClosedPort nobody;
+  const auto client = Client::connect(nobody.address());
   ASSERT_FALSE(client.ok());
   EXPECT_EQ(client.status().code(), base::StatusCode::unavailable);
-  EXPECT_EQ(client.status().where(), address);
+  EXPECT_EQ(client.status().where(), nobody.address());
   EXPECT_NE(client.status().what().find("refused"), std::string::npos) << client.status().what();
 }
 
 TEST(ClientConnect, SilentServerIsGivenUp) {
   const FakeServer server([](FakeSession& session) { session.drain(); });
   ConnectOptions options;
-  options.connect_timeout = soon;
+  options.connect_timeout = seconds(1);  // enough to connect
   const auto client = Client::connect(server.address(), options);
   ASSERT_FALSE(client.ok());
   EXPECT_EQ(client.status().message(), server.address() + ": no reply in time");

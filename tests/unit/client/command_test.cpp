@@ -9,6 +9,7 @@
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
+#include "support/closed_port.h"
 #include "support/program.h"
 #include "unit/client/fake_server.h"
 
@@ -19,7 +20,7 @@ using support::Finished;
 using support::Program;
 using support::run_program;
 
-constexpr std::chrono::seconds long_enough{20};
+constexpr std::chrono::seconds long_enough{60};
 
 Finished run(const FakeServer& server, std::vector<std::string> arguments, const std::string& input = {}) {
   arguments.insert(arguments.begin(), {"--server", server.address()});
@@ -94,14 +95,10 @@ TEST(CommandUsage, HelpAndVersionExitWith0) {
 }
 
 TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
-  std::string address;
-  {
-    const FakeServer server([](FakeSession&) {});
-    address = server.address();
-  }
-  const Finished finished = run_program("pneuma", {"--server", address, "worlds"});
+  const support::ClosedPort nobody;
+  const Finished finished = run_program("pneuma", {"--server", nobody.address(), "worlds"});
   EXPECT_EQ(finished.exit_status, 1);
-  EXPECT_EQ(finished.error_output, "pneuma: " + address + ": cannot connect: Connection refused\n");
+  EXPECT_EQ(finished.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
 }
 
 TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {

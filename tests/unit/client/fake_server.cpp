@@ -17,7 +17,7 @@ namespace pneuma::client {
 
 namespace {
 
-constexpr timeval patience{.tv_sec = 20, .tv_usec = 0};
+constexpr timeval patience{.tv_sec = 60, .tv_usec = 0};
 
 const std::vector<std::uint32_t> tetrahedron{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
