@@ -1,6 +1,7 @@
 // When a world's next tick is due. Pure; the time is passed in.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 
 namespace pneuma::app {
@@ -15,11 +16,15 @@ class WorldClock {
 
   [[nodiscard]] TimePoint due() const { return due_; }
 
-  /// The due tick has ended at `now`; the next is due a period later. A world that is late by more than a period slips:
-  /// it goes on from `now` as if it had been on time, and does not hurry to catch up. Returns the time slipped, or 0.
+  /// A stall of the machine that a world makes good, so that its due times stay; longer ones would show as a jump.
+  static constexpr Duration catch_up_max = std::chrono::milliseconds(100);
+
+  /// The due tick has ended at `now`; the next is due a period later. A world that is then late by more than
+  /// catch_up_max, and a period, slips: it goes on from `now` as if it had been on time. Returns the time slipped, or
+  /// 0.
   [[nodiscard]] Duration tick_ended(TimePoint now, Duration period) {
     due_ += period;
-    if (now <= due_ + period) return Duration::zero();
+    if (now <= due_ + std::max(period, catch_up_max)) return Duration::zero();
     const Duration slipped = now - due_;
     due_ = now;
     return slipped;

@@ -145,6 +145,23 @@ void add_lateness_ms(const std::vector<Arrival>& arrivals, std::vector<double>& 
   }
 }
 
+// The control: how late a thread wakes that does nothing but sleep to the next 60th of a second beside all this.
+std::vector<double> bare_wake_ups_ms(Clock::time_point start) {
+  std::vector<double> lateness_ms;
+  for (std::uint64_t tick = 1; Clock::now() - start < run_time; ++tick) {
+    const auto due =
+        start + std::chrono::duration_cast<Clock::duration>(duration<double>(static_cast<double>(tick) / 60.0));
+    std::this_thread::sleep_until(due);
+    lateness_ms.push_back(duration<double, std::milli>(Clock::now() - due).count());
+  }
+  return lateness_ms;
+}
+
+double share_within_ms(const std::vector<double>& lateness_ms, double bound_ms) {
+  const auto within = std::ranges::count_if(lateness_ms, [&](double late) { return late <= bound_ms; });
+  return static_cast<double>(within) / static_cast<double>(lateness_ms.size());
+}
+
 void twenty_worlds(benchmark::State& bench) {
   for ([[maybe_unused]] auto _ : bench) {
     auto server = support::ServerProcess::start();
@@ -171,6 +188,8 @@ void twenty_worlds(benchmark::State& bench) {
         }
       });
     }
+    std::vector<double> bare_ms;
+    std::jthread bare([&] { bare_ms = bare_wake_ups_ms(start); });
     std::this_thread::sleep_until(start + warm_up);
     const double resident_after_warm_up = resident_mib(server->pid());
     double resident_most = resident_after_warm_up;
@@ -180,21 +199,25 @@ void twenty_worlds(benchmark::State& bench) {
       if (auto alive = control->ping(); !alive.ok()) return bench.SkipWithError(alive.status().message().c_str());
     }
     readers.clear();
+    bare.join();
     if (!failure.empty()) return bench.SkipWithError(failure.c_str());
 
     double slowest_ratio = INFINITY;
     double slipped_s = 0.0;
+    double tick_late_ms = 0.0;
     for (int i = 0; i < world_count; ++i) {
       auto stats = control->stats(world_name(i));
       if (!stats.ok()) return bench.SkipWithError(stats.status().message().c_str());
       slowest_ratio = std::min(slowest_ratio, stats->time_ratio());
       slipped_s += stats->slipped_s();
+      tick_late_ms = std::max(tick_late_ms, stats->due_error_ms_p99());
     }
-    const auto within = std::ranges::count_if(lateness_ms, [](double late) { return late <= 5.0; });
     bench.counters["frames"] = static_cast<double>(lateness_ms.size());
-    bench.counters["within_5ms_percent"] =
-        100.0 * static_cast<double>(within) / static_cast<double>(lateness_ms.size());
+    bench.counters["within_5ms_percent"] = 100.0 * share_within_ms(lateness_ms, 5.0);
+    bench.counters["bare_thread_percent"] = 100.0 * share_within_ms(bare_ms, 5.0);
+    bench.counters["p50_late_ms"] = percentile(lateness_ms, 0.5);
     bench.counters["p99_late_ms"] = percentile(lateness_ms, 0.99);
+    bench.counters["tick_p99_late_ms"] = tick_late_ms;
     bench.counters["slowest_time_ratio"] = slowest_ratio;
     bench.counters["slipped_s"] = slipped_s;
     bench.counters["resident_mib"] = resident_most;

@@ -1,5 +1,5 @@
-// Shows that a world keeps its own time: on time it keeps the due times exactly, late by more than a period it slips
-// and does not hurry. Times are made up.
+// Shows that a world keeps its own time: on time it keeps the due times exactly, a stall it makes good, and what
+// is too much for it it lets slip. Times are made up.
 #include "app/world_clock.h"
 
 #include <gtest/gtest.h>
@@ -21,18 +21,25 @@ TEST(WorldClock, OnTimeTheDueTimesDoNotDrift) {
   }
 }
 
-TEST(WorldClock, LateWithinAPeriodItCatchesUp) {
+TEST(WorldClock, AStallIsMadeGood) {
   WorldClock clock;
   clock.start(start);
-  EXPECT_EQ(clock.tick_ended(start + milliseconds(31), milliseconds(16)), WorldClock::Duration::zero());
+  EXPECT_EQ(clock.tick_ended(start + milliseconds(116), milliseconds(16)), WorldClock::Duration::zero());
   EXPECT_EQ(clock.due(), start + milliseconds(16));
 }
 
 TEST(WorldClock, LaterItSlipsByWhatItIsLate) {
   WorldClock clock;
   clock.start(start);
-  EXPECT_EQ(clock.tick_ended(start + milliseconds(100), milliseconds(16)), milliseconds(84));
-  EXPECT_EQ(clock.due(), start + milliseconds(100));
+  EXPECT_EQ(clock.tick_ended(start + milliseconds(300), milliseconds(16)), milliseconds(284));
+  EXPECT_EQ(clock.due(), start + milliseconds(300));
+}
+
+TEST(WorldClock, ASlowWorldMayBeLateByItsPeriod) {
+  WorldClock clock;
+  clock.start(start);
+  EXPECT_EQ(clock.tick_ended(start + milliseconds(1900), seconds(1)), WorldClock::Duration::zero());
+  EXPECT_EQ(clock.due(), start + seconds(1));
 }
 
 TEST(WorldClock, AWorldTwiceTooHeavySlipsHalfTheTimeAndDoesNotSpiral) {
@@ -47,8 +54,8 @@ TEST(WorldClock, AWorldTwiceTooHeavySlipsHalfTheTimeAndDoesNotSpiral) {
     ++ticks;
   }
   EXPECT_EQ(ticks, 500);
-  EXPECT_NEAR(std::chrono::duration<double>(slipped).count(), 5.0, 0.05);
-  EXPECT_LE(now - clock.due(), milliseconds(10));
+  EXPECT_NEAR(std::chrono::duration<double>(slipped).count(), 5.0, 0.15);  // the last catch_up_max is owed
+  EXPECT_LE(now - clock.due(), WorldClock::catch_up_max);
 }
 
 }  // namespace
