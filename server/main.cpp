@@ -12,6 +12,7 @@
 #include "app/config.h"
 #include "app/health_probe.h"
 #include "app/service.h"
+#include "base/address.h"
 #include "base/version.h"
 
 namespace {
@@ -50,6 +51,15 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
   milliseconds("--drain-timeout-ms", limits.drain_timeout, "At the end: time for the queues to empty");
 }
 
+std::string wrong_address(const std::string& text) {
+  const auto parsed = pneuma::base::parse_address(text);
+  return parsed.ok() ? std::string() : parsed.status().message();
+}
+
+std::string wrong_http_address(const std::string& text) {
+  return text == "off" ? std::string() : wrong_address(text);
+}
+
 void add_flags(CLI::App& app, Options& options) {
   Config& config = options.config;
   // A flag given twice: the last one counts, so that a container's own can be overruled.
@@ -57,8 +67,12 @@ void add_flags(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "pneuma-server " + std::string(pneuma::base::version));
   app.set_config("--config", "", "Read flags from this file (TOML or INI)");
   app.allow_config_extras(CLI::config_extras_mode::error);
-  app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")->capture_default_str();
-  app.add_option("--http", config.http, "HOST:PORT for /ws, /healthz and /metrics, or off")->capture_default_str();
+  app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")
+      ->check(wrong_address, "")
+      ->capture_default_str();
+  app.add_option("--http", config.http, "HOST:PORT for /ws, /healthz and /metrics, or off")
+      ->check(wrong_http_address, "")
+      ->capture_default_str();
   app.add_option("--scene", config.scenes, "A built-in scene or a scene file; a world each")->take_all();
   app.add_option("--data-dir", config.data_dir, "Keep worlds here over restarts");
   app.add_option("--threads", config.threads, "Stepping threads; 0: as many as the hardware has")
@@ -123,7 +137,9 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (error.get_exit_code() == 0) return app.exit(error);
+    std::fprintf(stderr, "pneuma-server: %s\n", error.what());
+    return 2;
   }
   spdlog::set_default_logger(spdlog::stderr_logger_mt("pneuma"));
   spdlog::set_level(spdlog::level::from_str(options.log_level));

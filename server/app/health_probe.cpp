@@ -6,6 +6,8 @@
 #include <boost/asio.hpp>
 #include <boost/asio/ssl.hpp>
 
+#include "base/address.h"
+
 namespace pneuma::app {
 
 namespace {
@@ -47,10 +49,9 @@ base::Status unavailable(std::string what, const std::string& address) {
 }  // namespace
 
 base::Status probe_health(const std::string& address, bool tls) {
-  const auto colon = address.rfind(':');
-  if (colon == std::string::npos) return base::invalid("not HOST:PORT", address);
-  std::string host = address.substr(0, colon);
-  if (host.size() > 2 && host.front() == '[') host = host.substr(1, host.size() - 2);
+  auto parsed = base::parse_address(address);
+  if (!parsed.ok()) return parsed.status();
+  std::string& host = parsed->host;
   // A server that listens on every address answers on this one.
   if (host == "0.0.0.0") host = "127.0.0.1";
   if (host == "::") host = "::1";
@@ -58,11 +59,10 @@ base::Status probe_health(const std::string& address, bool tls) {
   asio::io_context io;
   std::string reply;
   std::exception_ptr failure;
-  asio::co_spawn(io, connect_and_get(host, address.substr(colon + 1), tls),
-                 [&](std::exception_ptr error, std::string text) {
-                   failure = std::move(error);
-                   reply = std::move(text);
-                 });
+  asio::co_spawn(io, connect_and_get(host, parsed->port, tls), [&](std::exception_ptr error, std::string text) {
+    failure = std::move(error);
+    reply = std::move(text);
+  });
   io.run_for(patience);
   try {
     if (failure) std::rethrow_exception(failure);

@@ -8,6 +8,8 @@
 #include <netinet/tcp.h>
 #include <sys/socket.h>
 
+#include "base/address.h"
+
 namespace pneuma::net {
 
 namespace {
@@ -20,17 +22,11 @@ using Tcp = asio::ip::tcp;
 constexpr int unsent_bytes_max = 128 * 1024;
 
 base::Result<Tcp::endpoint> resolve(asio::io_context& io, const std::string& address) {
-  const std::size_t colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0 || colon + 1 == address.size())
-    return base::invalid("not HOST:PORT", address);
-  std::string host = address.substr(0, colon);
-  if (host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  const std::string port = address.substr(colon + 1);
-  const bool is_number = port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
-  if (!is_number || std::stoul(port) > 65'535) return base::invalid("the port is no number up to 65535", address);
+  const auto parsed = base::parse_address(address);
+  if (!parsed.ok()) return parsed.status();
   error_code error;
-  const auto found =
-      Tcp::resolver(io).resolve(host, port, Tcp::resolver::passive | Tcp::resolver::numeric_service, error);
+  const auto found = Tcp::resolver(io).resolve(parsed->host, parsed->port,
+                                               Tcp::resolver::passive | Tcp::resolver::numeric_service, error);
   if (error) return base::Status(base::StatusCode::unavailable, error.message(), address);
   return found.begin()->endpoint();
 }
