@@ -43,7 +43,7 @@ template <class Stream>
 class WebSocketTransport final : public Transport {
  public:
   explicit WebSocketTransport(websocket::stream<Stream> socket) : socket_(std::move(socket)) {
-    socket_.read_message_max(base::message_bytes_max_before_hello);
+    socket_.read_message_max(0);  // Beast would close without our goodbye; read() counts
     socket_.binary(true);
     socket_.auto_fragment(false);
     beast::get_lowest_layer(socket_).expires_never();  // the session keeps the time from here on
@@ -55,16 +55,16 @@ class WebSocketTransport final : public Transport {
     beast::flat_buffer buffer;
     do {
       error_code error;
-      co_await socket_.async_read_some(buffer, 0, into(error));
-      if (error == websocket::error::message_too_big || error == websocket::error::buffer_overflow) {
-        co_return base::Status(base::StatusCode::malformed, "the message is larger than is taken");
-      }
+      co_await socket_.async_read_some(buffer, message_bytes_max_ + 1 - buffer.size(), into(error));
       if (error == websocket::error::closed) co_return std::optional<std::string>();
       if (error.category() == make_error_code(websocket::error::closed).category()) {
         co_return base::Status(base::StatusCode::malformed, error.message());
       }
       if (error) co_return base::Status(base::StatusCode::unavailable, error.message());
       progressed(!socket_.is_message_done());
+      if (buffer.size() > message_bytes_max_) {
+        co_return base::Status(base::StatusCode::malformed, "the message is larger than is taken");
+      }
     } while (!socket_.is_message_done());
     if (!socket_.got_binary())
       co_return base::Status(base::StatusCode::malformed, "a text message; messages are binary");
@@ -85,7 +85,7 @@ class WebSocketTransport final : public Transport {
     co_return error;
   }
 
-  void set_limit(std::size_t message_bytes_max) override { socket_.read_message_max(message_bytes_max); }
+  void set_limit(std::size_t message_bytes_max) override { message_bytes_max_ = message_bytes_max; }
 
   asio::awaitable<void> shut_down() override {
     error_code ignored;
@@ -99,6 +99,7 @@ class WebSocketTransport final : public Transport {
 
  private:
   websocket::stream<Stream> socket_;
+  std::size_t message_bytes_max_ = base::message_bytes_max_before_hello;
 };
 
 bool may_upgrade(const Request& request) {

@@ -233,9 +233,6 @@ void Server::close(SessionId session, base::Status why) {
   });
 }
 
-void Server::post(std::function<void()> work) {
-  asio::post(impl_->io, std::move(work));
-}
 void Server::stop(base::Status why) {
   asio::post(impl_->io, [impl = impl_.get(), why = std::move(why)] { impl->stop(why); });
 }
@@ -244,10 +241,6 @@ std::optional<SessionStats> Server::stats(SessionId session) const {
   const auto found = impl_->sessions.find(session);
   if (found == impl_->sessions.end()) return std::nullopt;
   return found->second->stats();
-}
-
-std::size_t Server::session_count() const {
-  return impl_->sessions.size();
 }
 
 }  // namespace pneuma::net

@@ -102,14 +102,11 @@ class Server {
   void end_stream(SessionId session, std::uint32_t stream_id);
   /// Sends a goodbye with the reason after what is queued, then closes.
   void close(SessionId session, base::Status why);
-  /// Runs `work` on the network thread.
-  void post(std::function<void()> work);
   /// Stops accepting, says goodbye to all, gives the queues drain_timeout to empty; run() then returns.
   void stop(base::Status why);
 
   /// Network thread only.
   [[nodiscard]] std::optional<SessionStats> stats(SessionId session) const;
-  [[nodiscard]] std::size_t session_count() const;
 
  private:
   struct Impl;

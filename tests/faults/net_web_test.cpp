@@ -190,6 +190,7 @@ TEST_F(Web, ATextMessageIsMalformed) {
 TEST_F(Web, ALargeMessageBeforeHelloIsMalformed) {
   WebSocket client(server_.http_port());
   client.write(std::string(base::message_bytes_max_before_hello + 1, 'x'));
+  EXPECT_TRUE(client.read().starts_with("goodbye "));
   EXPECT_EQ(client.read(), "closed");
   EXPECT_EQ(server_.wait_closed(1).back().code(), base::StatusCode::malformed);
 }
