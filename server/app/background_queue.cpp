@@ -1,6 +1,8 @@
 #include "app/background_queue.h"
 
 #include <exception>
+#include <future>
+#include <limits>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -24,6 +26,11 @@ bool BackgroundQueue::try_post(std::function<void()> job, std::size_t waiting_ma
   }
   changed_.notify_one();
   return true;
+}
+
+void BackgroundQueue::flush() {
+  std::promise<void> reached;
+  if (try_post([&] { reached.set_value(); }, std::numeric_limits<std::size_t>::max())) reached.get_future().wait();
 }
 
 void BackgroundQueue::finish() {

@@ -20,6 +20,8 @@ class BackgroundQueue {
   void post(std::function<void()> job);
   /// False, and the job is not taken, where `waiting_max` jobs wait already.
   [[nodiscard]] bool try_post(std::function<void()> job, std::size_t waiting_max);
+  /// Returns when what is queued now is done.
+  void flush();
   /// Does what is queued and ends; jobs posted later are dropped.
   void finish();
 

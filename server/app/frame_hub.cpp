@@ -108,6 +108,18 @@ void FrameHub::close(Outbox& outbox) {
   classes_.clear();
 }
 
+void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const {
+  for (const auto& [quality, quality_class] : classes_) {
+    v1::ServerMessage message = event_message(v1::Event::STREAM_RATE_CHANGED, world, tick);
+    const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
+    message.mutable_event()->set_stream_id(quality_class.stream_id);
+    message.mutable_event()->set_rate_hz(rate_hz);
+    message.mutable_event()->set_detail(std::to_string(rate_hz) + " frames a second");
+    const net::SharedBytes bytes = serialise(message);
+    for (const auto& [session, subscriber] : quality_class.subscribers) outbox.send(session, bytes);
+  }
+}
+
 void FrameHub::encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox) {
   if (classes_.empty()) return;
   const bool new_layout = refresh_layout(world);

@@ -43,6 +43,9 @@ class FrameHub {
   /// The world was edited. Where that added or removed something, new layouts go out, then key frames.
   void edited() { edited_ = true; }
 
+  /// The world's rate was edited: tells each stream's subscribers its new rate, the same whole division as before.
+  void rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const;
+
   /// Frames of the tick just done, for the classes that are due; for all of them where `all` is set. Whoever waits for
   /// a key frame of a class that is not due gets its last frame as a key.
   void encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox);

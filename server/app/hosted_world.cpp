@@ -35,8 +35,8 @@ HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::uni
       journal_(std::move(journal)),
       paused_(paused) {
   // The sessions that held the grabs of a restored world are gone.
-  const std::set<std::uint64_t> grabs = live_.grabs();
-  for (const std::uint64_t grab : grabs) release(grab);
+  const LiveWorld::Grabs grabs = live_.grabs();
+  for (const auto& [id, body] : grabs) release(id);
   const TimePoint now = std::chrono::steady_clock::now();
   clock_.start(now);
   publish_status(now);
@@ -53,7 +53,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
   const bool had_commands = !backlog_.empty();
   while (!backlog_.empty()) {
     const bool had_its_share = std::chrono::steady_clock::now() >= until || outbox.bytes >= base::drain_reply_bytes_max;
-    if (had_its_share && !destroyed_by_) break;  // the rest after the next tick
+    if (had_its_share) break;  // the rest after the next tick
     const Command command = std::move(backlog_.front());
     backlog_.pop_front();
     if (const auto* request = std::get_if<Request>(&command)) answer(*request, now, outbox);

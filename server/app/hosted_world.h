@@ -67,6 +67,8 @@ class HostedWorld {
   /// When it wants to run next; nothing where it rests.
   [[nodiscard]] std::optional<TimePoint> next_due(TimePoint now) const;
 
+  /// Takes no more requests; those that wait are answered with `why`.
+  void close(const base::Status& why, Outbox& outbox);
   /// Ends the tick under way, if one is, without anyone seeing it.
   void finish_tick(TimePoint deadline);
   /// Stops the world for good, after something that should not have happened.
@@ -88,6 +90,7 @@ class HostedWorld {
 
   // hosted_world_requests.cpp: what a request does.
   void answer(const Request& request, TimePoint now, Outbox& outbox);
+  void refuse(const Request& request, const base::Status& why, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> carry_out(const Request& request, TimePoint now, Outbox& outbox);
   [[nodiscard]] Answer change(const Request& request, Outbox& outbox);
   [[nodiscard]] Answer pause(const v1::ClientMessage& message);

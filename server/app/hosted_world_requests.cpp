@@ -29,24 +29,24 @@ v1::ServerMessage reply_to(const v1::ClientMessage& message) {
 }  // namespace
 
 void HostedWorld::answer(const Request& request, TimePoint now, Outbox& outbox) {
-  const std::uint64_t request_id = request.message.request_id();
   std::optional<Answer> answer;
-  if (destroyed_by_) {
-    answer = base::not_found("no world " + name_);
-  } else {
-    // No request ends the server, whatever a library makes of it.
-    try {
-      answer = carry_out(request, now, outbox);
-    } catch (const std::exception& error) {
-      spdlog::error("world={} session={} {} threw: {}", name_, request.session->id(), kind_of(request.message),
-                    error.what());
-      answer = Status(StatusCode::internal, "the server failed at this request");
-    }
+  // No request ends the server, whatever a library makes of it.
+  try {
+    answer = carry_out(request, now, outbox);
+  } catch (const std::exception& error) {
+    spdlog::error("world={} session={} {} threw: {}", name_, request.session->id(), kind_of(request.message),
+                  error.what());
+    answer = Status(StatusCode::internal, "the server failed at this request");
   }
   if (!answer) return;
-  const v1::ServerMessage reply = answer->ok() ? **answer : error_reply(request_id, answer->status());
-  wiring_.metrics->count_command(kind_of(request.message),
-                                 answer->ok() ? "ok" : v1::Error::Code_Name(reply.error().code()));
+  if (!answer->ok()) return refuse(request, answer->status(), outbox);
+  wiring_.metrics->count_command(kind_of(request.message), "ok");
+  outbox.send(request.session->id(), **answer);
+}
+
+void HostedWorld::refuse(const Request& request, const Status& why, Outbox& outbox) {
+  const v1::ServerMessage reply = error_reply(request.message.request_id(), why);
+  wiring_.metrics->count_command(kind_of(request.message), v1::Error::Code_Name(reply.error().code()));
   outbox.send(request.session->id(), reply);
 }
 
@@ -108,13 +108,17 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   }
   if (!LiveWorld::is_change(message)) return Status(StatusCode::unsupported, "not a request to a world");
 
+  const double period_before_s = live_.physics().tick_period_s();
   auto effect = live_.change(message);
   if (!effect.ok()) return effect.status();
   if (journal_) journal_->append(live_.tick(), message);
   if (effect->edited) hub_.edited();
-  if (message.has_release_grab()) grab_owners_.erase(message.release_grab().grab_id());
+  if (live_.physics().tick_period_s() != period_before_s) {
+    hub_.rate_changed(name_, live_.tick(), 1.0 / live_.physics().tick_period_s(), outbox);
+  }
+  // Released, or gone with its body or its scene.
+  std::erase_if(grab_owners_, [&](const auto& owner) { return !live_.grabs().contains(owner.first); });
   if (message.has_reset()) {
-    grab_owners_.clear();
     hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, live_.tick()), outbox);
   }
   // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
@@ -160,16 +164,20 @@ void HostedWorld::destroy(const Request& request, Outbox& outbox) {
   destroyed_by_ = request;
   hub_.send_to_all(event_message(v1::Event::WORLD_DESTROYED, name_, live_.tick()), outbox);
   hub_.close(outbox);
-  const Status gone = base::not_found("no world " + name_ + ": it was destroyed");
+  close(base::not_found("no world " + name_ + ": it was destroyed"), outbox);
+}
+
+void HostedWorld::close(const Status& why, Outbox& outbox) {
+  if (!pending_steps_.empty() && journal_) journal_->note_tick(live_.tick());
   for (const PendingStep& pending : pending_steps_) {
-    outbox.send(pending.session->id(), error_reply(pending.request_id, gone));
+    outbox.send(pending.session->id(), error_reply(pending.request_id, why));
   }
   pending_steps_.clear();
-  for (const Command& late : inbox_.close()) {
-    if (const auto* asked = std::get_if<Request>(&late)) {
-      outbox.send(asked->session->id(), error_reply(asked->message.request_id(), gone));
-    }
+  for (Command& late : inbox_.close()) backlog_.push_back(std::move(late));
+  for (const Command& command : backlog_) {
+    if (const auto* request = std::get_if<Request>(&command)) refuse(*request, why, outbox);
   }
+  backlog_.clear();
 }
 
 void HostedWorld::session_ended(net::SessionId session) {

@@ -53,7 +53,7 @@ class Inbox {
     return std::exchange(commands_, {});
   }
 
-  /// The world is gone; returns what came too late.
+  /// Takes nothing more; returns what waited.
   [[nodiscard]] std::vector<Command> close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;

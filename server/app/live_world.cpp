@@ -1,5 +1,6 @@
 #include "app/live_world.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "app/request_fields.h"
@@ -106,6 +107,10 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
   auto built = scene_io::to_physics(*edited);
   if (!built.ok()) return built.status();
   if (auto status = world_.apply(std::move(*built)); !status.ok()) return status;
+  const auto& bodies = edited->soft_bodies();
+  std::erase_if(grabs_, [&](const auto& grab) {
+    return std::ranges::none_of(bodies, [&](const v1::SoftBody& body) { return body.name() == grab.second; });
+  });
   edited_ = std::make_shared<const v1::Scene>(std::move(*edited));
   Effect effect;
   effect.edited = true;
@@ -145,7 +150,7 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
   const auto hit =
       world_.add_grab(next_grab_id_, request.body(), *at, *target, request.stiffness_n_m(), request.damping_n_s_m());
   if (!hit.ok()) return hit.status();
-  grabs_.insert(next_grab_id_);
+  grabs_.emplace(next_grab_id_, hit->body);
   Effect effect;
   effect.grabbed.emplace().set_grab_id(next_grab_id_++);
   effect.grabbed->set_body(hit->body);
@@ -161,7 +166,7 @@ Result<LiveWorld::Effect> LiveWorld::move_grab(const v1::MoveGrab& request) {
 }
 
 Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request) {
-  // A grab whose body was removed is gone in the engine; it is still ours to forget.
+  // The engine lets go of a body whose mesh an edit changed; it is still ours to forget.
   const bool known = grabs_.erase(request.grab_id()) > 0;
   const Status status = world_.release_grab(request.grab_id());
   if (!known && !status.ok()) return status;

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 
 #include "base/status.h"
@@ -16,6 +16,8 @@ namespace pneuma::app {
 
 class LiveWorld {
  public:
+  using Grabs = std::map<std::uint64_t, std::string>;  // by id: the body that is held
+
   /// What a change did.
   struct Effect {
     bool edited = false;                 // what the frames speak of, or where it is, may have changed without a step
@@ -30,7 +32,7 @@ class LiveWorld {
     std::string snapshot;  // physics::World::snapshot
     std::uint64_t tick = 0;
     std::uint64_t next_grab_id = 1;
-    std::set<std::uint64_t> grabs;
+    Grabs grabs;
   };
 
   /// Builds the scene. Slow for large meshes.
@@ -53,7 +55,7 @@ class LiveWorld {
   [[nodiscard]] const std::string& scene_name() const { return created_->name(); }
   /// The scene as it is now: edits applied, gas live.
   [[nodiscard]] v1::Scene scene() const;
-  [[nodiscard]] const std::set<std::uint64_t>& grabs() const { return grabs_; }
+  [[nodiscard]] const Grabs& grabs() const { return grabs_; }
 
  private:
   using SharedScene = std::shared_ptr<const v1::Scene>;
@@ -71,7 +73,7 @@ class LiveWorld {
   physics::World world_;
   std::uint64_t tick_offset_ = 0;  // ticks done before the last reset
   std::uint64_t next_grab_id_ = 1;
-  std::set<std::uint64_t> grabs_;
+  Grabs grabs_;
 };
 
 }  // namespace pneuma::app

@@ -8,9 +8,9 @@ namespace pneuma::app {
 
 namespace {
 
-// Little-endian: u64 version, tick, next grab id, paused, grab count, the grabs' ids; then three times a u64 length and
-// that many bytes: the scene as created, the scene as edited, the physics snapshot.
-constexpr std::uint64_t version = 1;
+// Little-endian: u64 version, tick, next grab id, paused, grab count, each grab's id and body; then the scene as
+// created, the scene as edited, the physics snapshot. A body or scene or snapshot is a u64 length and that many bytes.
+constexpr std::uint64_t version = 2;
 
 void put(std::uint64_t value, std::string& out) {
   for (int shift = 0; shift < 64; shift += 8) out.push_back(static_cast<char>(value >> shift & 0xffU));
@@ -68,7 +68,10 @@ std::string to_bytes(const SavedWorld& world) {
   put(world.live.next_grab_id, out);
   put(world.paused ? 1 : 0, out);
   put(world.live.grabs.size(), out);
-  for (const std::uint64_t grab : world.live.grabs) put(grab, out);
+  for (const auto& [id, body] : world.live.grabs) {
+    put(id, out);
+    put(body, out);
+  }
   put(world.live.created->SerializeAsString(), out);
   put(world.live.edited->SerializeAsString(), out);
   put(world.live.snapshot, out);
@@ -85,7 +88,10 @@ base::Result<SavedWorld> from_bytes(std::string_view bytes) {
   world.live.next_grab_id = reader.number();
   world.paused = reader.number() != 0;
   const std::uint64_t grabs = reader.number();
-  for (std::uint64_t i = 0; i < grabs && reader.good(); ++i) world.live.grabs.insert(reader.number());
+  for (std::uint64_t i = 0; i < grabs && reader.good(); ++i) {
+    const std::uint64_t id = reader.number();
+    world.live.grabs.emplace(id, reader.bytes());
+  }
   world.live.created = parse_scene(reader.bytes());
   world.live.edited = parse_scene(reader.bytes());
   world.live.snapshot = reader.bytes();

@@ -77,6 +77,7 @@ std::string Service::http_address() const {
 }
 
 void Service::stop() {
+  host_.close();  // its last replies go before the goodbyes
   if (network_.joinable()) server_.stop({StatusCode::unavailable, "the server shuts down"});
   host_.stop();
   if (network_.joinable()) network_.join();
@@ -152,10 +153,17 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
     }
     default: {
       const std::string world = *world_of(message);
-      if (host_.ask(world, {guest.session, std::move(message)})) guest.worlds.insert(world);
+      if (host_.ask(world, {guest.session, std::move(message)})) remember(guest, world);
       return;
     }
   }
+}
+
+// Worlds come and go; those that are gone hold nothing.
+void Service::remember(Guest& guest, const std::string& world) {
+  guest.worlds.insert(world);
+  if (guest.worlds.size() <= config_.limits.worlds_max) return;
+  std::erase_if(guest.worlds, [this](const std::string& name) { return !host_.has(name); });
 }
 
 net::HttpReply Service::page(std::string_view path) {

@@ -32,7 +32,7 @@ class Service {
   /// HOST:PORT as bound; of HTTP "off" where it is off.
   [[nodiscard]] std::string tcp_address() const;
   [[nodiscard]] std::string http_address() const;
-  /// Says goodbye to all, finishes ticks, writes checkpoints, lets the queues empty.
+  /// Answers what waits, says goodbye to all, finishes ticks, writes checkpoints, lets the queues empty.
   void stop();
 
  private:
@@ -51,6 +51,7 @@ class Service {
   void received(net::SessionId id, std::string_view bytes);
   void closed(net::SessionId id, const base::Status& why);
   void route(Guest& guest, v1::ClientMessage message);
+  void remember(Guest& guest, const std::string& world);
   [[nodiscard]] net::HttpReply page(std::string_view path);
   void count_sessions();
 

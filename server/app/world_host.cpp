@@ -27,6 +27,10 @@ constexpr std::chrono::milliseconds slice_length{2};
 // When a client that was refused for want of room may try again.
 constexpr double retry_hint_s = 1.0;
 
+Status going_down() {
+  return {StatusCode::unavailable, "the server shuts down"};
+}
+
 std::size_t thread_count(std::size_t asked_for) {
   if (asked_for > 0) return asked_for;
   return std::max<std::size_t>(1, std::thread::hardware_concurrency());
@@ -53,7 +57,7 @@ std::optional<WorldHost::TimePoint> WorldHost::run_slice(HostedWorld& world, Out
 
   const auto give_way = [&] {
     const TimePoint now = steady_clock::now();
-    return now >= start + slice_length && (stopped_ || scheduler_.other_due(now));
+    return now >= start + slice_length && (closed_ || scheduler_.other_due(now));
   };
   if (!world.step(give_way)) return steady_clock::now();  // behind whoever is due; the tick goes on in a later slice
 
@@ -131,7 +135,7 @@ void WorldHost::create(const std::shared_ptr<Session>& session, const v1::Client
 }
 
 void WorldHost::create_now(const Request& request) {
-  if (stopped_) return;
+  if (closed_) return refuse(request, going_down(), retry_hint_s);
   try {
     const v1::CreateWorld& asked = request.message.create_world();
     auto scene = scene_of(asked);
@@ -218,6 +222,10 @@ bool WorldHost::ask(const std::string& name, Request request) {
              retry_hint_s);
       return false;
     case Inbox::Post::closed:
+      if (closed_) {
+        refuse(request, going_down(), retry_hint_s);
+        return false;
+      }
       refuse(request, base::not_found("no world " + name + ": it was destroyed"));
       return false;
   }
@@ -253,10 +261,21 @@ void WorldHost::refuse(const Request& request, const Status& why, double retry_a
   server_.send(request.session->id(), serialise(reply));
 }
 
-void WorldHost::stop() {
-  if (stopped_.exchange(true)) return;
+void WorldHost::close() {
+  if (closed_.exchange(true)) return;
   builder_.finish();
   scheduler_.stop();
+  Outbox outbox;
+  for (const auto& entry : registry_.all()) {
+    if (entry.world->destroyed_by() == nullptr) entry.world->close(going_down(), outbox);
+  }
+  outbox.deliver(server_);
+  disk_.flush();  // what was destroyed is answered when its files are gone
+}
+
+void WorldHost::stop() {
+  if (std::exchange(stopped_, true)) return;
+  close();
   const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
   for (const auto& entry : registry_.all()) {
     HostedWorld& world = *entry.world;

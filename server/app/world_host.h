@@ -46,8 +46,11 @@ class WorldHost {
   void key_wanted(net::SessionId session, std::uint32_t stream_id);
   void session_ended(net::SessionId session, const std::string& world);
   [[nodiscard]] std::vector<WorldStatus> statuses() const;
+  [[nodiscard]] bool has(const std::string& world) const { return registry_.find(world).world != nullptr; }
 
-  /// Finishes the ticks under way, writes a last checkpoint of every world and returns.
+  /// Takes no more requests. Those that wait are answered: carried out where that was under way, or else refused.
+  void close();
+  /// After close(): finishes the ticks under way, writes a last checkpoint of every world and returns.
   void stop();
 
  private:
@@ -68,7 +71,8 @@ class WorldHost {
   WorldRegistry registry_;
   std::optional<WorldArchive> archive_;  // where there is a data directory
   std::set<std::string> kept_;           // the worlds found there, until a --scene of that name has been passed over
-  std::atomic<bool> stopped_ = false;
+  std::atomic<bool> closed_ = false;
+  bool stopped_ = false;
   BackgroundQueue disk_;
   BackgroundQueue builder_;
   Scheduler scheduler_;  // last: its threads use the rest

@@ -33,10 +33,11 @@ class ServerDisk : public testing::Test {
     fs::remove_all(folder_);
   }
 
-  void start(const std::string& checkpoint_interval_s = "1000") {
+  void start(const std::vector<std::string>& arguments = {"--checkpoint-interval-s", "1000"}) {
     server_.reset();
-    auto server = support::ServerProcess::start(
-        {"--data-dir", folder_.string(), "--checkpoint-interval-s", checkpoint_interval_s});
+    std::vector<std::string> all{"--data-dir", folder_.string()};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    auto server = support::ServerProcess::start(all);
     if (!server.ok()) throw std::runtime_error(server.status().message());
     server_.emplace(std::move(*server));
   }
@@ -151,9 +152,27 @@ TEST_F(ServerDisk, AWorldWithNothingWholeKeepsItsNameAndTheOthersComeBack) {
   EXPECT_NE(server_->error_output().find("world=broken not restored"), std::string::npos);
 }
 
+TEST_F(ServerDisk, ASceneDoesNotReplaceTheWorldOfItsNameThatCannotBeRead) {
+  start();
+  {
+    client::Client client = connect();
+    make_world(client, "bouncing-ball");
+  }
+  server_->kill();
+  const auto checkpoints = files("bouncing-ball", "checkpoint-");
+  for (const fs::path& checkpoint : checkpoints) damage(checkpoint);
+  start({"--scene", "bouncing-ball", "--scene", "five-balls"});
+  client::Client client = connect();
+  const auto worlds = client.list_worlds();
+  ASSERT_TRUE(worlds.ok());
+  ASSERT_EQ(worlds->worlds_size(), 1);
+  EXPECT_EQ(worlds->worlds(0).name(), "five-balls");
+  EXPECT_EQ(files("bouncing-ball", "checkpoint-"), checkpoints);
+}
+
 // The world's folder is swapped for a file: every write to it fails from then on, as on a disk that is gone.
 TEST_F(ServerDisk, AFailingDiskIsReportedAndTheWorldGoesOn) {
-  start("0.05");
+  start({"--checkpoint-interval-s", "0.05"});
   client::Client client = connect();
   ASSERT_TRUE(client.create_builtin("bouncing-ball", "w").ok());
   ASSERT_TRUE(client.subscribe("w").ok());

@@ -1,4 +1,6 @@
 // Shows that every message does what it says, on good input: a real server, a real socket, the client library.
+#include <map>
+
 #include "served.h"
 
 namespace pneuma::integration {
@@ -196,6 +198,21 @@ TEST_F(Messages, EditsAddChangeAndRemove) {
   EXPECT_EQ(scene->scene().gravity().y(), -1.62);
   ASSERT_EQ(scene->scene().soft_bodies_size(), 2);
   EXPECT_EQ(scene->scene().soft_bodies(1).name(), "third");
+}
+
+TEST_F(Messages, AnEditOfTheRateTellsEachStreamItsOwn) {
+  const auto full = client().subscribe("w");
+  const auto third = client().subscribe("w", {.rate_hz = 20.0});
+  ASSERT_TRUE(full.ok() && third.ok());
+  ASSERT_TRUE(client().edit_json("w", R"({"changes": [{"set_stepping": {"rate_hz": 120, "substeps": 8}}]})").ok());
+  std::map<std::uint32_t, double> rates;
+  for (int i = 0; i < 2; ++i) {
+    const auto event = await_event(client(), v1::Event::STREAM_RATE_CHANGED);
+    ASSERT_TRUE(event);
+    EXPECT_EQ(event->world(), "w");
+    rates[event->stream_id()] = event->rate_hz();
+  }
+  EXPECT_EQ(rates, (std::map<std::uint32_t, double>{{full->stream_id(), 120.0}, {third->stream_id(), 40.0}}));
 }
 
 TEST_F(Messages, AGrabDragsAndLetsGo) {

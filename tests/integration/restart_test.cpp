@@ -2,6 +2,7 @@
 // pause and all.
 #include <csignal>
 #include <filesystem>
+#include <memory>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -135,6 +136,49 @@ TEST_F(Restart, SigtermSaysGoodbyeChecksPointsAndExitsZero) {
   EXPECT_EQ(client.stats("w")->state_hash(), hash);
   EXPECT_EQ(client.stats("w")->tick(), 25U);
   EXPECT_FALSE(client.stats("runs")->paused());
+}
+
+TEST_F(Restart, SigtermAnswersWhatItReceivedBeforeItsGoodbyes) {
+  constexpr std::size_t watchers = 20;
+  client::Client client = connect();
+  create(client, two_balls(), "runs");
+  create(client, two_balls(), "steps", true);
+  std::vector<std::unique_ptr<RawConnection>> connections;
+  for (std::size_t i = 0; i < watchers; ++i) {
+    connections.push_back(std::make_unique<RawConnection>(server_->tcp_address()));
+    ASSERT_TRUE(connections.back()->say_hello());
+    v1::ClientMessage subscribe;
+    subscribe.set_request_id(2);
+    subscribe.mutable_subscribe()->set_world("runs");
+    ASSERT_TRUE(connections.back()->send(subscribe));
+    ASSERT_TRUE(connections.back()->receive_reply(2));
+  }
+  RawConnection stepper(server_->tcp_address());
+  ASSERT_TRUE(stepper.say_hello());
+  v1::ClientMessage step;
+  step.set_request_id(2);
+  step.mutable_step()->set_world("steps");
+  step.mutable_step()->set_ticks(36'000);
+  v1::ClientMessage ping;
+  ping.set_request_id(3);
+  ping.mutable_ping();
+  ASSERT_TRUE(stepper.send(step));
+  ASSERT_TRUE(stepper.send(ping));
+  ASSERT_TRUE(stepper.receive_reply(3)) << "the step was received before this";
+
+  server_->send_signal(SIGTERM);
+  const auto reply = stepper.receive_reply(2);
+  ASSERT_TRUE(reply) << "no reply to the step before the goodbye";
+  EXPECT_TRUE(reply->has_done() || reply->error().code() == v1::Error::UNAVAILABLE) << reply->error().what();
+  EXPECT_TRUE(stepper.ends());
+  EXPECT_EQ(stepper.goodbye(), v1::Error::UNAVAILABLE);
+  for (auto& connection : connections) {
+    EXPECT_TRUE(connection->ends());
+    EXPECT_EQ(connection->goodbye(), v1::Error::UNAVAILABLE);
+  }
+  const auto status = server_->wait(patience);
+  ASSERT_TRUE(status.ok());
+  EXPECT_EQ(*status, 0) << server_->error_output();
 }
 
 TEST_F(Restart, ADestroyedWorldDoesNotComeBack) {

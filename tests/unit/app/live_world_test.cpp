@@ -171,5 +171,19 @@ TEST(LiveWorld, AGrabIsHeldMovedAndReleased) {
   EXPECT_FALSE(world.change(move).ok());
 }
 
+TEST(LiveWorld, AGrabGoesWithItsBody) {
+  LiveWorld world = ball_world();
+  ASSERT_TRUE(world.change(add_second_ball()).ok());
+  const auto first = world.change(grab_vertex(7));
+  v1::ClientMessage second = grab_vertex(7);
+  second.mutable_grab()->set_body("second");
+  ASSERT_TRUE(world.change(second).ok());
+  ASSERT_EQ(world.grabs().size(), 2U);
+  v1::ClientMessage removal;
+  removal.mutable_edit()->mutable_edit()->add_changes()->set_remove_soft_body("second");
+  ASSERT_TRUE(world.change(removal).ok());
+  EXPECT_EQ(world.grabs(), (LiveWorld::Grabs{{first->grabbed->grab_id(), "ball"}}));
+}
+
 }  // namespace
 }  // namespace pneuma::app

@@ -18,7 +18,7 @@ SavedWorld sample() {
   world.live.snapshot = std::string("\0snapshot\xff", 10);
   world.live.tick = 1ULL << 40;
   world.live.next_grab_id = 9;
-  world.live.grabs = {3, 8};
+  world.live.grabs = {{3, "ball"}, {8, "second"}};
   world.paused = true;
   return world;
 }
@@ -45,7 +45,7 @@ TEST(SavedWorld, CutOffAnywhereItIsRefused) {
 
 TEST(SavedWorld, AnotherVersionIsRefused) {
   std::string bytes = to_bytes(sample());
-  bytes[0] = 2;
+  bytes[0] = 99;
   EXPECT_EQ(from_bytes(bytes).status().code(), base::StatusCode::unsupported);
 }
 
