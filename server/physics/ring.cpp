@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 #include <span>
+#include <utility>
 
 namespace pneuma::physics {
 
@@ -43,7 +44,7 @@ std::vector<std::uint32_t> morton_order(const std::vector<Eigen::Vector3d>& posi
   }
   std::vector<std::uint32_t> order(positions_m.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(order, {}, [&codes](std::uint32_t vertex) { return codes[vertex]; });
+  std::ranges::sort(order, {}, [&codes](std::uint32_t vertex) { return std::pair(codes[vertex], vertex); });
   return order;
 }
 
@@ -126,11 +127,13 @@ Rings make_rings(const Mesh& mesh) {
   for (std::size_t i = 0; i < count; ++i) rings.encloses = walk_ring(turns.of(i), ring_of[i]) && rings.encloses;
 
   std::vector<std::uint32_t> order = morton_order(mesh.positions_m);
+  std::vector<std::uint32_t> rank(count);
+  for (std::uint32_t i = 0; i < count; ++i) rank[order[i]] = i;
   const auto degree = [&ring_of](std::uint32_t vertex) { return ring_of[vertex].size(); };
   rings.slots.resize(count);
   for (std::size_t begin = 0; begin < count; begin += degree_window) {
     const std::span window = std::span(order).subspan(begin, std::min(degree_window, count - begin));
-    std::ranges::stable_sort(window, {}, degree);
+    std::ranges::sort(window, {}, [&](std::uint32_t vertex) { return std::pair(degree(vertex), rank[vertex]); });
     for (std::size_t i = 0, end = 0; i < window.size(); i = end) {
       while (end < window.size() && end < i + pack_slots && degree(window[end]) == degree(window[i])) ++end;
       RingPack pack;
