@@ -81,12 +81,11 @@ class LaneStep {
     const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
     const Real reach_max = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
     if (!(v_max <= speed_max) || !(2 * root_3 * move_max <= stray_max)) return false;
+    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;  // past the 0 of each slot too, which passes
     bool well = true;
-    for (std::size_t slot = 0; slot < slot_count(); ++slot) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        well &= std::abs(scratch_.x[at(slot, c, lane)]) <= reach_max;
-        well &= std::abs(scratch_.v[at(slot, c, lane)]) <= speed_max;
-      }
+    for (std::size_t i = lane; i < scratch_.x.size(); i += stride) {
+      well &= std::abs(scratch_.x[i]) <= reach_max;
+      well &= std::abs(scratch_.v[i]) <= speed_max;
     }
     return well;
   }
@@ -95,11 +94,12 @@ class LaneStep {
     SoftState<Real>& body = *bodies_[lane];
     std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
     const LaneArray<Real>& lanes = advance_ ? scratch_.x : scratch_.move;
+    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;
     for (std::size_t i = 0; i < body.x.size(); ++i) {
-      const std::size_t slot = mesh_.rings.slots[i];
-      for (std::size_t c = 0; c < 3; ++c) {
-        moved[i][static_cast<Eigen::Index>(c)] = lanes[at(slot, c, lane)];
-        body.v[i][static_cast<Eigen::Index>(c)] = scratch_.v[at(slot, c, lane)];
+      std::size_t from = at(mesh_.rings.slots[i], 0, lane);
+      for (Eigen::Index c = 0; c < 3; ++c, from += stride) {
+        moved[i][c] = lanes[from];
+        body.v[i][c] = scratch_.v[from];
       }
     }
   }
@@ -176,21 +176,32 @@ class LaneStep {
   }
 
   void load() {
+    if (layout_ == LaneLayout::alone) {
+      const SoftState<Real>& body = *bodies_[0];
+      Real* x = scratch_.x.data();
+      Real* v = scratch_.v.data();
+      for (const std::uint32_t vertex : mesh_.rings.vertices) {
+        const Vec3<Real>& from_x = body.x[vertex];
+        const Vec3<Real>& from_v = body.v[vertex];
+        for (Eigen::Index c = 0; c < 3; ++c) {
+          *x++ = from_x[c];
+          *v++ = from_v[c];
+        }
+        *x++ = 0;
+        *v++ = 0;
+      }
+      return;
+    }
     for (std::size_t lane = 0; lane < width_; ++lane) {
       const SoftState<Real>& body = body_of(lane);
-      for (std::size_t slot = 0; slot < slot_count(); ++slot) {
-        const std::size_t vertex = mesh_.rings.vertices[slot];
-        for (std::size_t c = 0; c < 3; ++c) {
-          scratch_.x[at(slot, c, lane)] = body.x[vertex][static_cast<Eigen::Index>(c)];
-          scratch_.v[at(slot, c, lane)] = body.v[vertex][static_cast<Eigen::Index>(c)];
-        }
-        if (layout_ == LaneLayout::alone) {
-          scratch_.x[at(slot, 3, 0)] = 0;
-          scratch_.v[at(slot, 3, 0)] = 0;
+      std::size_t to = lane;
+      for (const std::uint32_t vertex : mesh_.rings.vertices) {
+        for (Eigen::Index c = 0; c < 3; ++c, to += width_) {
+          scratch_.x[to] = body.x[vertex][c];
+          scratch_.v[to] = body.v[vertex][c];
         }
       }
     }
-    if (layout_ == LaneLayout::alone) return;
     clear_unused_slots(scratch_.force);
     if (gas_) clear_unused_slots(scratch_.gradient);
   }
@@ -206,14 +217,6 @@ class LaneStep {
   }
 
   [[nodiscard]] std::size_t block_count() const { return (mesh_.rings.packs.size() + block_packs - 1) / block_packs; }
-  template <class Work>
-  void for_each_block(const Work& work) {
-    if (workers_ != nullptr) {
-      workers_->for_each(block_count(), work);
-      return;
-    }
-    for (std::size_t block = 0; block < block_count(); ++block) work(block);
-  }
   [[nodiscard]] std::size_t packs_end(std::size_t block) const {
     return std::min((block + 1) * block_packs, mesh_.rings.packs.size());
   }
@@ -223,13 +226,20 @@ class LaneStep {
       const StageTimer timer(profile_, Stage::springs);
       ring_.x = x.data();
       ring_.v = v.data();
-      for_each_block([&](std::size_t block) {
-        RingPass<Real> pass = ring_;
+      const auto pass_over = [this](std::size_t block, RingPass<Real>& pass) {
         pass.begin = block * block_packs;
         pass.end = packs_end(block);
         kernels_(layout_, damped_, gas_, pass);
-        scratch_.block_volumes[block] = pass.volumes_18_m3;
-      });
+        if (gas_) scratch_.block_volumes[block] = pass.volumes_18_m3;
+      };
+      if (workers_ == nullptr) {
+        for (std::size_t block = 0; block < block_count(); ++block) pass_over(block, ring_);
+      } else {
+        workers_->for_each(block_count(), [&](std::size_t block) {
+          RingPass<Real> pass = ring_;
+          pass_over(block, pass);
+        });
+      }
     }
     if (gas_) set_pressures();
     if (other_forces_) add_others(x, v);
@@ -246,7 +256,7 @@ class LaneStep {
   }
 
   void update_in_parallel(Substage substage) {
-    for_each_block([&](std::size_t block) {
+    workers_->for_each(block_count(), [&](std::size_t block) {
       UpdatePass<Real> pass = update_;
       pass.begin = block * block_packs * pack_slots;
       pass.end = packs_end(block) * pack_slots;
@@ -273,11 +283,12 @@ class LaneStep {
       }
     }
     const StageTimer timer(profile_, Stage::pressure);
-    for (std::size_t lane = 0; lane < pack_slots; ++lane) {
-      SoftState<Real>& body = *bodies_[std::min(lane, bodies_.size() - 1)];
-      if (lane < bodies_.size()) update_pressure(body, settings_.surroundings.atmosphere);
-      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(body.pressure_pa / 6.0);
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      update_pressure(*bodies_[lane], settings_.surroundings.atmosphere);
+      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane]->pressure_pa / 6.0);
     }
+    std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),
+              update_.pressure_sixth_pa.lanes[bodies_.size() - 1]);
   }
 
   void add_others(const LaneArray<Real>& x, const LaneArray<Real>& v) {
