@@ -138,13 +138,47 @@ class BlockSum {
   P partials_[pack_slots / Access::slots];
 };
 
-// A spring pulls by (k (L - rest) + c L') / L times the way d to the neighbour, and L' = (dv . d) / L.
-template <class P, class Real, class Access, bool Damped, bool Gas>
+template <class P>
+struct Spring {
+  P stiffness;
+  P rest_scale;
+  P damping;
+
+  // It pulls by (k (L - rest) + c L') / L times the way d to the neighbour, and L' = (dv . d) / L. Seen from the other
+  // end, with d and dv reversed, that has the same bits.
+  template <bool Damped, class Rate>
+  P pull(const Vector<P>& along, const P& rest_shape_m, const Rate& rate) const {
+    const P squared = dot(along, along);
+    const P length = sqrt(squared);
+    const P inverse = P::all(1) / length;
+    P tension = stiffness * fnma(rest_scale, rest_shape_m, length);
+    if constexpr (Damped) tension = fma(damping, dot(rate(), along) * inverse, tension);
+    return where_positive(squared, tension * inverse);  // in one place there is no direction to pull in
+  }
+};
+
+template <class P, class Real>
+Spring<P> spring_of(const RingPass<Real>& pass) {
+  return {P::load(pass.stiffness_n_m.lanes), P::load(pass.rest_scale.lanes), P::load(pass.damping_n_s_m.lanes)};
+}
+
+template <class P, class Real, bool Damped>
+void pull_pass(RingPass<Real>& pass) {
+  using Access = FleetAccess<P, Real>;
+  const Spring<P> spring = spring_of<P>(pass);
+  for (std::size_t edge = 0; edge < pass.edge_count; ++edge) {
+    const std::size_t from = pass.edge_ends[2 * edge];
+    const std::size_t to = pass.edge_ends[2 * edge + 1];
+    const Vector<P> along = Access::load(pass.x, to) - Access::load(pass.x, from);
+    const auto rate = [&] { return Access::load(pass.v, to) - Access::load(pass.v, from); };
+    const P pull = spring.template pull<Damped>(along, P::all(pass.edge_lengths_m[edge]), rate);
+    pull.store(pass.pulls_n_m + edge * P::width);
+  }
+}
+
+template <class P, class Real, class Access, bool Damped, bool Gas, bool Pulled>
 void ring_pass(RingPass<Real>& pass) {
-  const P one = P::all(1);
-  const P stiffness = P::load(pass.stiffness_n_m.lanes);
-  const P rest_scale = P::load(pass.rest_scale.lanes);
-  const P damping = P::load(pass.damping_n_s_m.lanes);
+  const Spring<P> spring = spring_of<P>(pass);
   const Vector<P> origin = Access::first(pass.x);
   BlockSum<P, Real, Access> volume;
   for (std::size_t p = pass.begin; p < pass.end; ++p) {
@@ -162,15 +196,13 @@ void ring_pass(RingPass<Real>& pass) {
       if constexpr (Gas) before = Access::neighbour(pass.x, neighbours + (pack.degree - 1) * pack_slots) - x;
       for (std::size_t place = 0; place < pack.degree; ++place) {
         const Vector<P> along = Access::neighbour(pass.x, neighbours + place * pack_slots) - x;
-        const P squared = dot(along, along);
-        const P length = sqrt(squared);
-        const P inverse = one / length;
-        P tension = stiffness * fnma(rest_scale, Access::length(lengths_m + place * pack_slots, in_pack), length);
-        if constexpr (Damped) {
-          const Vector<P> rate = Access::neighbour(pass.v, neighbours + place * pack_slots) - v;
-          tension = fma(damping, dot(rate, along) * inverse, tension);
+        P pull;
+        if constexpr (Pulled) {
+          pull = P::load(pass.pulls_n_m + pass.ring_edges[pack.first + in_pack + place * pack_slots] * P::width);
+        } else {
+          const auto rate = [&] { return Access::neighbour(pass.v, neighbours + place * pack_slots) - v; };
+          pull = spring.template pull<Damped>(along, Access::length(lengths_m + place * pack_slots, in_pack), rate);
         }
-        const P pull = where_positive(squared, tension * inverse);  // in one place there is no direction to pull in
         force = add(force, pull, along);
         if constexpr (Gas) {
           gradient = add_cross(gradient, before, along);
@@ -279,8 +311,9 @@ template <class P, class Real, LaneLayout Layout>
 consteval void list_layout(LaneKernels<Real>& kernels) {
   using Access = typename AccessTo<P, Real, Layout>::Type;
   constexpr auto layout = static_cast<std::size_t>(Layout);
-  kernels.rings[layout] = {{{{&ring_pass<P, Real, Access, false, false>, &ring_pass<P, Real, Access, false, true>}},
-                            {{&ring_pass<P, Real, Access, true, false>, &ring_pass<P, Real, Access, true, true>}}}};
+  kernels.rings[layout] = {
+      {{{&ring_pass<P, Real, Access, false, false, false>, &ring_pass<P, Real, Access, false, true, false>}},
+       {{&ring_pass<P, Real, Access, true, false, false>, &ring_pass<P, Real, Access, true, true, false>}}}};
   const auto list_substage = [&]<Substage Method>(bool last) {
     auto& updates = kernels.updates[layout][static_cast<std::size_t>(Method)];
     updates[0][0] = &update_pass<P, Real, Layout, Method, false, false>;
@@ -306,6 +339,10 @@ consteval LaneKernels<typename P::Real> list_kernels() {
   for (std::size_t place = 0; place < pack_slots; ++place) {
     kernels.slot_of_place[place] = lane_order<P>.slot_of_place[place];
   }
+  kernels.edges_first = P::edges_first;
+  kernels.pulls = {&pull_pass<P, Real, false>, &pull_pass<P, Real, true>};
+  kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, true>,
+                          &ring_pass<P, Real, FleetAccess<P, Real>, false, true, true>};
   list_layout<P, Real, LaneLayout::fleet>(kernels);
   list_layout<P, Real, LaneLayout::alone>(kernels);
   return kernels;

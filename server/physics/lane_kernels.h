@@ -39,6 +39,12 @@ struct RingPass {
   const Real* v = nullptr;  // read where damped only
   Real* force = nullptr;
   Real* gradient = nullptr;  // 6 grad V
+  // Of a fleet that has its springs' pulls worked out edge by edge first: RingEdges, and a number a lane for each edge.
+  const std::uint32_t* edge_ends = nullptr;
+  const Real* edge_lengths_m = nullptr;
+  std::size_t edge_count = 0;
+  const std::uint32_t* ring_edges = nullptr;
+  Real* pulls_n_m = nullptr;  // over the edge's length
   PerLane<Real> stiffness_n_m{};
   PerLane<Real> rest_scale{};
   PerLane<Real> damping_n_s_m{};
@@ -77,6 +83,11 @@ struct LaneKernels {
   // RingPass::lengths_m stand in lane order: at place i of a pack's 16 stands the length of slot slot_of_place[i].
   std::array<std::uint8_t, pack_slots> slot_of_place{};
   std::array<std::array<std::array<Ring, 2>, 2>, lane_layout_count> rings{};  // [layout][damped][gas]
+  // Whether fleets are faster with the pulls of all edges first, by pulls[damped], and then the rings, by
+  // pulled_rings[gas]. It depends on what square roots and divisions cost; measured on balls of 162 vertices.
+  bool edges_first = false;
+  std::array<Ring, 2> pulls{};
+  std::array<Ring, 2> pulled_rings{};
   // [layout][substage][gas][advance]; advance makes a difference to the last substage of a method only.
   std::array<std::array<std::array<std::array<Update, 2>, 2>, substage_count>, lane_layout_count> updates{};
 

@@ -32,6 +32,7 @@ template <class Scalar, std::size_t W>
 struct Pack {
   using Real = Scalar;
   static constexpr std::size_t width = W;
+  static constexpr bool edges_first = true;  // see LaneKernels
   /// The slot whose numbers load_rows puts into a lane, and store_rows takes from it.
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
 
@@ -168,6 +169,7 @@ template <>
 struct Pack<float, 16> {
   using Real = float;
   static constexpr std::size_t width = 16;
+  static constexpr bool edges_first = false;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane % 4) + lane / 4; }
 
   __m512 lanes;
@@ -224,6 +226,7 @@ template <>
 struct Pack<double, 8> {
   using Real = double;
   static constexpr std::size_t width = 8;
+  static constexpr bool edges_first = true;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane / 4) + 2 * (lane % 2) + lane / 2 % 2; }
 
   __m512d lanes;
@@ -281,6 +284,7 @@ template <>
 struct Pack<float, 8> {
   using Real = float;
   static constexpr std::size_t width = 8;
+  static constexpr bool edges_first = true;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 2 * (lane % 4) + lane / 4; }
 
   __m256 lanes;
@@ -336,6 +340,7 @@ template <>
 struct Pack<double, 4> {
   using Real = double;
   static constexpr std::size_t width = 4;
+  static constexpr bool edges_first = true;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
 
   __m256d lanes;

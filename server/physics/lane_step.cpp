@@ -35,6 +35,7 @@ class LaneStep {
         profile_(profile),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
+        pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
         sprung_(damped_ || gas_ || has_stiffness()),
         other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
     make_room();
@@ -129,6 +130,7 @@ class LaneStep {
       scratch_.force.assign(size, Real{0});
     }
     resize_where(gas_, scratch_.gradient);
+    if (pulled_) scratch_.pulls.resize(mesh_.edges.lengths_m.size() * width_);
     resize_where(!advance_, scratch_.move);
     resize_where(staged, scratch_.x_stage);
     resize_where(staged, scratch_.v_stage);
@@ -150,6 +152,11 @@ class LaneStep {
     ring_.packs = mesh_.rings.packs.data();
     ring_.neighbours = mesh_.rings.neighbours.data();
     ring_.lengths_m = mesh_.lengths_m.data();
+    ring_.edge_ends = mesh_.edges.ends.data();
+    ring_.edge_lengths_m = mesh_.edges.lengths_m.data();
+    ring_.edge_count = mesh_.edges.lengths_m.size();
+    ring_.ring_edges = mesh_.edges.of_ring.data();
+    ring_.pulls_n_m = scratch_.pulls.data();
     ring_.force = scratch_.force.data();
     ring_.gradient = scratch_.gradient.data();
     update_.force = scratch_.force.data();
@@ -226,10 +233,15 @@ class LaneStep {
       const StageTimer timer(profile_, Stage::springs);
       ring_.x = x.data();
       ring_.v = v.data();
+      if (pulled_) kernels_.pulls[damped_](ring_);
       const auto pass_over = [this](std::size_t block, RingPass<Real>& pass) {
         pass.begin = block * block_packs;
         pass.end = packs_end(block);
-        kernels_(layout_, damped_, gas_, pass);
+        if (pulled_) {
+          kernels_.pulled_rings[gas_](pass);
+        } else {
+          kernels_(layout_, damped_, gas_, pass);
+        }
         if (gas_) scratch_.block_volumes[block] = pass.volumes_18_m3;
       };
       if (workers_ == nullptr) {
@@ -346,6 +358,7 @@ class LaneStep {
   Profile* profile_;
   bool damped_;
   bool gas_;
+  bool pulled_;  // the pulls of edges come first
   bool sprung_;  // there is anything for the ring pass to do
   bool other_forces_;
   RingPass<Real> ring_;
@@ -363,15 +376,17 @@ struct GasBefore {
 
 template <class Real>
 std::size_t LaneMesh<Real>::bytes() const {
-  return rings.packs.capacity() * sizeof(RingPack) +
-         (rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity()) * sizeof(std::uint32_t) +
-         lengths_m.capacity() * sizeof(Real);
+  const std::size_t indices = rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity() +
+                              edges.ends.capacity() + edges.of_ring.capacity();
+  return rings.packs.capacity() * sizeof(RingPack) + indices * sizeof(std::uint32_t) +
+         (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real);
 }
 
 template <class Real>
 std::size_t LaneScratch<Real>::bytes() const {
   std::size_t numbers = 0;
-  for (const LaneArray<Real>* array : {&x, &v, &force, &gradient, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
+  for (const LaneArray<Real>* array :
+       {&x, &v, &force, &gradient, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
     numbers += array->capacity();
   }
   numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());

@@ -19,6 +19,7 @@ template <class Real>
 struct LaneMesh {
   Rings rings;
   std::vector<Real> lengths_m;  // ring_lengths_m
+  RingEdges<Real> edges;        // for fleets of kernels with edges_first; otherwise empty
 
   [[nodiscard]] std::size_t bytes() const;
 };
@@ -46,6 +47,7 @@ struct LaneScratch {
   LaneArray<Real> v;
   LaneArray<Real> force;
   LaneArray<Real> gradient;  // with gas only
+  LaneArray<Real> pulls;     // of fleets with LaneMesh::edges only
   LaneArray<Real> move;      // not where x is advanced
   LaneArray<Real> x_stage;   // midpoint and RK4 only
   LaneArray<Real> v_stage;

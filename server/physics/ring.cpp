@@ -111,9 +111,9 @@ bool walk_ring(std::span<const Turn> turns, std::vector<std::uint32_t>& ring) {
   return closed;
 }
 
-double edge_length_m(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
+std::size_t edge_between(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
   const Edge edge{std::min(a, b), std::max(a, b)};
-  return mesh.edge_lengths_m[static_cast<std::size_t>(std::ranges::lower_bound(mesh.edges, edge) - mesh.edges.begin())];
+  return static_cast<std::size_t>(std::ranges::lower_bound(mesh.edges, edge) - mesh.edges.begin());
 }
 
 }  // namespace
@@ -161,6 +161,29 @@ Rings make_rings(const Mesh& mesh) {
 }
 
 template <class Real>
+RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings) {
+  constexpr std::uint32_t not_met = ~std::uint32_t{0};
+  std::vector<std::uint32_t> numbers(mesh.edges.size(), not_met);
+  RingEdges<Real> edges;
+  edges.of_ring.resize(rings.neighbours.size());
+  for (std::size_t slot = 0; slot < rings.slot_count(); ++slot) {
+    const RingPack& pack = rings.packs[slot / pack_slots];
+    for (std::size_t place = 0; place < pack.degree; ++place) {
+      const std::size_t entry = pack.first + place * pack_slots + slot % pack_slots;
+      const std::uint32_t neighbour = rings.neighbours[entry] / 4;
+      const std::size_t edge = edge_between(mesh, rings.vertices[slot], rings.vertices[neighbour]);
+      if (numbers[edge] == not_met) {
+        numbers[edge] = static_cast<std::uint32_t>(edges.lengths_m.size());
+        edges.ends.insert(edges.ends.end(), {static_cast<std::uint32_t>(slot), neighbour});
+        edges.lengths_m.push_back(static_cast<Real>(mesh.edge_lengths_m[edge]));
+      }
+      edges.of_ring[entry] = numbers[edge];
+    }
+  }
+  return edges;
+}
+
+template <class Real>
 std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
                                  const std::array<std::uint8_t, pack_slots>& slot_of_place) {
   std::vector<Real> lengths_m;
@@ -171,7 +194,7 @@ std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
         const std::uint32_t vertex = rings.vertices[p * pack_slots + slot];
         const std::size_t entry = rings.packs[p].first + place * pack_slots + slot;
         const std::uint32_t neighbour = rings.vertices[rings.neighbours[entry] / 4];
-        lengths_m.push_back(static_cast<Real>(edge_length_m(mesh, vertex, neighbour)));
+        lengths_m.push_back(static_cast<Real>(mesh.edge_lengths_m[edge_between(mesh, vertex, neighbour)]));
       }
     }
   }
@@ -179,6 +202,7 @@ std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
 }
 
 #define PNEUMA_INSTANTIATE(Real)                                             \
+  template RingEdges<Real> make_ring_edges<Real>(const Mesh&, const Rings&); \
   template std::vector<Real> ring_lengths_m<Real>(const Mesh&, const Rings&, \
                                                   const std::array<std::uint8_t, pack_slots>&);
 PNEUMA_INSTANTIATE(float)

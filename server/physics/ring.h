@@ -30,6 +30,17 @@ struct Rings {
 
 [[nodiscard]] Rings make_rings(const Mesh& mesh);
 
+/// The edges once each, for a fleet that works out each spring's pull once and has both ends read it.
+template <class Real>
+struct RingEdges {
+  std::vector<std::uint32_t> ends;     // two slots an edge, in the order in which the rings first come by
+  std::vector<Real> lengths_m;         // of the rest shape, one an edge
+  std::vector<std::uint32_t> of_ring;  // the edge to the neighbour, one an entry of Rings::neighbours
+};
+
+template <class Real>
+[[nodiscard]] RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings);
+
 /// The lengths of the rest shape's edges along each ring. Those of a pack's 16 slots at one place of the ring stand in
 /// the order of `slot_of_place`.
 template <class Real>

@@ -15,6 +15,10 @@ constexpr std::size_t fleet_share_min = 2;  // fleets are at least half full
 // What a fleet works on must stay in the second cache level; bodies one by one take a width'th of it.
 constexpr std::size_t fleet_bytes_max = std::size_t{512} * 1024;
 
+bool makes_fleet(std::size_t bodies, std::size_t width) {
+  return bodies > 1 && bodies * fleet_share_min >= width;
+}
+
 bool same_mesh(const Mesh& a, const Mesh& b) {
   return &a == &b || (a.positions_m == b.positions_m && a.faces == b.faces);
 }
@@ -37,6 +41,7 @@ template <class Real>
 StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids) {
   StepPlan<Real> plan;
   plan.kernels = &lane_kernels<Real>(isa_in_use());
+  std::vector<std::shared_ptr<LaneMesh<Real>>> lane_meshes;
   std::vector<const Mesh*> meshes;
   for (std::uint32_t i = 0; i < bodies.size(); ++i) {
     const Mesh& mesh = *bodies[i].body.mesh;
@@ -47,6 +52,7 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
       auto lanes = std::make_shared<LaneMesh<Real>>();
       lanes->rings = make_rings(mesh);
       lanes->lengths_m = ring_lengths_m<Real>(mesh, lanes->rings, plan.kernels->slot_of_place);
+      lane_meshes.push_back(lanes);
       plan.meshes.push_back(std::move(lanes));
     }
     const auto group = std::ranges::find_if(plan.groups, [&](const StepGroup& other) {
@@ -57,6 +63,13 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
       group->members.push_back(i);
     } else {
       plan.groups.push_back({plan.mesh_of_body[i], {i}});
+    }
+  }
+  for (const StepGroup& group : plan.groups) {
+    LaneMesh<Real>& lanes = *lane_meshes[group.mesh];
+    if (plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
+        lanes.edges.lengths_m.empty()) {
+      lanes.edges = make_ring_edges<Real>(*meshes[group.mesh], lanes.rings);
     }
   }
   const auto meets_soft = [](const SoftState<Real>& body) { return body.body.collision.soft != SoftCollision::none; };
@@ -85,7 +98,7 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
     }
     for (auto rest = std::span(abreast); !rest.empty();) {
       const std::size_t taken = std::min(rest.size(), width);
-      if (taken * fleet_share_min >= width) {
+      if (makes_fleet(taken, width)) {
         tasks.push_back({group.mesh, {rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(taken)}});
       } else {
         for (const std::uint32_t i : rest) tasks.push_back({group.mesh, {i}});

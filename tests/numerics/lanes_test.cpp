@@ -111,7 +111,7 @@ TEST_P(Lanes, GiveABodyTheSameBitsAloneAndInAFleetOfAnySize) {
       Scene alone = empty_scene(integrator, GetParam());
       alone.soft_bodies = {ball(*make_icosphere(2, 0.5), 0)};
       const std::vector<Vec3d> expected = end_of(alone, 0);
-      for (const std::size_t count : {2, 3, 4, 5, 8, 9, 15, 16, 17, 24, 33, 40}) {
+      for (const std::size_t count : {2U, 3U, 4U, 5U, 8U, 9U, 15U, 16U, 17U, 24U, 33U, 40U}) {
         EXPECT_TRUE(end_of(fleet(count, integrator, GetParam()), 0) == expected) << count << " abreast";
       }
       alone.soft_bodies = {ball(*make_icosphere(2, 0.5), 11)};
@@ -128,7 +128,7 @@ TEST_P(Lanes, GiveTheSameHashOnAnyNumberOfThreads) {
     large.stepping.substeps = 2;
     for (const Scene& scene : {many, large, mixture(GetParam())}) {
       const std::uint64_t hash = hash_after(scene, 1);
-      for (const std::size_t threads : {2, 3, 4, 5}) EXPECT_EQ(hash_after(scene, threads), hash) << threads;
+      for (const std::size_t threads : {2U, 3U, 4U, 5U}) EXPECT_EQ(hash_after(scene, threads), hash) << threads;
     }
   });
 }
