@@ -14,6 +14,7 @@
 #include "app/service.h"
 #include "base/address.h"
 #include "base/version.h"
+#include "physics/isa.h"
 
 namespace {
 
@@ -21,6 +22,7 @@ using pneuma::app::Config;
 
 struct Options {
   Config config;
+  std::string isa;
   std::string log_level = "info";
   bool health = false;
 };
@@ -78,6 +80,9 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--threads", config.threads, "Stepping threads; 0: as many as the hardware has")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+  app.add_option("--isa", options.isa, "Instruction set, baseline, v3 or v4; worlds do not depend on it")
+      ->default_str("the best there is")
+      ->check(CLI::IsMember({"baseline", "v3", "v4"}));
   app.add_option("--token-file", config.token_file, "Clients must know the token on its first line");
   CLI::Option* certificate = app.add_option("--tls-cert", config.tls_certificate, "PEM chain; with --tls-key");
   CLI::Option* key = app.add_option("--tls-key", config.tls_key, "PEM key; with --tls-cert");
@@ -146,5 +151,8 @@ int main(int argc, char** argv) {
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
   std::signal(SIGPIPE, SIG_IGN);
   if (options.health) return check_health(options.config);
+  if (!options.isa.empty()) {
+    if (auto status = pneuma::physics::use_isa(options.isa); !status.ok()) return fail(status);
+  }
   return serve(std::move(options.config));
 }

@@ -14,6 +14,7 @@
 
 #include "base/limits.h"
 #include "base/version.h"
+#include "physics/isa.h"
 #include "physics/world.h"
 #include "scene_io/load.h"
 #include "scene_io/set_path.h"
@@ -41,6 +42,7 @@ struct Flags {
   std::optional<std::uint32_t> substeps;
   std::optional<v1::Stepping::Precision> precision;
   std::size_t threads = 1;
+  std::string isa;
   std::string csv;
   std::string obj;
   bool hash = false;
@@ -94,6 +96,9 @@ void add_flags(CLI::App& app, Flags& flags) {
   add_enum(app, "--precision", flags.precision, "single or double");
   app.add_option("--threads", flags.threads, "Threads that step; the result does not depend on them")
       ->check(CLI::Range(std::size_t{1}, threads_max));
+  app.add_option("--isa", flags.isa, "Instruction set, baseline, v3 or v4; the result does not depend on it")
+      ->default_str("the best there is")
+      ->check(CLI::IsMember({"baseline", "v3", "v4"}));
   app.add_option("--csv", flags.csv, "Write one row a body a tick")->type_name("FILE")->check(not_empty);
   app.add_option("--obj", flags.obj, "Write each body's shape each tick, as DIR/INDEX-NAME-TICK.obj")
       ->type_name("DIR")
@@ -184,6 +189,9 @@ void note_frozen(World& world, Status& frozen) {
 }
 
 Status run(const Flags& flags) {
+  if (!flags.isa.empty()) {
+    if (auto status = pneuma::physics::use_isa(flags.isa); !status.ok()) return status;
+  }
   auto world = make_world(flags);
   if (!world.ok()) return world.status();
   Outputs outputs;

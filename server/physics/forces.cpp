@@ -139,6 +139,15 @@ double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
   return 0.0;
 }
 
+bool has_wind(const SoftBody& body, const Atmosphere& atmosphere) {
+  return (body.drag.normal > 0.0 || body.drag.tangential > 0.0) && atmosphere.density_kg_m3 > 0.0;
+}
+
+template <class Real>
+void update_pressure(SoftState<Real>& body, const Atmosphere& atmosphere) {
+  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - atmosphere.pressure_pa;
+}
+
 template <class Real>
 void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x,
                   std::span<Vec3<Real>> force) {
@@ -162,18 +171,24 @@ void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::s
       add_springs<Real, false>(body, x, v, force);
     }
   }
-  if (body.gas) {
+  add_other_forces(body, x, v, surroundings, dt_s, true, force, profile);
+}
+
+template <class Real>
+void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
+                      const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,
+                      Profile* profile) {
+  if (body.gas && with_gas) {
     {  // 2: volume
       const StageTimer timer(profile, Stage::volume);
       body.volume_m3 = body_volume_m3<Real>(body.body, x);
     }
     // 3: pressure
     const StageTimer timer(profile, Stage::pressure);
-    body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
+    update_pressure(body, surroundings.atmosphere);
     add_pressure<Real>(body.body, body.pressure_pa, x, force);
   }
-  const bool has_drag = body.body.drag.normal > 0.0 || body.body.drag.tangential > 0.0;
-  if (has_drag && surroundings.atmosphere.density_kg_m3 > 0.0) {
+  if (has_wind(body.body, surroundings.atmosphere)) {
     const StageTimer timer(profile, Stage::wind);
     add_wind<Real>(body.body, surroundings.atmosphere, x, v, force);
   }
@@ -183,11 +198,14 @@ void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::s
   }
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                                 \
-  template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                            \
-  template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>); \
-  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
-                                     const Surroundings&, double, std::span<Vec3<Real>>, Profile*);
+#define PNEUMA_INSTANTIATE(Real)                                                                                   \
+  template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                              \
+  template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);   \
+  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>,   \
+                                     const Surroundings&, double, std::span<Vec3<Real>>, Profile*);                \
+  template void add_other_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
+                                       const Surroundings&, double, bool, std::span<Vec3<Real>>, Profile*);        \
+  template void update_pressure<Real>(SoftState<Real>&, const Atmosphere&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

@@ -1,10 +1,10 @@
 #include "physics/simulation.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "base/limits.h"
-#include "physics/gas.h"
 #include "physics/soft_setup.h"
 
 namespace pneuma::physics {
@@ -13,6 +13,25 @@ namespace {
 
 constexpr const char* runaway_reason =
     "its motion was no longer finite, tore it apart, or went past the limits of speed and place";
+
+// How many slots' worth of force evaluations one call of substep does at most, a lane: a millisecond, give or take.
+constexpr std::size_t slice_slots_max = 4'096;
+
+std::size_t evaluations_of(Integrator integrator) {
+  return integrator == Integrator::rk4 ? 4 : integrator == Integrator::midpoint ? 2 : 1;
+}
+
+// Calls work(task, scratch) for each task, on as many threads as there are.
+template <class Real, class Task, class Work>
+void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<LaneScratch<Real>>& scratch,
+               const Work& work) {
+  const std::size_t threads = std::min(workers.threads(), tasks.size());
+  if (scratch.size() < threads) scratch.resize(threads);
+  std::atomic<std::size_t> next{0};
+  workers.for_each(threads, [&](std::size_t thread) {
+    for (std::size_t i = next.fetch_add(1); i < tasks.size(); i = next.fetch_add(1)) work(tasks[i], scratch[thread]);
+  });
+}
 
 // Whether every particle's move and velocity are finite and within limits. A comparison with NaN is false, so a NaN
 // fails it.
@@ -63,34 +82,108 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
   if (scene.stepping.precision == Precision::double_precision) soft.emplace<SoftBodies<double>>();
   visit([&]<class Real>(SoftBodies<Real>& bodies) {
     for (const SoftBody& body : scene.soft_bodies) bodies.states.push_back(make_soft_state<Real>(body));
-    bodies.scratch.resize(bodies.states.size());
   });
   for (const RigidBody& body : scene.rigid_bodies) rigid.push_back(make_rigid_state(body));
   for (const Collider& collider : scene.colliders) colliders.push_back(make_collider_state(collider));
+  make_plan();
+}
+
+void Simulation::make_plan() {
+  visit([this]<class Real>(SoftBodies<Real>& bodies) {
+    bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty());
+    bodies.scratch.clear();
+  });
 }
 
 bool Simulation::substep(Workers& workers) {
-  visit([&](auto& bodies) { substep_bodies(bodies, workers); });
-  if (++substep_index < choice.substeps) return false;
+  substep_index += visit([&](auto& bodies) {
+    if (!bodies.plan.may_touch) return step_freely(bodies, workers);
+    substep_bodies(bodies, workers);
+    return std::uint32_t{1};
+  });
+  if (substep_index < choice.substeps) return false;
   substep_index = 0;
   ++tick;
   return true;
 }
 
-// The paper's algorithm (section 2.4): steps 1 to 4 a body, then 5 with all of them, then 6.
+// Nothing can touch anything: each body, or fleet of bodies, runs through its substeps by itself, and stays in cache.
+template <class Real>
+std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, Workers& workers) {
+  if (profiling) bodies.profiles.resize(bodies.states.size());
+  const StepPlan<Real>& plan = bodies.plan;
+  const LaneSettings settings = lane_settings();
+  std::size_t slots = 1;
+  for (const std::size_t mesh : plan.mesh_of_body) slots += plan.meshes[mesh]->rings.slot_count();
+  const std::size_t slice = slice_slots_max * plan.kernels->width / (slots * evaluations_of(scene.stepping.integrator));
+  const auto substeps = static_cast<std::uint32_t>(std::clamp<std::size_t>(slice, 1, choice.substeps - substep_index));
+
+  const std::vector<StepTask> tasks = cut_into_tasks<Real>(plan, bodies.states, settings);
+  std::vector<std::uint8_t> done(bodies.states.size(), 0);
+  const auto run = [&](const StepTask& task, LaneScratch<Real>& scratch, Workers* shared) {
+    std::array<SoftState<Real>*, pack_slots> states{};
+    std::array<std::uint8_t, pack_slots> stayed{};
+    const std::size_t count = task.bodies.size();
+    for (std::size_t i = 0; i < count; ++i) states[i] = &bodies.states[task.bodies[i]];
+    physics::step_freely<Real>(std::span(states).first(count), *plan.meshes[task.mesh], *plan.kernels, settings,
+                               substeps, scratch, shared, profiling ? &bodies.profiles[task.bodies[0]] : nullptr,
+                               stayed);
+    for (std::size_t i = 0; i < count; ++i) done[task.bodies[i]] = stayed[i];
+  };
+  if (tasks.size() == 1) {
+    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
+    run(tasks[0], bodies.scratch[0], &workers);
+  } else {
+    run_tasks<Real, StepTask>(workers, tasks, bodies.scratch,
+                              [&](const StepTask& task, LaneScratch<Real>& scratch) { run(task, scratch, nullptr); });
+  }
+  for (std::size_t i = 0; i < bodies.states.size(); ++i) {
+    if (bodies.states[i].frozen || done[i] != 0) continue;
+    step_closely(bodies, i, substeps);
+  }
+  return substeps;
+}
+
+// A body that may run away in these substeps, looked at in each.
+template <class Real>
+void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps) {
+  SoftState<Real>& body = bodies.states[index];
+  for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
+    step_alone(body, bodies.plan.mesh_of(index), *bodies.plan.kernels, lane_settings(), bodies.scratch[0], nullptr,
+               profiling ? &bodies.profiles[index] : nullptr);
+    if (!is_well(body)) freeze(body);
+    for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];
+  }
+}
+
+// Steps 1 to 4 of the paper's algorithm (section 2.4), a body at a time.
+template <class Real>
+void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
+  if (profiling) bodies.profiles.resize(bodies.states.size());
+  const StepPlan<Real>& plan = bodies.plan;
+  const LaneSettings settings = lane_settings();
+  std::vector<std::uint32_t> active;
+  for (std::uint32_t i = 0; i < bodies.states.size(); ++i) {
+    if (!bodies.states[i].frozen) active.push_back(i);
+  }
+  const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
+    step_alone(bodies.states[i], plan.mesh_of(i), *plan.kernels, settings, scratch, shared,
+               profiling ? &bodies.profiles[i] : nullptr);
+  };
+  if (active.size() == 1) {
+    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
+    run(active[0], bodies.scratch[0], &workers);
+  } else {
+    run_tasks<Real, std::uint32_t>(workers, active, bodies.scratch,
+                                   [&](std::uint32_t i, LaneScratch<Real>& scratch) { run(i, scratch, nullptr); });
+  }
+}
+
+// The paper's algorithm: steps 1 to 4 a body, then 5 with all of them, then 6.
 template <class Real>
 void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
-  const double dt_s = period_s() / choice.substeps;
-  const Surroundings surroundings{scene.gravity, scene.atmosphere};
-  if (profiling) bodies.profiles.resize(bodies.states.size());
-
-  workers.for_each(bodies.states.size(), [&](std::size_t i) {
-    SoftState<Real>& body = bodies.states[i];
-    if (body.frozen) return;
-    if (body.gas) flow_gas(*body.gas, *body.body.gas, body.pressure_pa, scene.atmosphere.pressure_pa, dt_s);
-    integrate(body, scene.stepping.integrator, surroundings, dt_s, bodies.scratch[i],
-              profiling ? &bodies.profiles[i] : nullptr);
-  });
+  integrate(bodies, workers);
+  const double dt_s = this->dt_s();
 
   Profile* shared_profile = profiling ? &profile : nullptr;
   freeze_runaways(bodies);  // before they meet others
@@ -119,16 +212,20 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   }
 }
 
-// A body that has run away keeps the place where it was last well.
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
   for (SoftState<Real>& body : bodies.states) {
-    if (body.frozen || is_well(body)) continue;
-    std::ranges::fill(body.v, Vec3<Real>::Zero());
-    std::ranges::fill(body.dr, Vec3<Real>::Zero());
-    body.frozen = true;
-    frozen.push_back({body.body.name, runaway_reason});
+    if (!body.frozen && !is_well(body)) freeze(body);
   }
+}
+
+// A body that has run away keeps the place where it was last well.
+template <class Real>
+void Simulation::freeze(SoftState<Real>& body) {
+  std::ranges::fill(body.v, Vec3<Real>::Zero());
+  std::ranges::fill(body.dr, Vec3<Real>::Zero());
+  body.frozen = true;
+  frozen.push_back({body.body.name, runaway_reason});
 }
 
 }  // namespace pneuma::physics

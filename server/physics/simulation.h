@@ -4,8 +4,8 @@
 #include <variant>
 
 #include "physics/contact.h"
-#include "physics/integrate.h"
 #include "physics/stability.h"
+#include "physics/step_plan.h"
 #include "physics/world.h"
 
 namespace pneuma::physics {
@@ -14,8 +14,9 @@ namespace pneuma::physics {
 template <class Real>
 struct SoftBodies {
   std::vector<SoftState<Real>> states;
-  std::vector<IntegratorScratch<Real>> scratch;  // one a body
-  std::vector<Profile> profiles;                 // one a body, so that workers share none; empty while not profiling
+  StepPlan<Real> plan;                     // of these states
+  std::vector<LaneScratch<Real>> scratch;  // one a thread
+  std::vector<Profile> profiles;           // one a body, so that workers share none; empty while not profiling
   Contacts<Real> contacts;
 };
 
@@ -25,6 +26,8 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
+  /// After the scene or what it says of the bodies has changed.
+  void make_plan();
 
   template <class Visitor>
   decltype(auto) visit(Visitor&& visitor) {
@@ -56,10 +59,22 @@ class Simulation {
   Profile profile{};
 
  private:
+  [[nodiscard]] double dt_s() const { return period_s() / choice.substeps; }
+  [[nodiscard]] LaneSettings lane_settings() const {
+    return {scene.stepping.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
+  }
+  template <class Real>
+  std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
+  template <class Real>
+  void step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps);
   template <class Real>
   void substep_bodies(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
+  void integrate(SoftBodies<Real>& bodies, Workers& workers);
+  template <class Real>
   void freeze_runaways(SoftBodies<Real>& bodies);
+  template <class Real>
+  void freeze(SoftState<Real>& body);
 };
 
 [[nodiscard]] RigidState make_rigid_state(const RigidBody& body);

@@ -26,7 +26,6 @@ void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wa
     }
   }
   bodies.states = std::move(states);
-  bodies.scratch.assign(bodies.states.size(), {});
   bodies.profiles.clear();
 }
 
@@ -94,6 +93,7 @@ base::Status World::apply(Scene scene) {
   sim.colliders = applied_colliders(scene.colliders);
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
+  sim.make_plan();
   return {};
 }
 
@@ -190,10 +190,11 @@ Profile World::profile() const {
   const auto add_bytes = [&](Stage stage, std::size_t bytes) { sum[static_cast<std::size_t>(stage)].bytes += bytes; };
   simulation_->visit([&]<class Real>(const SoftBodies<Real>& bodies) {
     for (const Profile& profile : bodies.profiles) add_times(sum, profile);
-    for (std::size_t i = 0; i < bodies.states.size(); ++i) {
-      const SoftState<Real>& state = bodies.states[i];
+    for (const auto& mesh : bodies.plan.meshes) add_bytes(Stage::springs, mesh->bytes());
+    for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
+    for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::springs, state.rest_lengths_m.capacity() * sizeof(Real));
-      add_bytes(Stage::integrate, bodies.scratch[i].bytes() + state.pinned.capacity());
+      add_bytes(Stage::integrate, state.pinned.capacity());
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
       add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));
     }

@@ -41,7 +41,7 @@ TEST_F(ServerProgram, VersionAndHelp) {
   const auto help = run_program("pneuma-server", {"--help"});
   EXPECT_EQ(help.exit_status, 0);
   for (const char* flag : {"--listen", "--http", "--scene", "--data-dir", "--threads", "--token-file", "--tls-cert",
-                           "--tls-key", "--config", "--log-level", "--health", "--version"}) {
+                           "--tls-key", "--config", "--log-level", "--health", "--isa", "--version"}) {
     EXPECT_NE(help.output.find(flag), std::string::npos) << flag;
   }
 }
@@ -50,6 +50,7 @@ TEST_F(ServerProgram, BadUsageExitsTwo) {
   for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{{"--no-such-flag"},
                                                                                          {"--threads", "many"},
                                                                                          {"--threads", "-1"},
+                                                                                         {"--isa", "v5"},
                                                                                          {"--log-level", "loud"},
                                                                                          {"--tls-cert", "x.pem"},
                                                                                          {"--config", "/no/such/file"},

@@ -114,6 +114,23 @@ TEST(SimProgram, HashIsTheSameOnEveryRunWithAnyThreads) {
   EXPECT_NE(sim({"five-balls", "--seconds", "2.1", "--hash"}).output, first);
 }
 
+TEST(SimProgram, HashIsTheSameOnEveryInstructionSet) {
+  const auto run = [](const char* isa) {
+    return sim({"five-balls", "--seconds", "0.5", "--hash", "--isa", isa});
+  };
+  const std::string baseline = run("baseline").output;
+  EXPECT_EQ(baseline.substr(0, 7), "hash 0x");
+  for (const char* isa : {"v3", "v4"}) {
+    const Finished finished = run(isa);
+    if (finished.exit_status == 0) {
+      EXPECT_EQ(finished.output, baseline) << isa;
+    } else {  // a processor that lacks it
+      EXPECT_EQ(finished.exit_status, 1);
+      EXPECT_NE(finished.error_output.find("lacks"), std::string::npos) << finished.error_output;
+    }
+  }
+}
+
 TEST(SimProgram, FlagsOverrideTheScene) {
   const auto hash = [](std::vector<std::string> more) {
     more.insert(more.begin(), {"bouncing-ball", "--seconds", "0.5", "--hash"});
@@ -173,7 +190,7 @@ TEST(SimProgram, VersionAndHelp) {
   const Finished help = sim({"--help"});
   EXPECT_EQ(help.exit_status, 0);
   for (const char* flag : {"--seconds", "--integrator", "--substeps", "--precision", "--threads", "--csv", "--obj",
-                           "--hash", "--profile", "--set", "five-balls"}) {
+                           "--hash", "--profile", "--set", "--isa", "five-balls"}) {
     EXPECT_NE(help.output.find(flag), std::string::npos) << flag;
   }
 }
@@ -188,6 +205,7 @@ TEST(SimProgram, BadUsageExitsTwo) {
                                                   {"five-balls", "--seconds", "1", "--integrator", "LEAPFROG"},
                                                   {"five-balls", "--seconds", "1", "--precision", "half"},
                                                   {"five-balls", "--seconds", "1", "--threads", "0"},
+                                                  {"five-balls", "--seconds", "1", "--isa", "v5"},
                                                   {"five-balls", "--seconds", "1", "--substeps", "-1"},
                                                   {"five-balls", "--seconds", "1", "--substeps", "99999"},
                                                   {"five-balls", "--seconds", "1", "--integrator", ""},

@@ -1,0 +1,454 @@
+#include "physics/lane_step.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "base/limits.h"
+#include "physics/gas.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// Waking other threads takes some microseconds, in which one thread does about this many slots.
+constexpr std::size_t parallel_slots_min = 4'096;
+
+// The bodies under way in the lanes: their numbers in lane order, and the substep on them.
+template <class Real>
+class LaneStep {
+ public:
+  LaneStep(std::span<SoftState<Real>* const> bodies, LaneLayout layout, const LaneMesh<Real>& mesh,
+           const LaneKernels<Real>& kernels, const LaneSettings& settings, bool advance, LaneScratch<Real>& scratch,
+           Workers* workers, Profile* profile)
+      : bodies_(bodies),
+        layout_(layout),
+        width_(layout == LaneLayout::fleet ? kernels.width : 1),
+        mesh_(mesh),
+        kernels_(kernels),
+        settings_(settings),
+        advance_(advance),
+        scratch_(scratch),
+        workers_(mesh.rings.slot_count() >= parallel_slots_min ? workers : nullptr),
+        profile_(profile),
+        damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
+        gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
+        pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
+        sprung_(damped_ || gas_ || has_stiffness()),
+        other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
+    make_room();
+    set_constants();
+    load();
+  }
+
+  void substep() {
+    for (SoftState<Real>* body : bodies_) {
+      if (body->gas) {
+        flow_gas(*body->gas, *body->body.gas, body->pressure_pa, settings_.surroundings.atmosphere.pressure_pa,
+                 settings_.dt_s);
+      }
+    }
+    const auto from_start = [&](Substage substage) { evaluate_and_update(scratch_.x, scratch_.v, substage); };
+    const auto from_stage = [&](Substage substage) {
+      evaluate_and_update(scratch_.x_stage, scratch_.v_stage, substage);
+    };
+    switch (settings_.integrator) {
+      case Integrator::explicit_euler:
+        return from_start(Substage::euler);
+      case Integrator::symplectic_euler:
+        return from_start(Substage::symplectic);
+      case Integrator::midpoint:
+        from_start(Substage::midpoint_half);
+        return from_stage(Substage::midpoint_full);
+      case Integrator::rk4:
+        from_start(Substage::rk4_first);
+        from_stage(Substage::rk4_second);
+        from_stage(Substage::rk4_third);
+        return from_stage(Substage::rk4_fourth);
+    }
+  }
+
+  // Whether all substeps so far kept body `lane` within what freezes it (is_well in simulation.cpp), by bounds that
+  // need no look at each vertex in each substep: the largest components of velocity and move, and where it ended. What
+  // once is not a number stays so to the end.
+  [[nodiscard]] bool stayed_well(std::size_t lane, std::uint32_t substeps) const {
+    const Real v_max = update_.v_max_m_s.lanes[lane];
+    const Real move_max = update_.move_max_m.lanes[lane];
+    const auto root_3 = std::numbers::sqrt3_v<Real>;
+    const auto speed_max = static_cast<Real>(base::speed_max_m_s) / root_3;
+    // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
+    const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
+    const Real reach_max = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
+    if (!(v_max <= speed_max) || !(2 * root_3 * move_max <= stray_max)) return false;
+    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;  // past the 0 of each slot too, which passes
+    bool well = true;
+    for (std::size_t i = lane; i < scratch_.x.size(); i += stride) {
+      well &= std::abs(scratch_.x[i]) <= reach_max;
+      well &= std::abs(scratch_.v[i]) <= speed_max;
+    }
+    return well;
+  }
+
+  void store(std::size_t lane) const {
+    SoftState<Real>& body = *bodies_[lane];
+    std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
+    const LaneArray<Real>& lanes = advance_ ? scratch_.x : scratch_.move;
+    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      std::size_t from = at(mesh_.rings.slots[i], 0, lane);
+      for (Eigen::Index c = 0; c < 3; ++c, from += stride) {
+        moved[i][c] = lanes[from];
+        body.v[i][c] = scratch_.v[from];
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] bool has_stiffness() const {
+    return std::ranges::any_of(bodies_, [](const auto* body) { return body->body.springs.stiffness_n_m > 0.0; });
+  }
+  [[nodiscard]] std::size_t slot_count() const { return mesh_.rings.slot_count(); }
+  [[nodiscard]] std::size_t at(std::size_t slot, std::size_t component, std::size_t lane) const {
+    return layout_ == LaneLayout::fleet ? (3 * slot + component) * width_ + lane : 4 * slot + component;
+  }
+
+  void make_room() {
+    const std::size_t size = slot_count() * (layout_ == LaneLayout::fleet ? 3 * width_ : 4);
+    const auto resize_where = [size](bool needed, LaneArray<Real>& array) {
+      if (needed) array.resize(size);
+    };
+    const Integrator integrator = settings_.integrator;
+    const bool rk4 = integrator == Integrator::rk4;
+    const bool staged = rk4 || integrator == Integrator::midpoint;
+    scratch_.x.resize(size);
+    scratch_.v.resize(size);
+    if (sprung_) {
+      scratch_.force.resize(size);
+    } else {
+      scratch_.force.assign(size, Real{0});
+    }
+    resize_where(gas_, scratch_.gradient);
+    if (pulled_) scratch_.pulls.resize(mesh_.edges.lengths_m.size() * width_);
+    resize_where(!advance_, scratch_.move);
+    resize_where(staged, scratch_.x_stage);
+    resize_where(staged, scratch_.v_stage);
+    resize_where(rk4, scratch_.x_slopes);
+    resize_where(rk4, scratch_.v_slopes);
+    scratch_.block_volumes.resize(block_count());
+    scratch_.pinned_slots.clear();
+    for (std::size_t i = 0; i < bodies_[0]->pinned.size(); ++i) {
+      if (bodies_[0]->pinned[i] != 0) scratch_.pinned_slots.push_back(mesh_.rings.slots[i]);
+    }
+  }
+
+  // Lanes past the last body do as it does.
+  [[nodiscard]] const SoftState<Real>& body_of(std::size_t lane) const {
+    return *bodies_[std::min(lane, bodies_.size() - 1)];
+  }
+
+  void set_constants() {
+    ring_.packs = mesh_.rings.packs.data();
+    ring_.neighbours = mesh_.rings.neighbours.data();
+    ring_.lengths_m = mesh_.lengths_m.data();
+    ring_.edge_ends = mesh_.edges.ends.data();
+    ring_.edge_lengths_m = mesh_.edges.lengths_m.data();
+    ring_.edge_count = mesh_.edges.lengths_m.size();
+    ring_.ring_edges = mesh_.edges.of_ring.data();
+    ring_.pulls_n_m = scratch_.pulls.data();
+    ring_.force = scratch_.force.data();
+    ring_.gradient = scratch_.gradient.data();
+    update_.force = scratch_.force.data();
+    update_.gradient = scratch_.gradient.data();
+    update_.x = scratch_.x.data();
+    update_.v = scratch_.v.data();
+    update_.move = scratch_.move.data();
+    update_.x_stage = scratch_.x_stage.data();
+    update_.v_stage = scratch_.v_stage.data();
+    update_.x_slopes = scratch_.x_slopes.data();
+    update_.v_slopes = scratch_.v_slopes.data();
+    update_.dt_s = static_cast<Real>(settings_.dt_s);
+    for (std::size_t c = 0; c < 3; ++c) {
+      update_.gravity_m_s2[c] = static_cast<Real>(settings_.surroundings.gravity[static_cast<Eigen::Index>(c)]);
+    }
+    for (std::size_t lane = 0; lane < pack_slots; ++lane) {
+      const SoftState<Real>& body = body_of(lane);
+      const Springs& springs = body.body.springs;
+      ring_.stiffness_n_m.lanes[lane] = static_cast<Real>(springs.stiffness_n_m);
+      ring_.rest_scale.lanes[lane] = static_cast<Real>(springs.rest_scale);
+      ring_.damping_n_s_m.lanes[lane] = static_cast<Real>(springs.damping_n_s_m);
+      update_.inverse_mass_1_kg.lanes[lane] = Real{1} / body.vertex_mass_kg;
+    }
+  }
+
+  void load() {
+    if (layout_ == LaneLayout::alone) {
+      const SoftState<Real>& body = *bodies_[0];
+      Real* x = scratch_.x.data();
+      Real* v = scratch_.v.data();
+      for (const std::uint32_t vertex : mesh_.rings.vertices) {
+        const Vec3<Real>& from_x = body.x[vertex];
+        const Vec3<Real>& from_v = body.v[vertex];
+        for (Eigen::Index c = 0; c < 3; ++c) {
+          *x++ = from_x[c];
+          *v++ = from_v[c];
+        }
+        *x++ = 0;
+        *v++ = 0;
+      }
+      return;
+    }
+    for (std::size_t lane = 0; lane < width_; ++lane) {
+      const SoftState<Real>& body = body_of(lane);
+      std::size_t to = lane;
+      for (const std::uint32_t vertex : mesh_.rings.vertices) {
+        for (Eigen::Index c = 0; c < 3; ++c, to += width_) {
+          scratch_.x[to] = body.x[vertex][c];
+          scratch_.v[to] = body.v[vertex][c];
+        }
+      }
+    }
+    clear_unused_slots(scratch_.force);
+    if (gas_) clear_unused_slots(scratch_.gradient);
+  }
+
+  // In a fleet the ring pass leaves them out, but the update goes over all.
+  void clear_unused_slots(LaneArray<Real>& array) const {
+    for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
+      const std::size_t used_end = p * pack_slots + mesh_.rings.packs[p].count;
+      const auto begin = array.begin() + static_cast<std::ptrdiff_t>(at(used_end, 0, 0));
+      const auto end = array.begin() + static_cast<std::ptrdiff_t>(at((p + 1) * pack_slots, 0, 0));
+      std::fill(begin, end, Real{0});
+    }
+  }
+
+  [[nodiscard]] std::size_t block_count() const { return (mesh_.rings.packs.size() + block_packs - 1) / block_packs; }
+  [[nodiscard]] std::size_t packs_end(std::size_t block) const {
+    return std::min((block + 1) * block_packs, mesh_.rings.packs.size());
+  }
+
+  void evaluate_and_update(const LaneArray<Real>& x, const LaneArray<Real>& v, Substage substage) {
+    if (sprung_) {
+      const StageTimer timer(profile_, Stage::springs);
+      ring_.x = x.data();
+      ring_.v = v.data();
+      if (pulled_) kernels_.pulls[damped_](ring_);
+      const auto pass_over = [this](std::size_t block, RingPass<Real>& pass) {
+        pass.begin = block * block_packs;
+        pass.end = packs_end(block);
+        if (pulled_) {
+          kernels_.pulled_rings[gas_](pass);
+        } else {
+          kernels_(layout_, damped_, gas_, pass);
+        }
+        if (gas_) scratch_.block_volumes[block] = pass.volumes_18_m3;
+      };
+      if (workers_ == nullptr) {
+        for (std::size_t block = 0; block < block_count(); ++block) pass_over(block, ring_);
+      } else {
+        workers_->for_each(block_count(), [&](std::size_t block) {
+          RingPass<Real> pass = ring_;
+          pass_over(block, pass);
+        });
+      }
+    }
+    if (gas_) set_pressures();
+    if (other_forces_) add_others(x, v);
+
+    const StageTimer timer(profile_, Stage::integrate);
+    if (workers_ == nullptr) {
+      update_.begin = 0;
+      update_.end = slot_count();
+      kernels_(layout_, substage, gas_, advance_, update_);
+    } else {
+      update_in_parallel(substage);
+    }
+    if (!scratch_.pinned_slots.empty()) hold_pinned(substage);
+  }
+
+  void update_in_parallel(Substage substage) {
+    workers_->for_each(block_count(), [&](std::size_t block) {
+      UpdatePass<Real> pass = update_;
+      pass.begin = block * block_packs * pack_slots;
+      pass.end = packs_end(block) * pack_slots;
+      kernels_(layout_, substage, gas_, advance_, pass);
+      // The blocks' volumes have been used; their largest components take the same room.
+      scratch_.block_volumes[block].lanes[0] = pass.v_max_m_s.lanes[0];
+      scratch_.block_volumes[block].lanes[1] = pass.move_max_m.lanes[0];
+    });
+    for (const PerLane<Real>& block : scratch_.block_volumes) {
+      update_.v_max_m_s.lanes[0] = std::max(update_.v_max_m_s.lanes[0], block.lanes[0]);
+      update_.move_max_m.lanes[0] = std::max(update_.move_max_m.lanes[0], block.lanes[1]);
+    }
+  }
+
+  void set_pressures() {
+    {
+      const StageTimer timer(profile_, Stage::volume);
+      for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+        double volume_18_m3 = 0.0;
+        for (const PerLane<Real>& block : scratch_.block_volumes) {
+          volume_18_m3 += static_cast<double>(block.lanes[lane]);
+        }
+        bodies_[lane]->volume_m3 = volume_18_m3 / 18.0;
+      }
+    }
+    const StageTimer timer(profile_, Stage::pressure);
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      update_pressure(*bodies_[lane], settings_.surroundings.atmosphere);
+      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane]->pressure_pa / 6.0);
+    }
+    std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),
+              update_.pressure_sixth_pa.lanes[bodies_.size() - 1]);
+  }
+
+  void add_others(const LaneArray<Real>& x, const LaneArray<Real>& v) {
+    assert(layout_ == LaneLayout::alone);
+    SoftState<Real>& body = *bodies_[0];
+    const auto to_points = [&](const LaneArray<Real>& lanes, std::vector<Vec3<Real>>& points) {
+      points.resize(body.x.size());
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Real* from = lanes.data() + at(mesh_.rings.slots[i], 0, 0);
+        points[i] = {from[0], from[1], from[2]};
+      }
+    };
+    to_points(x, scratch_.other_x);
+    to_points(v, scratch_.other_v);
+    scratch_.other_force.assign(body.x.size(), Vec3<Real>::Zero());
+    add_other_forces<Real>(body, scratch_.other_x, scratch_.other_v, settings_.surroundings, settings_.dt_s, !gas_,
+                           scratch_.other_force, profile_);
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      Real* force = scratch_.force.data() + at(mesh_.rings.slots[i], 0, 0);
+      for (std::size_t c = 0; c < 3; ++c) force[c] += scratch_.other_force[i][static_cast<Eigen::Index>(c)];
+    }
+  }
+
+  // Pinned vertices are where the bodies say, at rest.
+  void hold_pinned(Substage substage) {
+    const bool last = substage == Substage::euler || substage == Substage::symplectic ||
+                      substage == Substage::midpoint_full || substage == Substage::rk4_fourth;
+    LaneArray<Real>& v = last ? scratch_.v : scratch_.v_stage;
+    LaneArray<Real>& x = last ? scratch_.x : scratch_.x_stage;
+    const bool moved_x = !last || advance_;
+    for (const std::uint32_t slot : scratch_.pinned_slots) {
+      for (std::size_t lane = 0; lane < width_; ++lane) {
+        const Vec3<Real>& pin = body_of(lane).x[mesh_.rings.vertices[slot]];
+        for (std::size_t c = 0; c < 3; ++c) {
+          v[at(slot, c, lane)] = 0;
+          if (moved_x) {
+            x[at(slot, c, lane)] = pin[static_cast<Eigen::Index>(c)];
+          } else {
+            scratch_.move[at(slot, c, lane)] = 0;
+          }
+        }
+      }
+    }
+  }
+
+  std::span<SoftState<Real>* const> bodies_;
+  LaneLayout layout_;
+  std::size_t width_;  // bodies abreast
+  const LaneMesh<Real>& mesh_;
+  const LaneKernels<Real>& kernels_;
+  const LaneSettings& settings_;
+  bool advance_;  // x in every substep; otherwise the move is left for contact
+  LaneScratch<Real>& scratch_;
+  Workers* workers_;
+  Profile* profile_;
+  bool damped_;
+  bool gas_;
+  bool pulled_;  // the pulls of edges come first
+  bool sprung_;  // there is anything for the ring pass to do
+  bool other_forces_;
+  RingPass<Real> ring_;
+  UpdatePass<Real> update_;
+};
+
+// What a substep changes of a body besides x, v and dr.
+struct GasBefore {
+  std::optional<GasState> gas;
+  double volume_m3 = 0.0;
+  double pressure_pa = 0.0;
+};
+
+}  // namespace
+
+template <class Real>
+std::size_t LaneMesh<Real>::bytes() const {
+  const std::size_t indices = rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity() +
+                              edges.ends.capacity() + edges.of_ring.capacity();
+  return rings.packs.capacity() * sizeof(RingPack) + indices * sizeof(std::uint32_t) +
+         (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real);
+}
+
+template <class Real>
+std::size_t LaneScratch<Real>::bytes() const {
+  std::size_t numbers = 0;
+  for (const LaneArray<Real>* array :
+       {&x, &v, &force, &gradient, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
+    numbers += array->capacity();
+  }
+  numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
+  return numbers * sizeof(Real) + block_volumes.capacity() * sizeof(PerLane<Real>) +
+         pinned_slots.capacity() * sizeof(std::uint32_t);
+}
+
+bool has_lane_gas(const SoftBody& body, const Rings& rings) {
+  return body.gas && body.volume == VolumeMethod::exact && body.pressure_spread == PressureSpread::faces &&
+         rings.encloses;
+}
+
+template <class Real>
+bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere) {
+  const bool other_gas = body.gas && !has_lane_gas(body.body, rings);
+  return other_gas || has_wind(body.body, atmosphere) || !body.grabs.empty();
+}
+
+template <class Real>
+void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
+                const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile) {
+  const std::array<SoftState<Real>*, 1> bodies{&body};
+  LaneStep<Real> step(bodies, LaneLayout::alone, mesh, kernels, settings, false, scratch, workers, profile);
+  step.substep();
+  step.store(0);
+}
+
+template <class Real>
+void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
+                 const LaneSettings& settings, std::uint32_t substeps, LaneScratch<Real>& scratch, Workers* workers,
+                 Profile* profile, std::span<std::uint8_t> done) {
+  assert(bodies.size() <= kernels.width || bodies.size() == 1);
+  std::array<GasBefore, pack_slots> before;
+  for (std::size_t lane = 0; lane < bodies.size(); ++lane) {
+    before[lane] = {bodies[lane]->gas, bodies[lane]->volume_m3, bodies[lane]->pressure_pa};
+  }
+  const LaneLayout layout = bodies.size() == 1 ? LaneLayout::alone : LaneLayout::fleet;
+  LaneStep<Real> step(bodies, layout, mesh, kernels, settings, true, scratch, workers, profile);
+  for (std::uint32_t i = 0; i < substeps; ++i) step.substep();
+  for (std::size_t lane = 0; lane < bodies.size(); ++lane) {
+    done[lane] = step.stayed_well(lane, substeps) ? 1 : 0;
+    if (done[lane] != 0) {
+      step.store(lane);
+    } else {
+      bodies[lane]->gas = before[lane].gas;
+      bodies[lane]->volume_m3 = before[lane].volume_m3;
+      bodies[lane]->pressure_pa = before[lane].pressure_pa;
+    }
+  }
+}
+
+#define PNEUMA_INSTANTIATE(Real)                                                                                      \
+  template struct LaneMesh<Real>;                                                                                     \
+  template struct LaneScratch<Real>;                                                                                  \
+  template bool has_other_forces<Real>(const SoftState<Real>&, const Rings&, const Atmosphere&);                      \
+  template void step_alone<Real>(SoftState<Real>&, const LaneMesh<Real>&, const LaneKernels<Real>&,                   \
+                                 const LaneSettings&, LaneScratch<Real>&, Workers*, Profile*);                        \
+  template void step_freely<Real>(std::span<SoftState<Real>* const>, const LaneMesh<Real>&, const LaneKernels<Real>&, \
+                                  const LaneSettings&, std::uint32_t, LaneScratch<Real>&, Workers*, Profile*,         \
+                                  std::span<std::uint8_t>);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
+
+}  // namespace pneuma::physics

@@ -1,0 +1,373 @@
+// An explicit substep in lanes against its peers, taking turns in one run: Bullet, a plain scalar kernel, and a program
+// written by hand for just one scene. Springs with damping, exact volume, pressure, integration; no contact.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <string>
+#include <unordered_map>
+
+#include <benchmark/benchmark.h>
+#include <malloc.h>
+
+#include "bench/figures.h"
+#include "bench/peers.h"
+#include "physics/isa.h"
+#include "physics/soft_setup.h"
+#include "physics/step_plan.h"
+#include "physics/world.h"
+
+namespace pneuma::bench {
+
+namespace {
+
+using physics::Isa;
+
+constexpr int rounds = 15;
+constexpr std::uint32_t substeps = 64;
+
+physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, std::size_t index) {
+  const BallCase ball;
+  physics::SoftBody body;
+  body.name = std::string("ball-").append(std::to_string(index));
+  body.mesh = std::move(mesh);
+  body.position = {3.0 * static_cast<double>(index), 0.0, 0.0};
+  body.mass_kg = ball.mass_kg;
+  body.springs = {ball.stiffness_n_m, ball.damping_n_s_m, 1.0};
+  body.gas = physics::Gas{.moles = ball.nrt_j / (physics::gas_constant_j_mol_k * 293.15)};
+  body.collision.soft = physics::SoftCollision::none;
+  return body;
+}
+
+physics::World balls_world(const std::shared_ptr<const physics::Mesh>& mesh, std::size_t count,
+                           physics::Precision precision = physics::Precision::single_precision) {
+  const BallCase ball;
+  physics::Scene scene;
+  scene.gravity = {0.0, ball.gravity_m_s2, 0.0};
+  scene.stepping = {.rate_hz = 1.0 / (substeps * ball.dt_s),
+                    .substeps = substeps,
+                    .integrator = physics::Integrator::symplectic_euler,
+                    .precision = precision};
+  for (std::size_t i = 0; i < count; ++i) scene.soft_bodies.push_back(soft_ball(mesh, i));
+  return std::move(*physics::World::create(std::move(scene)));
+}
+
+double cpu_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+double wall_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double median(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+/// Something to time: `run` does `count` vertex-substeps (or vertex-iterations).
+struct Contender {
+  std::function<void()> run;
+  double count = 0.0;
+};
+
+/// Nanoseconds a count of each, the median of rounds in which they take turns.
+std::vector<double> race_ns(const std::vector<Contender>& contenders, double (*clock_s)()) {
+  std::vector<std::vector<double>> times(contenders.size());
+  for (const Contender& contender : contenders) contender.run();
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      const double start = clock_s();
+      int runs = 0;
+      do {
+        contenders[i].run();
+        ++runs;
+      } while (clock_s() - start < 0.004);
+      times[i].push_back((clock_s() - start) * 1e9 / (runs * contenders[i].count));
+    }
+  }
+  std::vector<double> medians;
+  for (const auto& all : times) medians.push_back(median(all));
+  return medians;
+}
+
+/// `count` balls, a vertex a substep.
+Contender ours(physics::World& world, physics::Workers& workers) {
+  double vertices = 0.0;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    vertices += static_cast<double>(world.soft_body(i).mesh->positions_m.size());
+  }
+  return {[&] { world.step_tick(workers); }, vertices * substeps};
+}
+
+// Args: balls, subdivisions, instruction set.
+void substep_against_peers(benchmark::State& bench) {
+  const auto count = static_cast<std::size_t>(bench.range(0));
+  const auto isa = static_cast<Isa>(bench.range(2));
+  if (!physics::has_isa(isa)) return bench.SkipWithError("this processor lacks the instruction set");
+  const Isa before = physics::isa_in_use();
+  (void)physics::use_isa(physics::isa_names[static_cast<std::size_t>(isa)]);
+  const auto mesh = *physics::make_icosphere(static_cast<std::uint32_t>(bench.range(1)), 0.5);
+  const double vertices = static_cast<double>(mesh->positions_m.size() * count);
+  const BallCase ball;
+  physics::World world = balls_world(mesh, count);
+  std::vector<PlainBall> plain(count, PlainBall(*mesh, ball));
+  std::vector<BulletBall> bullet;
+  for (std::size_t i = 0; i < count; ++i) bullet.emplace_back(*mesh, ball);
+  physics::Workers one(1);
+  physics::Workers two(2);
+  for ([[maybe_unused]] auto _ : bench) {
+    const auto step_all = [](auto& balls) {
+      return [&balls] {
+        for (auto& each : balls) each.step();
+      };
+    };
+    const std::vector<double> ns = race_ns(
+        {ours(world, one), {step_all(plain), vertices}, {step_all(bullet), vertices * BulletBall::iterations}}, cpu_s);
+    bench.counters["ns_per_vertex"] = ns[0];
+    bench.counters["plain_ns"] = ns[1];
+    bench.counters["bullet_ns"] = ns[2];
+    bench.counters["over_plain"] = ns[1] / ns[0];
+    bench.counters["over_bullet"] = ns[2] / ns[0];
+    if (count == 1 && mesh->positions_m.size() > 10'000) {
+      const std::vector<double> wall_ns = race_ns({ours(world, one), ours(world, two)}, wall_s);
+      bench.counters["two_threads"] = wall_ns[0] / wall_ns[1];
+    }
+  }
+  (void)physics::use_isa(physics::isa_names[static_cast<std::size_t>(before)]);
+}
+constexpr auto v3 = static_cast<std::int64_t>(Isa::v3);
+constexpr auto v4 = static_cast<std::int64_t>(Isa::v4);
+BENCHMARK(substep_against_peers)
+    ->ArgNames({"balls", "subdivisions", "isa"})
+    ->Args({32, 2, v3})
+    ->Args({32, 2, v4})
+    ->Args({1, 2, v3})
+    ->Args({1, 2, v4})
+    ->Args({1, 5, v3})
+    ->Args({1, 5, v4})
+    ->Iterations(1)
+    ->Repetitions(3)
+    ->Unit(benchmark::kMillisecond);
+
+std::string against_peers(int balls, int subdivisions, Isa isa) {
+  return std::string("substep_against_peers/balls:")
+      .append(std::to_string(balls))
+      .append("/subdivisions:")
+      .append(std::to_string(subdivisions))
+      .append("/isa:")
+      .append(std::to_string(static_cast<int>(isa)));
+}
+
+[[maybe_unused]] const bool peers_listed = [] {
+  struct Target {
+    int balls;
+    int subdivisions;
+    double over_bullet;
+    double over_plain;
+    const char* name;
+  };
+  for (const Target& target :
+       {Target{32, 2, 12.0, 8.0, "32 balls of 162 vertices"}, Target{1, 2, 3.5, 2.5, "one ball of 162 vertices"},
+        Target{1, 5, 4.0, 2.5, "one mesh of 10,242 vertices"}}) {
+    for (const Isa isa : {Isa::v3, Isa::v4}) {
+      const std::string benchmark = against_peers(target.balls, target.subdivisions, isa);
+      const std::string name =
+          std::string(target.name).append(isa == Isa::v3 ? ", AVX2" : ", AVX-512").append(": substep faster than ");
+      expect({benchmark, "over_bullet", Bound::at_least, target.over_bullet, name + "Bullet's iteration"});
+      expect({benchmark, "over_plain", Bound::at_least, target.over_plain, name + "plain"});
+      if (target.subdivisions == 5) {
+        expect({benchmark, "two_threads", Bound::at_least, 1.7, name + "on one thread, by two"});
+      }
+    }
+  }
+  return true;
+}();
+
+/// Past the limit of a scene's meshes: each face in four, new vertices on the sphere.
+std::shared_ptr<const physics::Mesh> large_sphere(std::uint32_t subdivisions) {
+  const std::uint32_t made = std::min<std::uint32_t>(subdivisions, 6);
+  const auto coarse = *physics::make_icosphere(made, 0.5);
+  if (made == subdivisions) return coarse;
+  auto mesh = std::make_shared<physics::Mesh>(*coarse);
+  for (std::uint32_t i = made; i < subdivisions; ++i) {
+    std::unordered_map<std::uint64_t, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const std::uint64_t edge = (std::uint64_t{std::min(a, b)} << 32U) | std::max(a, b);
+      const auto [entry, is_new] = middles.try_emplace(edge, static_cast<std::uint32_t>(mesh->positions_m.size()));
+      if (is_new) {
+        mesh->positions_m.emplace_back((mesh->positions_m[a] + mesh->positions_m[b]).normalized() * 0.5);
+      }
+      return entry->second;
+    };
+    std::vector<physics::Face> faces;
+    for (const auto& [a, b, c] : mesh->faces) {
+      const std::uint32_t ab = middle(a, b);
+      const std::uint32_t bc = middle(b, c);
+      const std::uint32_t ca = middle(c, a);
+      faces.insert(faces.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    mesh->faces = std::move(faces);
+  }
+  mesh->face_counts.assign(mesh->positions_m.size(), 0);
+  mesh->edges.clear();
+  mesh->edge_lengths_m.clear();
+  for (const auto& [a, b, c] : mesh->faces) {
+    for (const std::uint32_t vertex : {a, b, c}) ++mesh->face_counts[vertex];
+    for (const auto& [from, to] : {physics::Edge{a, b}, physics::Edge{b, c}, physics::Edge{c, a}}) {
+      if (from < to) mesh->edges.push_back({from, to});
+    }
+  }
+  std::ranges::sort(mesh->edges);
+  for (const auto& [a, b] : mesh->edges) {
+    mesh->edge_lengths_m.push_back((mesh->positions_m[b] - mesh->positions_m[a]).norm());
+  }
+  return mesh;
+}
+
+/// A body below the scene, stepped by as many substeps at a time as make the copying in and out not count.
+struct LooseBall {
+  explicit LooseBall(std::uint32_t subdivisions)
+      : mesh(large_sphere(subdivisions)), state(physics::make_soft_state<float>(soft_ball(mesh, 0))) {
+    lanes.rings = physics::make_rings(*mesh);
+    lanes.lengths_m = physics::ring_lengths_m<float>(*mesh, lanes.rings, kernels().slot_of_place);
+    const BallCase ball;
+    settings.integrator = physics::Integrator::symplectic_euler;
+    settings.surroundings.gravity = {0.0, ball.gravity_m_s2, 0.0};
+    settings.dt_s = ball.dt_s / std::sqrt(static_cast<double>(state.x.size()) / 162.0);
+  }
+  static const physics::LaneKernels<float>& kernels() { return physics::lane_kernels<float>(physics::isa_in_use()); }
+  void step() {
+    std::array<physics::SoftState<float>*, 1> bodies{&state};
+    std::array<std::uint8_t, 1> done{};
+    physics::step_freely<float>(bodies, lanes, kernels(), settings, substeps, scratch, nullptr, nullptr, done);
+  }
+  std::shared_ptr<const physics::Mesh> mesh;
+  physics::SoftState<float> state;
+  physics::LaneMesh<float> lanes;
+  physics::LaneSettings settings;
+  physics::LaneScratch<float> scratch;
+};
+
+void substep_by_size(benchmark::State& bench) {
+  std::vector<LooseBall> balls;
+  std::vector<Contender> contenders;
+  for (std::uint32_t subdivisions = 2; subdivisions <= 8; ++subdivisions) balls.emplace_back(subdivisions);
+  for (LooseBall& ball : balls) {
+    contenders.push_back({[&ball] { ball.step(); }, static_cast<double>(ball.state.x.size()) * substeps});
+  }
+  for ([[maybe_unused]] auto _ : bench) {
+    const std::vector<double> ns = race_ns(contenders, cpu_s);
+    for (std::size_t i = 0; i < balls.size(); ++i) {
+      bench.counters[std::string("ns_").append(std::to_string(balls[i].state.x.size()))] = ns[i];
+    }
+    bench.counters["growth"] = ns.back() / ns.front();
+  }
+}
+BENCHMARK(substep_by_size)->Iterations(1)->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool growth_listed =
+    expect({"substep_by_size/", "growth", Bound::at_most, 1.5, "ns a vertex: 655,362 vertices over 162"});
+
+// The ball's world as one would write it who needs nothing else: the kernels, called in a row.
+struct HandWritten {
+  explicit HandWritten(const LooseBall& ball) : ball(ball), kernels(LooseBall::kernels()) {
+    const physics::Rings& rings = ball.lanes.rings;
+    for (physics::LaneArray<float>* array : {&x, &v, &force, &gradient}) array->assign(4 * rings.slot_count(), 0.0F);
+    for (std::size_t slot = 0; slot < rings.slot_count(); ++slot) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        x[4 * slot + c] = ball.state.x[rings.vertices[slot]][static_cast<Eigen::Index>(c)];
+      }
+    }
+    ring.packs = rings.packs.data();
+    ring.end = rings.packs.size();
+    ring.neighbours = rings.neighbours.data();
+    ring.lengths_m = ball.lanes.lengths_m.data();
+    ring.x = update.x = x.data();
+    ring.v = update.v = v.data();
+    ring.force = force.data();
+    ring.gradient = gradient.data();
+    update.force = force.data();
+    update.gradient = gradient.data();
+    update.end = rings.slot_count();
+    update.dt_s = static_cast<float>(ball.settings.dt_s);
+    update.gravity_m_s2[1] = static_cast<float>(ball.settings.surroundings.gravity.y());
+    const BallCase numbers;
+    for (std::size_t lane = 0; lane < physics::pack_slots; ++lane) {
+      ring.stiffness_n_m.lanes[lane] = static_cast<float>(numbers.stiffness_n_m);
+      ring.rest_scale.lanes[lane] = 1.0F;
+      ring.damping_n_s_m.lanes[lane] = static_cast<float>(numbers.damping_n_s_m);
+      update.inverse_mass_1_kg.lanes[lane] = 1.0F / ball.state.vertex_mass_kg;
+    }
+  }
+  void step() {
+    const double nrt_j = ball.state.gas->moles * physics::gas_constant_j_mol_k * ball.state.gas->temperature_ref_k;
+    for (std::uint32_t i = 0; i < substeps; ++i) {
+      kernels(physics::LaneLayout::alone, true, true, ring);
+      const double volume_m3 = static_cast<double>(ring.volumes_18_m3.lanes[0]) / 18.0;
+      const auto pressure_sixth_pa = static_cast<float>(nrt_j / volume_m3 / 6.0);
+      for (float& lane : update.pressure_sixth_pa.lanes) lane = pressure_sixth_pa;
+      kernels(physics::LaneLayout::alone, physics::Substage::symplectic, true, true, update);
+    }
+  }
+  [[nodiscard]] bool is_where(const physics::World& world) const {
+    std::vector<double> positions(3 * ball.state.x.size());
+    world.copy_positions(0, positions);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      if (positions[i] != static_cast<double>(x[4 * ball.lanes.rings.slots[i / 3] + i % 3])) return false;
+    }
+    return true;
+  }
+  const LooseBall& ball;
+  const physics::LaneKernels<float>& kernels;
+  physics::LaneArray<float> x, v, force, gradient;
+  physics::RingPass<float> ring;
+  physics::UpdatePass<float> update;
+};
+
+void scene_against_hand_written(benchmark::State& bench) {
+  const LooseBall ball(2);
+  HandWritten by_hand(ball);
+  physics::World world = balls_world(ball.mesh, 1);
+  physics::Workers one(1);
+  for ([[maybe_unused]] auto _ : bench) {
+    by_hand.step();
+    world.step_tick(one);
+    bench.counters["same_bits"] = by_hand.is_where(world) ? 1.0 : 0.0;
+    const std::vector<double> ns = race_ns({ours(world, one), {[&] { by_hand.step(); }, 162.0 * substeps}}, cpu_s);
+    bench.counters["over_by_hand"] = ns[0] / ns[1];
+  }
+}
+BENCHMARK(scene_against_hand_written)->Iterations(1)->Repetitions(5)->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool hand_listed =
+    expect({"scene_against_hand_written/", "over_by_hand", Bound::at_most, 1.03, "a scene's step over hand-written"}) &&
+    expect({"scene_against_hand_written/", "same_bits", Bound::at_least, 1.0, "the same bits as hand-written"});
+
+double heap_bytes() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
+// Args: precision. A world of one mesh of 10,242 vertices, that mesh and what a step leaves behind.
+void memory(benchmark::State& bench) {
+  for ([[maybe_unused]] auto _ : bench) {
+    physics::Workers one(1);
+    const double before = heap_bytes();
+    physics::World world =
+        balls_world(*physics::make_icosphere(5, 0.5), 1, static_cast<physics::Precision>(bench.range(0)));
+    world.step_tick(one);
+    bench.counters["bytes_per_vertex"] = (heap_bytes() - before) / 10'242.0;
+  }
+}
+BENCHMARK(memory)->ArgName("double")->Arg(0)->Arg(1)->Iterations(1);
+
+[[maybe_unused]] const bool memory_listed =
+    expect({"memory/double:0", "bytes_per_vertex", Bound::at_most, 400.0, "bytes a vertex, single precision"}) &&
+    expect({"memory/double:1", "bytes_per_vertex", Bound::at_most, 400.0, "bytes a vertex, double precision"});
+
+}  // namespace
+
+}  // namespace pneuma::bench

@@ -1,0 +1,244 @@
+// Shows that a body has the same bits however it is stepped: on every instruction set of this machine, alone or in a
+// fleet of any size, with any number of threads, by whole ticks or substep by substep because others might touch it,
+// and across a snapshot. The golden hashes hold every compiler and machine to the same bits.
+#include "numerics/worlds.h"
+#include "physics/isa.h"
+#include "physics/soft_setup.h"
+#include "physics/step_plan.h"
+
+#define PNEUMA_LANES lanes_one_abreast
+#include "physics/lane_kernel_source.h"
+
+namespace pneuma::physics {
+namespace {
+
+constexpr std::uint64_t ticks = 12;
+
+/// One of many balls that differ in everything but mesh, damping or none, and pins.
+SoftBody ball(const std::shared_ptr<const Mesh>& mesh, std::size_t index) {
+  const auto number = static_cast<double>(index);
+  SoftBody body;
+  body.name = std::string("ball-").append(std::to_string(index));
+  body.mesh = mesh;
+  body.position = {3.0 * number, 0.1 * number, 0.0};
+  body.orientation = Quatd(1.0, 0.05 * number, 0.1 * number, 0.2).normalized();
+  body.velocity = {0.0, 0.2 * number, 1.0};
+  body.angular_velocity = {0.5, 0.1 * number, 0.0};
+  body.mass_kg = 1.0 + 0.05 * number;
+  body.springs = {200.0 + 10.0 * number, 0.3, 0.8 + 0.01 * number};
+  body.gas = Gas{.moles = 0.01 + 0.001 * number};
+  body.gas->law = index % 3 == 1 ? GasLaw::adiabatic : GasLaw::isothermal;
+  body.gas->leak_mol_s_pa = index % 4 == 1 ? 1e-6 : 0.0;
+  body.collision.soft = SoftCollision::none;
+  return body;
+}
+
+Scene empty_scene(Integrator integrator, Precision precision) {
+  Scene scene;
+  scene.gravity = {0.3, -9.81, 0.0};
+  scene.atmosphere.pressure_pa = 10.0;
+  scene.stepping = {.rate_hz = 60, .substeps = 8, .integrator = integrator, .precision = precision};
+  return scene;
+}
+
+Scene fleet(std::size_t count, Integrator integrator, Precision precision) {
+  Scene scene = empty_scene(integrator, precision);
+  const auto mesh = *make_icosphere(2, 0.5);
+  for (std::size_t i = 0; i < count; ++i) scene.soft_bodies.push_back(ball(mesh, i));
+  return scene;
+}
+
+/// A scene with what the kernels do not know, and what they leave out: wind, pins, a sheet, a mesh of mixed degrees.
+Scene mixture(Precision precision) {
+  Scene scene = fleet(3, Integrator::midpoint, precision);
+  scene.atmosphere.density_kg_m3 = 1.2;
+  scene.atmosphere.wind = {2.0, 0.5, -1.0};
+  SoftBody cloth = ball(*make_grid(12, 7, 1.0, 1.0), 20);
+  cloth.gas.reset();
+  cloth.pin_boundary = true;
+  cloth.drag = {1.0, 0.1};
+  SoftBody box = ball(*make_box({0.5, 0.4, 0.3}, 5), 21);
+  box.springs.damping_n_s_m = 0.0;
+  box.pins = {0, 17};
+  SoftBody spread = ball(scene.soft_bodies[0].mesh, 22);
+  spread.pressure_spread = PressureSpread::vertex_normals;
+  scene.soft_bodies.insert(scene.soft_bodies.end(), {cloth, box, spread});
+  return scene;
+}
+
+std::uint64_t hash_after(Scene scene, std::size_t threads) {
+  World world = make_world(std::move(scene));
+  run_ticks(world, ticks, threads);
+  return world.state_hash();
+}
+
+std::vector<Vec3d> end_of(Scene scene, std::size_t body) {
+  World world = make_world(std::move(scene));
+  run_ticks(world, ticks);
+  return positions_of(world, body);
+}
+
+/// Runs each case on each instruction set that this machine has.
+class Lanes : public testing::TestWithParam<Precision> {
+ protected:
+  void TearDown() override { ASSERT_TRUE(use_isa(isa_names[static_cast<std::size_t>(best_)]).ok()); }
+  template <class Case>
+  static void on_each_isa(const Case& run) {
+    for (std::size_t i = 0; i < isa_names.size(); ++i) {
+      if (!has_isa(static_cast<Isa>(i))) continue;
+      SCOPED_TRACE(isa_names[i]);
+      ASSERT_TRUE(use_isa(isa_names[i]).ok());
+      run();
+    }
+  }
+  const Isa best_ = isa_in_use();
+};
+
+constexpr std::array all_integrators{Integrator::explicit_euler, Integrator::symplectic_euler, Integrator::midpoint,
+                                     Integrator::rk4};
+
+TEST_P(Lanes, GiveTheSameHashOnEveryInstructionSet) {
+  for (const Integrator integrator : all_integrators) {
+    std::vector<std::uint64_t> hashes;
+    on_each_isa([&] { hashes.push_back(hash_after(fleet(19, integrator, GetParam()), 1)); });
+    for (const std::uint64_t hash : hashes) EXPECT_EQ(hash, hashes.front());
+  }
+}
+
+TEST_P(Lanes, GiveABodyTheSameBitsAloneAndInAFleetOfAnySize) {
+  for (const Integrator integrator : {Integrator::symplectic_euler, Integrator::rk4}) {
+    on_each_isa([&] {
+      Scene alone = empty_scene(integrator, GetParam());
+      alone.soft_bodies = {ball(*make_icosphere(2, 0.5), 0)};
+      const std::vector<Vec3d> expected = end_of(alone, 0);
+      for (const std::size_t count : {2U, 3U, 4U, 5U, 8U, 9U, 15U, 16U, 17U, 24U, 33U, 40U}) {
+        EXPECT_TRUE(end_of(fleet(count, integrator, GetParam()), 0) == expected) << count << " abreast";
+      }
+      alone.soft_bodies = {ball(*make_icosphere(2, 0.5), 11)};
+      EXPECT_TRUE(end_of(fleet(16, integrator, GetParam()), 11) == end_of(alone, 0));
+    });
+  }
+}
+
+TEST_P(Lanes, GiveTheSameHashOnAnyNumberOfThreads) {
+  on_each_isa([&] {
+    const Scene many = fleet(40, Integrator::midpoint, GetParam());
+    Scene large = empty_scene(Integrator::midpoint, GetParam());  // large enough to be shared among threads
+    large.soft_bodies = {ball(*make_icosphere(5, 0.5), 3)};
+    large.stepping.substeps = 2;
+    for (const Scene& scene : {many, large, mixture(GetParam())}) {
+      const std::uint64_t hash = hash_after(scene, 1);
+      for (const std::size_t threads : {2U, 3U, 4U, 5U}) EXPECT_EQ(hash_after(scene, threads), hash) << threads;
+    }
+  });
+}
+
+TEST_P(Lanes, GiveABodyTheSameBitsByTicksAndBySubsteps) {
+  on_each_isa([&] {
+    Scene scene = mixture(GetParam());
+    World free = make_world(scene);
+    Collider far;  // something that might touch, so that every substep looks for contact
+    far.name = "far";
+    far.shape = SphereShape{0.1};
+    far.position = {0.0, -1e4, 0.0};
+    scene.colliders.push_back(far);
+    World watched = make_world(scene);
+    run_ticks(free, ticks);
+    run_ticks(watched, ticks);
+    for (std::size_t i = 0; i < scene.soft_bodies.size(); ++i) {
+      EXPECT_TRUE(positions_of(free, i) == positions_of(watched, i)) << scene.soft_bodies[i].name;
+      EXPECT_EQ(free.measure(i).moles, watched.measure(i).moles);
+    }
+  });
+}
+
+TEST_P(Lanes, GiveTheSameHashAfterASnapshotInTheMiddle) {
+  on_each_isa([&] {
+    World world = make_world(mixture(GetParam()));
+    run_ticks(world, ticks);
+    World other = make_world(world.scene());
+    ASSERT_TRUE(other.restore(world.snapshot()).ok());
+    run_ticks(world, ticks);
+    run_ticks(other, ticks, 3);
+    EXPECT_EQ(other.state_hash(), world.state_hash());
+  });
+}
+
+TEST_P(Lanes, StopARunawayAmongFleetMatesWhereItStopsAlone) {
+  Scene scene = fleet(16, Integrator::midpoint, GetParam());
+  SoftBody& runaway = scene.soft_bodies[7];
+  runaway.springs.stiffness_n_m = 1e9;
+  Scene alone = scene;
+  alone.soft_bodies = {runaway};
+  World fleet_world = make_world(scene);
+  World alone_world = make_world(alone);
+  run_ticks(fleet_world, ticks);
+  run_ticks(alone_world, ticks);
+  EXPECT_TRUE(fleet_world.is_frozen(7));
+  EXPECT_EQ(fleet_world.take_frozen().size(), 1U);
+  EXPECT_TRUE(positions_of(fleet_world, 7) == positions_of(alone_world, 0));
+  scene.soft_bodies.erase(scene.soft_bodies.begin() + 7);
+  EXPECT_TRUE(positions_of(fleet_world, 8) == end_of(scene, 7));
+}
+
+TEST_P(Lanes, GiveTheGoldenHashes) {
+  const bool single = GetParam() == Precision::single_precision;
+  // A change of these changes every world's future: say so in CHANGELOG.md.
+  const std::array<std::uint64_t, 5> golden =
+      single ? std::array<std::uint64_t, 5>{0x27fa92ddd1629907U, 0x6da94b88bed348c6U, 0xa3c5c4940de0f0f3U,
+                                            0x9acd22ea233a91c9U, 0x1f4e519a407a710bU}
+             : std::array<std::uint64_t, 5>{0xd16572ccce15e0b4U, 0x9f7aeec5b7e4ebd9U, 0x51d604fcec598313U,
+                                            0xc516712973f3bf82U, 0xfddba400ee37161fU};
+  for (std::size_t i = 0; i < all_integrators.size(); ++i) {
+    Scene scene = fleet(5, all_integrators[i], GetParam());
+    for (SoftBody& body : scene.soft_bodies) body.gas->law = GasLaw::isothermal;  // pow() is the C library's
+    EXPECT_EQ(hash_after(scene, 1), golden[i]) << "integrator " << i;
+  }
+  Scene scene = mixture(GetParam());
+  for (SoftBody& body : scene.soft_bodies) {
+    if (body.gas) body.gas->law = GasLaw::isothermal;
+  }
+  EXPECT_EQ(hash_after(scene, 1), golden[4]) << "mixture";
+}
+
+/// The same source with one number abreast: every operation one by one, in the order written.
+template <class Real>
+void expect_the_bits_of_one_abreast() {
+  const auto mesh = *make_icosphere(2, 0.5);
+  const auto step = [&](const LaneKernels<Real>& kernels) {
+    SoftState<Real> state = make_soft_state<Real>(ball(mesh, 5));
+    LaneMesh<Real> lanes;
+    lanes.rings = make_rings(*mesh);
+    lanes.lengths_m = ring_lengths_m<Real>(*mesh, lanes.rings, kernels.slot_of_place);
+    LaneSettings settings;
+    settings.dt_s = 1e-3;
+    LaneScratch<Real> scratch;
+    const std::array<SoftState<Real>*, 1> bodies{&state};
+    std::array<std::uint8_t, 1> done{};
+    step_freely<Real>(bodies, lanes, kernels, settings, 20, scratch, nullptr, nullptr, done);
+    EXPECT_EQ(done[0], 1);
+    return state;
+  };
+  constexpr LaneKernels<Real> one_abreast = list_kernels<Pack<Real, 1>>();
+  const SoftState<Real> expected = step(one_abreast);
+  for (const Isa isa : {Isa::baseline, Isa::v3, Isa::v4}) {
+    if (!has_isa(isa)) continue;
+    const SoftState<Real> state = step(lane_kernels<Real>(isa));
+    EXPECT_TRUE(state.x == expected.x);
+    EXPECT_TRUE(state.v == expected.v);
+    EXPECT_EQ(state.pressure_pa, expected.pressure_pa);
+  }
+}
+
+TEST(LaneKernels, HaveTheBitsOfOneAbreast) {
+  expect_the_bits_of_one_abreast<float>();
+  expect_the_bits_of_one_abreast<double>();
+}
+
+INSTANTIATE_TEST_SUITE_P(Precisions, Lanes, testing::Values(Precision::single_precision, Precision::double_precision),
+                         [](const auto& param) {
+                           return param.param == Precision::single_precision ? "Single" : "Double";
+                         });
+
+}  // namespace
+}  // namespace pneuma::physics
