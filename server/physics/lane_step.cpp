@@ -70,42 +70,61 @@ class LaneStep {
     }
   }
 
-  // Whether all substeps so far kept body `lane` within what freezes it (is_well in simulation.cpp), by bounds that
-  // need no look at each vertex in each substep: the largest components of velocity and move, and where it ended. What
-  // once is not a number stays so to the end.
-  [[nodiscard]] bool stayed_well(std::size_t lane, std::uint32_t substeps) const {
-    const Real v_max = update_.v_max_m_s.lanes[lane];
-    const Real move_max = update_.move_max_m.lanes[lane];
+  // Sets well[lane] where all substeps so far kept a body within what freezes it (is_well in simulation.cpp), by bounds
+  // that need no look at each vertex in each substep: the largest components of velocity and move, and where it ended.
+  // What once is not a number stays so to the end.
+  void find_well(std::uint32_t substeps, std::span<std::uint8_t> well) const {
     const auto root_3 = std::numbers::sqrt3_v<Real>;
     const auto speed_max = static_cast<Real>(base::speed_max_m_s) / root_3;
-    // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
-    const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
-    const Real reach_max = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
-    if (!(v_max <= speed_max) || !(2 * root_3 * move_max <= stray_max)) return false;
-    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;  // past the 0 of each slot too, which passes
-    bool well = true;
-    for (std::size_t i = lane; i < scratch_.x.size(); i += stride) {
-      well &= std::abs(scratch_.x[i]) <= reach_max;
-      well &= std::abs(scratch_.v[i]) <= speed_max;
+    PerLane<Real> reach_max;
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      const Real move_max = update_.move_max_m.lanes[lane];
+      // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
+      const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
+      well[lane] = update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max ? 1 : 0;
+      reach_max.lanes[lane] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
     }
-    return well;
+    // The 0 after each z of a body alone passes too.
+    for (std::size_t row = 0; row < scratch_.x.size(); row += width_) {
+      for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+        const bool near = std::abs(scratch_.x[row + lane]) <= reach_max.lanes[lane];
+        const bool slow = std::abs(scratch_.v[row + lane]) <= speed_max;
+        well[lane] = static_cast<std::uint8_t>(well[lane] & static_cast<int>(near & slow));
+      }
+    }
   }
 
-  void store(std::size_t lane) const {
-    SoftState<Real>& body = *bodies_[lane];
-    std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
-    const LaneArray<Real>& lanes = advance_ ? scratch_.x : scratch_.move;
-    const std::size_t stride = layout_ == LaneLayout::fleet ? width_ : 1;
-    for (std::size_t i = 0; i < body.x.size(); ++i) {
-      std::size_t from = at(mesh_.rings.slots[i], 0, lane);
-      for (Eigen::Index c = 0; c < 3; ++c, from += stride) {
-        moved[i][c] = lanes[from];
-        body.v[i][c] = scratch_.v[from];
+  // Hands back the bodies that `wanted` has.
+  void store(std::span<const std::uint8_t> wanted) const {
+    if (layout_ == LaneLayout::alone) {
+      if (wanted[0] != 0) store_alone();
+      return;
+    }
+    const std::vector<std::uint32_t>& vertices = mesh_.rings.vertices;
+    for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
+      for (std::size_t slot = p * pack_slots; slot < p * pack_slots + mesh_.rings.packs[p].count; ++slot) {
+        const Real* x = scratch_.x.data() + at(slot, 0, 0);
+        const Real* v = scratch_.v.data() + at(slot, 0, 0);
+        for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+          if (wanted[lane] == 0) continue;
+          bodies_[lane]->x[vertices[slot]] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
+          bodies_[lane]->v[vertices[slot]] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
+        }
       }
     }
   }
 
  private:
+  void store_alone() const {
+    SoftState<Real>& body = *bodies_[0];
+    std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
+    const LaneArray<Real>& moved_lanes = advance_ ? scratch_.x : scratch_.move;
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      const std::size_t from = at(mesh_.rings.slots[i], 0, 0);
+      moved[i] = {moved_lanes[from], moved_lanes[from + 1], moved_lanes[from + 2]};
+      body.v[i] = {scratch_.v[from], scratch_.v[from + 1], scratch_.v[from + 2]};
+    }
+  }
   [[nodiscard]] bool has_stiffness() const {
     return std::ranges::any_of(bodies_, [](const auto* body) { return body->body.springs.stiffness_n_m > 0.0; });
   }
@@ -199,15 +218,16 @@ class LaneStep {
       }
       return;
     }
-    for (std::size_t lane = 0; lane < width_; ++lane) {
-      const SoftState<Real>& body = body_of(lane);
-      std::size_t to = lane;
-      for (const std::uint32_t vertex : mesh_.rings.vertices) {
-        for (Eigen::Index c = 0; c < 3; ++c, to += width_) {
-          scratch_.x[to] = body.x[vertex][c];
-          scratch_.v[to] = body.v[vertex][c];
+    std::size_t to = 0;
+    for (const std::uint32_t vertex : mesh_.rings.vertices) {
+      for (std::size_t lane = 0; lane < width_; ++lane) {
+        const SoftState<Real>& body = body_of(lane);
+        for (std::size_t c = 0; c < 3; ++c) {
+          scratch_.x[to + c * width_ + lane] = body.x[vertex][static_cast<Eigen::Index>(c)];
+          scratch_.v[to + c * width_ + lane] = body.v[vertex][static_cast<Eigen::Index>(c)];
         }
       }
+      to += 3 * width_;
     }
     clear_unused_slots(scratch_.force);
     if (gas_) clear_unused_slots(scratch_.gradient);
@@ -411,7 +431,7 @@ void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKer
   const std::array<SoftState<Real>*, 1> bodies{&body};
   LaneStep<Real> step(bodies, LaneLayout::alone, mesh, kernels, settings, false, scratch, workers, profile);
   step.substep();
-  step.store(0);
+  step.store(std::array<std::uint8_t, 1>{1});
 }
 
 template <class Real>
@@ -426,16 +446,14 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>&
   const LaneLayout layout = bodies.size() == 1 ? LaneLayout::alone : LaneLayout::fleet;
   LaneStep<Real> step(bodies, layout, mesh, kernels, settings, true, scratch, workers, profile);
   for (std::uint32_t i = 0; i < substeps; ++i) step.substep();
+  step.find_well(substeps, done);
   for (std::size_t lane = 0; lane < bodies.size(); ++lane) {
-    done[lane] = step.stayed_well(lane, substeps) ? 1 : 0;
-    if (done[lane] != 0) {
-      step.store(lane);
-    } else {
-      bodies[lane]->gas = before[lane].gas;
-      bodies[lane]->volume_m3 = before[lane].volume_m3;
-      bodies[lane]->pressure_pa = before[lane].pressure_pa;
-    }
+    if (done[lane] != 0) continue;
+    bodies[lane]->gas = before[lane].gas;
+    bodies[lane]->volume_m3 = before[lane].volume_m3;
+    bodies[lane]->pressure_pa = before[lane].pressure_pa;
   }
+  step.store(done);
 }
 
 #define PNEUMA_INSTANTIATE(Real)                                                                                      \
