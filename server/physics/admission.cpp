@@ -216,6 +216,7 @@ void check_gas(const Gas& gas, const Mesh& mesh, Fields body_fields) {
   fields.more_than("heat_capacity_ratio", gas.heat_capacity_ratio, 1.0);
   fields.finite("flow_mol_s", gas.flow_mol_s, base::scene_number_max);
   fields.not_negative("leak_mol_s_pa", gas.leak_mol_s_pa);
+  if (gas.burst_pressure_pa) fields.positive("burst_pressure_pa", *gas.burst_pressure_pa);
   if (const base::Status status = check_holds_gas(mesh); !status.ok()) body_fields.fail(status);
 }
 

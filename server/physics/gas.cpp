@@ -38,4 +38,34 @@ void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, 
   state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);
 }
 
+template <class Real>
+void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s) {
+  if (!body.gas) return;
+  const Gas& gas = *body.body.gas;
+  if (gas.burst_pressure_pa && body.pressure_pa > *gas.burst_pressure_pa) {
+    body.gas_event = GasEvent{GasEvent::Kind::burst, body.pressure_pa, body.volume_m3};
+    lose_gas(body);
+    return;
+  }
+  const bool inverted = body.volume_m3 <= 0.0;
+  if (inverted && !body.inverted) {
+    body.gas_event = GasEvent{GasEvent::Kind::inverted, body.pressure_pa, body.volume_m3};
+  }
+  body.inverted = inverted;
+  flow_gas(*body.gas, gas, body.pressure_pa, outside_pa, dt_s);
+}
+
+template <class Real>
+void lose_gas(SoftState<Real>& body) {
+  body.gas.reset();
+  body.body.gas.reset();
+  body.pressure_pa = 0.0;
+  body.inverted = false;
+}
+
+template void advance_gas<float>(SoftState<float>&, double, double);
+template void advance_gas<double>(SoftState<double>&, double, double);
+template void lose_gas<float>(SoftState<float>&);
+template void lose_gas<double>(SoftState<double>&);
+
 }  // namespace pneuma::physics

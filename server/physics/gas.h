@@ -21,4 +21,13 @@ inline constexpr double gas_volume_floor = 1e-3;
 /// outwards, but not past the balance with `outside_pa`. There are never fewer than none.
 void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s);
 
+/// The body goes on without: an open skin.
+template <class Real>
+void lose_gas(SoftState<Real>& body);
+
+/// Between two substeps: flows, bursts where the pressure over the outside is past the body's own limit (the gas is
+/// gone then, and the body an open skin), and notes a volume of 0 or below once until it is positive again.
+template <class Real>
+void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s);
+
 }  // namespace pneuma::physics

@@ -54,6 +54,7 @@ struct Gas {
   double heat_capacity_ratio = 1.4;
   double flow_mol_s = 0.0;
   double leak_mol_s_pa = 0.0;
+  std::optional<double> burst_pressure_pa = std::nullopt;  // over the outside
 };
 
 enum class VolumeMethod { exact, box, ball, ellipsoid };

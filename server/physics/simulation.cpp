@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/limits.h"
 #include "physics/gas.h"
@@ -87,12 +88,13 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   workers.for_each(bodies.states.size(), [&](std::size_t i) {
     SoftState<Real>& body = bodies.states[i];
     if (body.frozen) return;
-    if (body.gas) flow_gas(*body.gas, *body.body.gas, body.pressure_pa, scene.atmosphere.pressure_pa, dt_s);
+    advance_gas(body, scene.atmosphere.pressure_pa, dt_s);
     integrate(body, scene.stepping.integrator, surroundings, dt_s, bodies.scratch[i],
               profiling ? &bodies.profiles[i] : nullptr);
   });
 
   Profile* shared_profile = profiling ? &profile : nullptr;
+  collect_gas_events(bodies);
   freeze_runaways(bodies);  // before they meet others
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
@@ -116,6 +118,13 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
     body.angular_velocity.setZero();
     body.frozen = true;
     frozen.push_back({body.body.name, runaway_reason});
+  }
+}
+
+template <class Real>
+void Simulation::collect_gas_events(SoftBodies<Real>& bodies) {
+  for (SoftState<Real>& body : bodies.states) {
+    if (body.gas_event) gas_events.push_back({body.body.name, *std::exchange(body.gas_event, std::nullopt)});
   }
 }
 

@@ -52,6 +52,7 @@ class Simulation {
   std::uint64_t tick_base = 0;
 
   std::vector<FrozenBody> frozen;
+  std::vector<BodyGasEvent> gas_events;
   bool profiling = false;
   Profile profile{};
 
@@ -60,6 +61,8 @@ class Simulation {
   void substep_bodies(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
   void freeze_runaways(SoftBodies<Real>& bodies);
+  template <class Real>
+  void collect_gas_events(SoftBodies<Real>& bodies);
 };
 
 [[nodiscard]] RigidState make_rigid_state(const RigidBody& body);

@@ -78,8 +78,7 @@ bool continues(const SoftBody& before, const SoftBody& after) {
 template <class Real>
 void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
   if (!body.gas) {
-    state.gas.reset();
-    state.pressure_pa = 0.0;
+    lose_gas(state);
   } else {
     const double volume_m3 = body_volume_m3<Real>(body, state.x);
     if (!state.gas) {
@@ -97,7 +96,7 @@ void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
 
 template <class Real>
 SoftBody live_body(const SoftState<Real>& state) {
-  SoftBody body = state.body;
+  SoftBody body = state.body;  // without a gas that it lost
   if (state.gas) {
     body.gas->moles = state.gas->moles;
     body.gas->temperature_k = gas_temperature_k(*state.gas, *state.body.gas, state.volume_m3);

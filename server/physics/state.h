@@ -21,6 +21,14 @@ struct GasState {
   double volume_ref_m3 = 0.0;
 };
 
+/// What a gas did that others want to hear of.
+struct GasEvent {
+  enum class Kind { burst, inverted };
+  Kind kind = Kind::burst;
+  double pressure_pa = 0.0;  // over the outside, when it happened
+  double volume_m3 = 0.0;
+};
+
 /// A vertex held to a moving point by a damped spring.
 struct Grab {
   std::uint64_t id = 0;
@@ -41,8 +49,10 @@ struct SoftState {
   std::vector<Vec3<Real>> v;         // velocities, m/s
   std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
   std::optional<GasState> gas;
-  double volume_m3 = 0.0;    // by the body's own method, at the last force evaluation
-  double pressure_pa = 0.0;  // over the outside, at the last force evaluation
+  double volume_m3 = 0.0;             // by the body's own method, at the last force evaluation
+  double pressure_pa = 0.0;           // over the outside, at the last force evaluation
+  bool inverted = false;              // the gas's volume was 0 or less then
+  std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;
   bool frozen = false;
 

@@ -181,6 +181,10 @@ std::vector<FrozenBody> World::take_frozen() {
   return std::exchange(simulation_->frozen, {});
 }
 
+std::vector<BodyGasEvent> World::take_gas_events() {
+  return std::exchange(simulation_->gas_events, {});
+}
+
 void World::set_profiling(bool on) {
   simulation_->profiling = on;
 }

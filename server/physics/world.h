@@ -29,6 +29,12 @@ struct FrozenBody {
   std::string reason;
 };
 
+/// A gas that burst its body, or a body whose volume was lost.
+struct BodyGasEvent {
+  std::string name;
+  GasEvent event;
+};
+
 /// How a request names a point of a body.
 struct NearPoint {
   Vec3d position = Vec3d::Zero();
@@ -94,6 +100,8 @@ class World {
 
   /// Bodies frozen since the last call.
   [[nodiscard]] std::vector<FrozenBody> take_frozen();
+  /// What gases did since the last call.
+  [[nodiscard]] std::vector<BodyGasEvent> take_gas_events();
 
   /// FNV-1a over the bits of the whole state in a fixed order (positions, velocities, gas, solids, time).
   [[nodiscard]] std::uint64_t state_hash() const;

@@ -100,6 +100,9 @@ Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
       "precision",
       read_enum(in.precision(), {{v1::Stepping::DOUBLE, double_precision}, {v1::Stepping::SINGLE, single_precision}},
                 out.precision));
+  failures.note("newton_iterations", refuse_if(in.has_newton_iterations(), "integrator that iterates"));
+  failures.note("on_unstable",
+                refuse_if(in.on_unstable() != v1::Stepping::ON_UNSTABLE_UNSPECIFIED, "choice of what is unstable"));
   return failures.first();
 }
 
@@ -118,6 +121,7 @@ Status read_gas(const v1::Gas& in, physics::Gas& out) {
   if (in.has_heat_capacity_ratio()) out.heat_capacity_ratio = in.heat_capacity_ratio();
   out.flow_mol_s = in.flow_mol_s();
   out.leak_mol_s_pa = in.leak_mol_s_pa();
+  if (in.has_burst_pressure_pa()) out.burst_pressure_pa = in.burst_pressure_pa();
   using enum physics::GasLaw;
   Failures failures;
   failures.note("law",

@@ -73,7 +73,7 @@ TEST_F(SimScene, CsvHoldsAFreeFallTickByTick) {
   EXPECT_EQ(lines[0],
             "tick,time_s,body,volume_m3,area_m2,pressure_pa,kinetic_j,elastic_j,gas_j,gravity_j,px,py,pz,lx,ly,lz,com_"
             "x,com_y,"
-            "com_z,max_speed_m_s");
+            "com_z,max_speed_m_s,temperature_k,moles");
   for (std::size_t tick = 0; tick <= 50; ++tick) {
     const std::string& line = lines[tick + 1];
     const std::string name = R"("a, ""b""")";

@@ -273,5 +273,32 @@ TEST(Profile, HasZeroRowsForWhatTheSceneDoesNotUse) {
   }
 }
 
+TEST(World, APumpedBodyBurstsOnceAndGoesOnAsAnOpenSkin) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  scene.soft_bodies[0].gas = Gas{.moles = 0.01, .flow_mol_s = 0.1, .burst_pressure_pa = 100.0};
+  World world = make(scene);
+  run(world, 2);
+  EXPECT_TRUE(world.take_gas_events().empty());
+  EXPECT_GT(world.measure(0).moles, 0.01);
+  run(world, 120);
+  const auto events = world.take_gas_events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].name, "a");
+  EXPECT_EQ(events[0].event.kind, GasEvent::Kind::burst);
+  EXPECT_GT(events[0].event.pressure_pa, 100.0);
+  EXPECT_EQ(world.measure(0).moles, 0.0);
+  EXPECT_EQ(world.measure(0).pressure_pa, 0.0);
+  EXPECT_FALSE(world.scene().soft_bodies[0].gas.has_value());
+
+  // The scene that it was made from still has the gas; the snapshot knows better.
+  World restored = make(scene);
+  ASSERT_TRUE(restored.restore(world.snapshot()).ok());
+  run(world, 10);
+  run(restored, 10);
+  EXPECT_EQ(restored.state_hash(), world.state_hash());
+  EXPECT_EQ(restored.measure(0).moles, 0.0);
+}
+
 }  // namespace
 }  // namespace pneuma::physics

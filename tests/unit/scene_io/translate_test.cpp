@@ -202,6 +202,17 @@ TEST(ToProto, LiveGasIsFoldedIntoTheBodyOfItsName) {
   EXPECT_EQ(scene.soft_bodies(2).gas().moles(), current->soft_bodies(2).gas().moles());
 }
 
+TEST(ToProto, GasThatBurstIsNoMore) {
+  const auto current = builtin_scene("five-balls");
+  ASSERT_TRUE(current.ok());
+  auto live = to_physics(*current);
+  ASSERT_TRUE(live.ok());
+  live->soft_bodies[3].gas.reset();
+  const v1::Scene scene = to_proto(*live, *current);
+  EXPECT_FALSE(scene.soft_bodies(3).has_gas());
+  EXPECT_TRUE(scene.soft_bodies(2).has_gas());
+}
+
 TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {
   EXPECT_EQ(builtin_scene_names(), (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "hand",
                                                              "hanging-ball", "wind-cloth"}));
