@@ -24,6 +24,14 @@ template <class Real>
 void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                     const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile);
 
+/// Whether the air acts on the body.
+[[nodiscard]] bool has_wind(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// Adds the force of the air alone.
+template <class Real>
+void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3<Real>> x,
+              std::span<const Vec3<Real>> v, std::span<Vec3<Real>> force);
+
 /// Adds the pressure force alone: P A n of each face shared to its three particles, or the paper's spread by vertex
 /// normals.
 template <class Real>

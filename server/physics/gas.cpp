@@ -27,6 +27,12 @@ double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3) 
   return state.moles * gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3) / floored(state, volume_m3);
 }
 
+double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3) {
+  if (volume_m3 <= gas_volume_floor * state.volume_ref_m3) return 0.0;
+  const double exponent = gas.law == GasLaw::adiabatic ? gas.heat_capacity_ratio : 1.0;
+  return exponent * gas_pressure_pa(state, gas, volume_m3) / volume_m3;
+}
+
 void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s) {
   const double inside_pa = outside_pa + pressure_over_outside_pa;
   double leaked = gas.leak_mol_s_pa * pressure_over_outside_pa * dt_s;

@@ -1,5 +1,10 @@
 #include "physics/integrate.h"
 
+#include <cassert>
+
+#include "physics/implicit_euler.h"
+#include "physics/tr_bdf2.h"
+
 namespace pneuma::physics {
 
 namespace {
@@ -116,14 +121,15 @@ template <class Real>
 std::size_t IntegratorScratch<Real>::bytes() const {
   return (force.capacity() + x_stage.capacity() + v_stage.capacity() + x_slope_sum.capacity() +
           v_slope_sum.capacity()) *
-         sizeof(Vec3<Real>);
+             sizeof(Vec3<Real>) +
+         (implicit ? implicit->bytes() : 0) + xpbd.bytes();
 }
 
 template <class Real>
-void integrate(SoftState<Real>& body, Integrator integrator, const Surroundings& surroundings, double dt_s,
+void integrate(SoftState<Real>& body, const Method& method, const Surroundings& surroundings, double dt_s,
                IntegratorScratch<Real>& scratch, Profile* profile) {
   Motion<Real> motion(body, surroundings, dt_s, scratch, profile);
-  switch (integrator) {
+  switch (method.integrator) {
     case Integrator::explicit_euler:
       return motion.explicit_euler();
     case Integrator::midpoint:
@@ -132,14 +138,26 @@ void integrate(SoftState<Real>& body, Integrator integrator, const Surroundings&
       return motion.rk4();
     case Integrator::symplectic_euler:
       return motion.symplectic_euler();
+    case Integrator::implicit_euler:
+      if (!scratch.implicit) scratch.implicit.emplace();
+      body.solve_failed = !implicit_euler(body, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
+      return;
+    case Integrator::tr_bdf2:
+      if (!scratch.implicit) scratch.implicit.emplace();
+      body.solve_failed = !tr_bdf2(body, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
+      return;
+    case Integrator::xpbd:
+      return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
+    case Integrator::automatic:
+      assert(false && "an integrator is chosen when the scene is compiled");
   }
 }
 
 template struct IntegratorScratch<float>;
 template struct IntegratorScratch<double>;
-template void integrate<float>(SoftState<float>&, Integrator, const Surroundings&, double, IntegratorScratch<float>&,
+template void integrate<float>(SoftState<float>&, const Method&, const Surroundings&, double, IntegratorScratch<float>&,
                                Profile*);
-template void integrate<double>(SoftState<double>&, Integrator, const Surroundings&, double, IntegratorScratch<double>&,
-                                Profile*);
+template void integrate<double>(SoftState<double>&, const Method&, const Surroundings&, double,
+                                IntegratorScratch<double>&, Profile*);
 
 }  // namespace pneuma::physics

@@ -15,6 +15,8 @@ namespace {
 constexpr const char* runaway_reason =
     "its motion was no longer finite, tore it apart, or went past the limits of speed and place";
 
+constexpr const char* failed_reason = "its integrator found no finite answer";
+
 // Whether every particle's move and velocity are finite and within limits. A comparison with NaN is false, so a NaN
 // fails it.
 template <class Real>
@@ -83,14 +85,14 @@ template <class Real>
 void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   const double dt_s = period_s() / choice.substeps;
   const Surroundings surroundings{scene.gravity, scene.atmosphere};
+  const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
   if (profiling) bodies.profiles.resize(bodies.states.size());
 
   workers.for_each(bodies.states.size(), [&](std::size_t i) {
     SoftState<Real>& body = bodies.states[i];
     if (body.frozen) return;
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s);
-    integrate(body, scene.stepping.integrator, surroundings, dt_s, bodies.scratch[i],
-              profiling ? &bodies.profiles[i] : nullptr);
+    integrate(body, method, surroundings, dt_s, bodies.scratch[i], profiling ? &bodies.profiles[i] : nullptr);
   });
 
   Profile* shared_profile = profiling ? &profile : nullptr;
@@ -132,11 +134,11 @@ void Simulation::collect_gas_events(SoftBodies<Real>& bodies) {
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
   for (SoftState<Real>& body : bodies.states) {
-    if (body.frozen || is_well(body)) continue;
+    if (body.frozen || (!body.solve_failed && is_well(body))) continue;
     std::ranges::fill(body.v, Vec3<Real>::Zero());
     std::ranges::fill(body.dr, Vec3<Real>::Zero());
     body.frozen = true;
-    frozen.push_back({body.body.name, runaway_reason});
+    frozen.push_back({body.body.name, body.solve_failed ? failed_reason : runaway_reason});
   }
 }
 

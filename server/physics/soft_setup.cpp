@@ -42,6 +42,7 @@ void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
   state.length_m = static_cast<Real>(body_length_m(*body.mesh));
   state.rest_lengths_m = rest_lengths_m<Real>(body);
+  state.hinges = body.springs.bend_stiffness_n_m > 0.0 ? make_hinges(*body.mesh) : std::vector<Hinge>();
   state.pinned = pinned_vertices(body);
   for (std::size_t i = 0; i < state.pinned.size(); ++i) {
     if (state.pinned[i] != 0) state.v[i].setZero();

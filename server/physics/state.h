@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/hinge.h"
 #include "physics/scene.h"
 
 namespace pneuma::physics {
@@ -44,6 +45,7 @@ struct SoftState {
   Real vertex_mass_kg = 0;
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
   std::vector<Real> rest_lengths_m;  // one an edge of body.mesh
+  std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
   std::vector<Vec3<Real>> x;         // positions, m
   std::vector<Vec3<Real>> v;         // velocities, m/s
@@ -54,6 +56,7 @@ struct SoftState {
   bool inverted = false;              // the gas's volume was 0 or less then
   std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;
+  bool solve_failed = false;  // the integrator found no finite answer in this substep
   bool frozen = false;
 
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }

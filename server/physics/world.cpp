@@ -137,6 +137,9 @@ double World::tick_period_s() const {
 std::uint32_t World::substeps() const {
   return simulation_->choice.substeps;
 }
+Integrator World::integrator() const {
+  return simulation_->choice.integrator;
+}
 const std::string& World::substeps_reason() const {
   return simulation_->choice.reason;
 }
@@ -197,6 +200,7 @@ Profile World::profile() const {
     for (std::size_t i = 0; i < bodies.states.size(); ++i) {
       const SoftState<Real>& state = bodies.states[i];
       add_bytes(Stage::springs, state.rest_lengths_m.capacity() * sizeof(Real));
+      add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, bodies.scratch[i].bytes() + state.pinned.capacity());
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
       add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));

@@ -79,7 +79,8 @@ class World {
   [[nodiscard]] double time_s() const;       // simulated; tick / rate unless the rate was changed
   [[nodiscard]] double tick_period_s() const;
   [[nodiscard]] std::uint32_t substeps() const;              // a tick, as chosen
-  [[nodiscard]] const std::string& substeps_reason() const;  // why that many
+  [[nodiscard]] Integrator integrator() const;               // the one chosen where the scene leaves it open
+  [[nodiscard]] const std::string& substeps_reason() const;  // why these
 
   [[nodiscard]] std::size_t soft_body_count() const;
   [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;

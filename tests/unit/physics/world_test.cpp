@@ -234,6 +234,7 @@ TEST(Runaway, BodyIsFrozenWhereItWasWellAndTheOthersGoOn) {
   Scene scene;
   scene.stepping.integrator = Integrator::explicit_euler;
   scene.stepping.substeps = 1;
+  scene.stepping.on_unstable = OnUnstable::allow;
   scene.soft_bodies = {ball("stiff"), ball("soft", {5.0, 0.0, 0.0})};
   scene.soft_bodies[0].springs.stiffness_n_m = 1e9;
   scene.soft_bodies[0].collision.soft = SoftCollision::none;
