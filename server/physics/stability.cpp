@@ -35,22 +35,19 @@ class RestStiffness {
     gas_stiffness_ = gas_stiffness_pa_m3(make_gas_state(*body.gas, volume), *body.gas, volume);
   }
 
-  // All of K, or with no gas and bending the springs alone; `spring` scales them, so that the same sum gives D.
-  [[nodiscard]] Points apply(const Points& u, double spring, bool whole) const {
+  enum class Part { springs, bending, all };
+
+  // `spring` scales the springs' part, so that the same sum gives D.
+  [[nodiscard]] Points apply(const Points& u, double spring, Part part) const {
     Points result(u.size(), Vec3d::Zero());
-    for (const auto& [a, b] : mesh_.edges) {
-      const Vec3d n = (mesh_.positions_m[b] - mesh_.positions_m[a]).normalized();
-      const Vec3d pull = spring * n.dot(u[b] - u[a]) * n;
-      result[a] -= pull;
-      result[b] += pull;
-    }
-    if (!whole) return result;
+    if (part != Part::bending) add_springs(u, spring, result);
+    if (part == Part::springs) return result;
     for (const BendStiffness& bend : bends_) {
       double angle = 0.0;
       for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
       for (std::size_t i = 0; i < 4; ++i) result[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
     }
-    if (gas_stiffness_ > 0.0) {
+    if (part == Part::all && gas_stiffness_ > 0.0) {
       double along = 0.0;
       for (std::size_t i = 0; i < u.size(); ++i) along += volume_gradient_[i].dot(u[i]);
       for (std::size_t i = 0; i < u.size(); ++i) result[i] += gas_stiffness_ * along * volume_gradient_[i];
@@ -58,7 +55,7 @@ class RestStiffness {
     return result;
   }
 
-  [[nodiscard]] double largest_eigenvalue(double spring, bool whole) const {
+  [[nodiscard]] double largest_eigenvalue(double spring, Part part) const {
     // A start that no symmetry of a mesh shares: Weyl's golden-ratio sequence.
     Points u(mesh_.positions_m.size());
     double phase = 0.0;
@@ -70,7 +67,7 @@ class RestStiffness {
       const double length = norm(u);
       if (!(length > 0.0)) return 0.0;
       for (Vec3d& component : u) component /= length;
-      u = apply(u, spring, whole);
+      u = apply(u, spring, part);
       eigenvalue = norm(u);
     }
     return estimate_margin * eigenvalue;
@@ -102,6 +99,15 @@ class RestStiffness {
     std::array<Vec3d, 4> gradient{};
     double stiffness = 0.0;
   };
+
+  void add_springs(const Points& u, double spring, Points& result) const {
+    for (const auto& [a, b] : mesh_.edges) {
+      const Vec3d n = (mesh_.positions_m[b] - mesh_.positions_m[a]).normalized();
+      const Vec3d pull = spring * n.dot(u[b] - u[a]) * n;
+      result[a] -= pull;
+      result[b] += pull;
+    }
+  }
 
   void add_hinges(double stiffness_n_m) {
     for (const Hinge& hinge : make_hinges(mesh_)) {
@@ -139,13 +145,19 @@ Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosph
   const RestStiffness stiffness(body);
   const double vertex_mass = body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
   Frequencies result;
-  result.fastest_rad_s = std::sqrt(stiffness.largest_eigenvalue(body.springs.stiffness_n_m, true) / vertex_mass);
-  result.fastest_decay_1_s = stiffness.largest_eigenvalue(body.springs.damping_n_s_m, false) / vertex_mass;
+  result.fastest_rad_s =
+      std::sqrt(stiffness.largest_eigenvalue(body.springs.stiffness_n_m, RestStiffness::Part::all) / vertex_mass);
+  result.fastest_decay_1_s =
+      stiffness.largest_eigenvalue(body.springs.damping_n_s_m, RestStiffness::Part::springs) / vertex_mass;
   result.fastest_decay_1_s += wind_drag_n_s_m(body, atmosphere) / vertex_mass;
+  if (body.springs.bend_stiffness_n_m > 0.0) {
+    result.bending_rad_s = std::sqrt(stiffness.largest_eigenvalue(0.0, RestStiffness::Part::bending) / vertex_mass);
+  }
   result.gas_rad_s = std::sqrt(stiffness.gas_eigenvalue() / vertex_mass);
   const Points scaling = stiffness.breathing();
   const double inertia = vertex_mass * RestStiffness::dot(scaling, scaling);
-  const double restoring = RestStiffness::dot(scaling, stiffness.apply(scaling, body.springs.stiffness_n_m, true));
+  const double restoring =
+      RestStiffness::dot(scaling, stiffness.apply(scaling, body.springs.stiffness_n_m, RestStiffness::Part::all));
   result.breathing_rad_s = std::sqrt(std::max(restoring, 0.0) / inertia);
   return result;
 }

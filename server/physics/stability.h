@@ -13,6 +13,7 @@ struct Frequencies {
   double fastest_rad_s = 0.0;      // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
   double fastest_decay_1_s = 0.0;  // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
   double gas_rad_s = 0.0;          // of the gas alone, along gradV
+  double bending_rad_s = 0.0;      // of bending alone, which nothing damps
   double breathing_rad_s = 0.0;    // Rayleigh quotient of uniform scaling
 };
 
