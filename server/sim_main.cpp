@@ -90,7 +90,8 @@ void add_flags(CLI::App& app, Flags& flags) {
     const bool good = CLI::detail::lexical_cast(text, seconds) && seconds >= 0.0 && seconds <= seconds_max;
     return good ? std::string() : text + " is not a number of seconds from 0 to 1e9";
   });
-  add_enum(app, "--integrator", flags.integrator, "EXPLICIT_EULER, MIDPOINT, RK4 or SYMPLECTIC_EULER");
+  add_enum(app, "--integrator", flags.integrator,
+           "EXPLICIT_EULER, MIDPOINT, RK4, SYMPLECTIC_EULER, IMPLICIT_EULER, TR_BDF2, XPBD or AUTO");
   app.add_option("--substeps", flags.substeps, "Integration steps a tick; 0: chosen from the scene's stiffness")
       ->check(CLI::Range(std::uint32_t{0}, pneuma::base::substeps_max));
   add_enum(app, "--precision", flags.precision, "single or double");

@@ -49,7 +49,7 @@ base::Result<CsvFile> CsvFile::create(const std::string& path) {
   CsvFile csv(file, path);
   std::fputs(
       "tick,time_s,body,volume_m3,area_m2,pressure_pa,kinetic_j,elastic_j,gas_j,gravity_j,px,py,pz,lx,ly,lz,"
-      "com_x,com_y,com_z,max_speed_m_s\n",
+      "com_x,com_y,com_z,max_speed_m_s,temperature_k,moles\n",
       file);
   return csv;
 }
@@ -75,7 +75,9 @@ base::Status CsvFile::write_tick(const physics::World& world) {
                              m.centre_of_mass.x(),
                              m.centre_of_mass.y(),
                              m.centre_of_mass.z(),
-                             m.max_speed_m_s};
+                             m.max_speed_m_s,
+                             m.temperature_k,
+                             m.moles};
     for (const double value : columns) std::fprintf(file_.get(), ",%.17g", value);
     std::fputc('\n', file_.get());
   }

@@ -1,5 +1,6 @@
 #include "app/hosted_world.h"
 
+#include <sstream>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -16,6 +17,12 @@ constexpr std::chrono::seconds slow_event_interval{5};
 
 double ms_between(HostedWorld::TimePoint from, HostedWorld::TimePoint to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+std::string describe(const physics::GasEvent& event) {
+  std::ostringstream text;
+  text << event.pressure_pa << " Pa over the outside at " << event.volume_m3 << " m3";
+  return text.str();
 }
 
 std::uint32_t vertex_count(const physics::World& world) {
@@ -94,6 +101,12 @@ void HostedWorld::encode(Outbox& outbox) {
   for (const physics::FrozenBody& frozen : live_.physics().take_frozen()) {
     spdlog::warn("world={} body={} tick={} frozen: {}", name_, frozen.name, live_.tick(), frozen.reason);
     hub_.send_to_all(event_message(v1::Event::BODY_FROZEN, name_, live_.tick(), frozen.name, frozen.reason), outbox);
+  }
+  for (const physics::BodyGasEvent& happened : live_.physics().take_gas_events()) {
+    const bool burst = happened.event.kind == physics::GasEvent::Kind::burst;
+    hub_.send_to_all(event_message(burst ? v1::Event::BODY_BURST : v1::Event::BODY_INVERTED, name_, live_.tick(),
+                                   happened.name, describe(happened.event)),
+                     outbox);
   }
 }
 

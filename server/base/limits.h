@@ -22,6 +22,8 @@ inline constexpr std::size_t body_grabs_max = 64;
 // A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.
 inline constexpr std::uint32_t icosphere_subdivisions_max = 6;
 inline constexpr std::uint32_t substeps_max = 4'096;
+// Newton converges in a handful, or not at all.
+inline constexpr std::uint32_t newton_iterations_max = 64;
 inline constexpr double rate_hz_max = 1'000.0;
 inline constexpr double rate_hz_min = 1.0;
 // Past this a particle crosses a room in one step at any rate; such a body is frozen and reported.

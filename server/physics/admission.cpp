@@ -167,6 +167,7 @@ void check_stepping(const Stepping& stepping, Fields fields) {
   }
   fields.between("error_target", stepping.error_target, 0.0, 0.5);
   fields.more_than("error_target", stepping.error_target, 0.0);
+  fields.between("newton_iterations", stepping.newton_iterations, 1.0, base::newton_iterations_max);
 }
 
 void check_atmosphere(const Atmosphere& atmosphere, Fields fields) {
@@ -216,6 +217,7 @@ void check_gas(const Gas& gas, const Mesh& mesh, Fields body_fields) {
   fields.more_than("heat_capacity_ratio", gas.heat_capacity_ratio, 1.0);
   fields.finite("flow_mol_s", gas.flow_mol_s, base::scene_number_max);
   fields.not_negative("leak_mol_s_pa", gas.leak_mol_s_pa);
+  if (gas.burst_pressure_pa) fields.positive("burst_pressure_pa", *gas.burst_pressure_pa);
   if (const base::Status status = check_holds_gas(mesh); !status.ok()) body_fields.fail(status);
 }
 
@@ -274,6 +276,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
   Fields springs = fields.in("springs");
   springs.not_negative("stiffness_n_m", body.springs.stiffness_n_m, base::stiffness_max_n_m);
   springs.not_negative("damping_n_s_m", body.springs.damping_n_s_m, base::damping_max_n_s_m);
+  springs.not_negative("bend_stiffness_n_m", body.springs.bend_stiffness_n_m, base::stiffness_max_n_m);
   springs.positive("rest_scale", body.springs.rest_scale, base::rest_scale_max);
   if (body.gas) check_gas(*body.gas, *body.mesh, fields);
   check_surface(body.surface, fields.in("surface"));

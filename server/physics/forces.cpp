@@ -80,6 +80,27 @@ void add_pressure_on_normals(const Mesh& mesh, double pressure_pa, std::span<con
   }
 }
 
+// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so a hand holds no harder than
+// that.
+template <class Real>
+void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
+               std::span<Vec3<Real>> force) {
+  const double mass = static_cast<double>(body.vertex_mass_kg);
+  for (const Grab& grab : body.grabs) {
+    const double stiffness = std::min(grab.stiffness_n_m, 0.25 * mass / (dt_s * dt_s));
+    const double damping = std::min(grab.damping_n_s_m, 0.5 * mass / dt_s);
+    const Vec3d offset = grab.target - x[grab.vertex].template cast<double>();
+    const Vec3d pull = stiffness * offset - damping * v[grab.vertex].template cast<double>();
+    force[grab.vertex] += pull.cast<Real>();
+  }
+}
+
+}  // namespace
+
+bool has_wind(const SoftBody& body, const Atmosphere& atmosphere) {
+  return (body.drag.normal > 0.0 || body.drag.tangential > 0.0) && atmosphere.density_kg_m3 > 0.0;
+}
+
 // A flat plate in an air stream: 1/2 rho C A u|u|, split into the part along the face's normal and the part along the
 // face.
 template <class Real>
@@ -107,23 +128,6 @@ void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<cons
   }
 }
 
-// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so a hand holds no harder than
-// that.
-template <class Real>
-void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
-               std::span<Vec3<Real>> force) {
-  const double mass = static_cast<double>(body.vertex_mass_kg);
-  for (const Grab& grab : body.grabs) {
-    const double stiffness = std::min(grab.stiffness_n_m, 0.25 * mass / (dt_s * dt_s));
-    const double damping = std::min(grab.damping_n_s_m, 0.5 * mass / dt_s);
-    const Vec3d offset = grab.target - x[grab.vertex].template cast<double>();
-    const Vec3d pull = stiffness * offset - damping * v[grab.vertex].template cast<double>();
-    force[grab.vertex] += pull.cast<Real>();
-  }
-}
-
-}  // namespace
-
 template <class Real>
 double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
   switch (body.volume) {
@@ -137,10 +141,6 @@ double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
       return static_cast<double>(volume_m3(fit_ellipsoid<Real>(x)));
   }
   return 0.0;
-}
-
-bool has_wind(const SoftBody& body, const Atmosphere& atmosphere) {
-  return (body.drag.normal > 0.0 || body.drag.tangential > 0.0) && atmosphere.density_kg_m3 > 0.0;
 }
 
 template <class Real>
@@ -178,6 +178,10 @@ template <class Real>
 void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                       const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,
                       Profile* profile) {
+  if (!body.hinges.empty()) {
+    const StageTimer timer(profile, Stage::bending);
+    add_bending<Real>(body.hinges, body.body.springs.bend_stiffness_n_m, x, force);
+  }
   if (body.gas && with_gas) {
     {  // 2: volume
       const StageTimer timer(profile, Stage::volume);
@@ -200,6 +204,8 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
 
 #define PNEUMA_INSTANTIATE(Real)                                                                                   \
   template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                              \
+  template void add_wind<Real>(const SoftBody&, const Atmosphere&, std::span<const Vec3<Real>>,                    \
+                               std::span<const Vec3<Real>>, std::span<Vec3<Real>>);                                \
   template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);   \
   template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>,   \
                                      const Surroundings&, double, std::span<Vec3<Real>>, Profile*);                \

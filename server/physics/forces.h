@@ -24,18 +24,24 @@ template <class Real>
 void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                     const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile);
 
-/// The forces that compute_forces adds to gravity and springs, in the same order: pressure where `with_gas`, wind,
-/// grabs.
+/// The forces that compute_forces adds to gravity and springs, in the same order: bending, pressure where `with_gas`,
+/// wind, grabs.
 template <class Real>
 void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                       const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,
                       Profile* profile);
 
-[[nodiscard]] bool has_wind(const SoftBody& body, const Atmosphere& atmosphere);
-
 /// Sets the pressure of the body's gas to what it is at body.volume_m3.
 template <class Real>
 void update_pressure(SoftState<Real>& body, const Atmosphere& atmosphere);
+
+/// Whether the air acts on the body.
+[[nodiscard]] bool has_wind(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// Adds the force of the air alone.
+template <class Real>
+void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3<Real>> x,
+              std::span<const Vec3<Real>> v, std::span<Vec3<Real>> force);
 
 /// Adds the pressure force alone: P A n of each face shared to its three particles, or the paper's spread by vertex
 /// normals.

@@ -27,6 +27,12 @@ double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3) 
   return state.moles * gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3) / floored(state, volume_m3);
 }
 
+double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3) {
+  if (volume_m3 <= gas_volume_floor * state.volume_ref_m3) return 0.0;
+  const double exponent = gas.law == GasLaw::adiabatic ? gas.heat_capacity_ratio : 1.0;
+  return exponent * gas_pressure_pa(state, gas, volume_m3) / volume_m3;
+}
+
 void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s) {
   const double inside_pa = outside_pa + pressure_over_outside_pa;
   double leaked = gas.leak_mol_s_pa * pressure_over_outside_pa * dt_s;
@@ -37,5 +43,51 @@ void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, 
   }
   state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);
 }
+
+namespace {
+
+template <class Real>
+bool bursts(const SoftState<Real>& body) {
+  const std::optional<double>& limit_pa = body.body.gas->burst_pressure_pa;
+  return limit_pa && body.pressure_pa > *limit_pa;
+}
+
+}  // namespace
+
+template <class Real>
+bool is_gas_eventful(const SoftState<Real>& body) {
+  return body.gas && (bursts(body) || (body.volume_m3 <= 0.0) != body.inverted);
+}
+
+template <class Real>
+void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s) {
+  if (!body.gas) return;
+  if (bursts(body)) {
+    body.gas_event = GasEvent{GasEvent::Kind::burst, body.pressure_pa, body.volume_m3};
+    lose_gas(body);
+    return;
+  }
+  const bool inverted = body.volume_m3 <= 0.0;
+  if (inverted && !body.inverted) {
+    body.gas_event = GasEvent{GasEvent::Kind::inverted, body.pressure_pa, body.volume_m3};
+  }
+  body.inverted = inverted;
+  flow_gas(*body.gas, *body.body.gas, body.pressure_pa, outside_pa, dt_s);
+}
+
+template <class Real>
+void lose_gas(SoftState<Real>& body) {
+  body.gas.reset();
+  body.body.gas.reset();
+  body.pressure_pa = 0.0;
+  body.inverted = false;
+}
+
+template bool is_gas_eventful<float>(const SoftState<float>&);
+template bool is_gas_eventful<double>(const SoftState<double>&);
+template void advance_gas<float>(SoftState<float>&, double, double);
+template void advance_gas<double>(SoftState<double>&, double, double);
+template void lose_gas<float>(SoftState<float>&);
+template void lose_gas<double>(SoftState<double>&);
 
 }  // namespace pneuma::physics

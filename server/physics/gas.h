@@ -17,8 +17,24 @@ inline constexpr double gas_volume_floor = 1e-3;
 /// Absolute pressure P = n R T / V.
 [[nodiscard]] double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3);
 
+/// -dP/dV: P / V, and the heat capacity ratio times that where adiabatic; 0 below the floor.
+[[nodiscard]] double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3);
+
 /// Pumps and leaks for dt_s: moles move by flow_mol_s, and by leak_mol_s_pa a pascal of `pressure_over_outside_pa`
 /// outwards, but not past the balance with `outside_pa`. There are never fewer than none.
 void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s);
+
+/// The body goes on without: an open skin.
+template <class Real>
+void lose_gas(SoftState<Real>& body);
+
+/// Whether advance_gas would do more than let the gas flow.
+template <class Real>
+[[nodiscard]] bool is_gas_eventful(const SoftState<Real>& body);
+
+/// Between two substeps: flows, bursts where the pressure over the outside is past the body's own limit (the gas is
+/// gone then, and the body an open skin), and notes a volume of 0 or below once until it is positive again.
+template <class Real>
+void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s);
 
 }  // namespace pneuma::physics

@@ -43,13 +43,8 @@ class LaneStep {
     load();
   }
 
+  // The forces of a substep and what they do, between two states of the gas.
   void substep() {
-    for (SoftState<Real>* body : bodies_) {
-      if (body->gas) {
-        flow_gas(*body->gas, *body->body.gas, body->pressure_pa, settings_.surroundings.atmosphere.pressure_pa,
-                 settings_.dt_s);
-      }
-    }
     const auto from_start = [&](Substage substage) { evaluate_and_update(scratch_.x, scratch_.v, substage); };
     const auto from_stage = [&](Substage substage) {
       evaluate_and_update(scratch_.x_stage, scratch_.v_stage, substage);
@@ -67,6 +62,19 @@ class LaneStep {
         from_stage(Substage::rk4_second);
         from_stage(Substage::rk4_third);
         return from_stage(Substage::rk4_fourth);
+      default:
+        assert(false && "no explicit method");
+    }
+  }
+
+  // Lets the gas of each body flow. A lane in which more happens than that is not to be kept.
+  void flow() {
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      SoftState<Real>& body = *bodies_[lane];
+      if (!body.gas) continue;
+      eventful_[lane] = static_cast<std::uint8_t>(eventful_[lane] | static_cast<int>(is_gas_eventful(body)));
+      flow_gas(*body.gas, *body.body.gas, body.pressure_pa, settings_.surroundings.atmosphere.pressure_pa,
+               settings_.dt_s);
     }
   }
 
@@ -81,7 +89,9 @@ class LaneStep {
       const Real move_max = update_.move_max_m.lanes[lane];
       // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
       const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
-      well[lane] = update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max ? 1 : 0;
+      well[lane] =
+          update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max && eventful_[lane] == 0 ? 1
+                                                                                                                   : 0;
       reach_max.lanes[lane] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
     }
     // The 0 after each z of a body alone passes too.
@@ -340,7 +350,8 @@ class LaneStep {
                            scratch_.other_force, profile_);
     for (std::size_t i = 0; i < body.x.size(); ++i) {
       Real* force = scratch_.force.data() + at(mesh_.rings.slots[i], 0, 0);
-      for (std::size_t c = 0; c < 3; ++c) force[c] += scratch_.other_force[i][static_cast<Eigen::Index>(c)];
+      for (std::size_t c = 0; c < 3; ++c)
+        force[c] = (sprung_ ? force[c] : 0) + scratch_.other_force[i][static_cast<Eigen::Index>(c)];
     }
   }
 
@@ -381,6 +392,7 @@ class LaneStep {
   bool pulled_;  // the pulls of edges come first
   bool sprung_;  // there is anything for the ring pass to do
   bool other_forces_;
+  std::array<std::uint8_t, pack_slots> eventful_{};  // one a lane
   RingPass<Real> ring_;
   UpdatePass<Real> update_;
 };
@@ -422,12 +434,13 @@ bool has_lane_gas(const SoftBody& body, const Rings& rings) {
 template <class Real>
 bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere) {
   const bool other_gas = body.gas && !has_lane_gas(body.body, rings);
-  return other_gas || has_wind(body.body, atmosphere) || !body.grabs.empty();
+  return other_gas || !body.hinges.empty() || has_wind(body.body, atmosphere) || !body.grabs.empty();
 }
 
 template <class Real>
 void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
                 const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile) {
+  advance_gas(body, settings.surroundings.atmosphere.pressure_pa, settings.dt_s);  // it may lose its gas for good
   const std::array<SoftState<Real>*, 1> bodies{&body};
   LaneStep<Real> step(bodies, LaneLayout::alone, mesh, kernels, settings, false, scratch, workers, profile);
   step.substep();
@@ -445,7 +458,10 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>&
   }
   const LaneLayout layout = bodies.size() == 1 ? LaneLayout::alone : LaneLayout::fleet;
   LaneStep<Real> step(bodies, layout, mesh, kernels, settings, true, scratch, workers, profile);
-  for (std::uint32_t i = 0; i < substeps; ++i) step.substep();
+  for (std::uint32_t i = 0; i < substeps; ++i) {
+    step.flow();
+    step.substep();
+  }
   step.find_well(substeps, done);
   for (std::size_t lane = 0; lane < bodies.size(); ++lane) {
     if (done[lane] != 0) continue;

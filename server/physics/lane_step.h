@@ -71,20 +71,21 @@ struct LaneSettings {
 
 /// Whether the kernels measure the body's volume and spread its pressure: exactly, and by faces.
 [[nodiscard]] bool has_lane_gas(const SoftBody& body, const Rings& rings);
-/// Whether the body has forces that the kernels do not know: wind, grabs, gas by another method. Such a body steps
-/// alone.
+/// Whether the body has forces that the kernels do not know: bending, wind, grabs, gas by another method. Such a body
+/// steps alone.
 template <class Real>
 [[nodiscard]] bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere);
 
-/// One substep of one body, up to contact: gas flows, v advances by dt_s, dr is the move that belongs to it, and x
-/// stays. `workers` may be null; where the body is large they share it.
+/// One substep of one body, up to contact: its gas advances (advance_gas), v advances by dt_s, dr is the move that
+/// belongs to it, and x stays. `workers` may be null; where the body is large they share it.
 template <class Real>
 void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
                 const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile);
 
 /// As many substeps, x included, of bodies that touch nothing: up to kernels.width of one mesh, all with lane gas or
 /// all without, all damped or none, the same vertices pinned; or a single one. Sets `done[i]` where the i-th body has
-/// surely stayed within the limits all the way; the others are left as they were, dr aside.
+/// surely stayed within the limits all the way, and
+/// its gas just flowed; the others are left as they were, dr aside.
 template <class Real>
 void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
                  const LaneSettings& settings, std::uint32_t substeps, LaneScratch<Real>& scratch, Workers* workers,

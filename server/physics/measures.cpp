@@ -57,6 +57,7 @@ BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, c
     const double stretch_m = length_m - static_cast<double>(state.rest_lengths_m[e]);
     sums.elastic_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
   }
+  sums.elastic_j += bending_energy_j(state.hinges, state.body.springs.bend_stiffness_n_m, x);
   for (const auto& [a, b, c] : mesh.faces) sums.area_m2 += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
   if (mesh.closed) sums.volume_m3 = signed_volume_m3(x, mesh.faces);
 

@@ -10,6 +10,7 @@ namespace pneuma::physics {
 
 enum class Stage {
   springs,
+  bending,
   volume,
   pressure,
   wind,
@@ -22,9 +23,9 @@ enum class Stage {
   rigid,
   move
 };
-inline constexpr std::size_t stage_count = 12;
+inline constexpr std::size_t stage_count = 13;
 inline constexpr std::array<std::string_view, stage_count> stage_names{
-    "springs", "volume",      "pressure",     "wind",          "grabs", "integrate",
+    "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate",
     "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move"};
 
 struct StageRow {

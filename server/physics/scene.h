@@ -21,7 +21,12 @@ using Quatd = Eigen::Quaterniond;
 
 inline constexpr double gas_constant_j_mol_k = 8.31446261815324;
 
-enum class Integrator { explicit_euler, midpoint, rk4, symplectic_euler };
+enum class Integrator { explicit_euler, midpoint, rk4, symplectic_euler, implicit_euler, tr_bdf2, xpbd, automatic };
+/// Whether a step ends where the forces before and within it say; the others solve for the end.
+[[nodiscard]] constexpr bool is_explicit(Integrator integrator) {
+  return integrator <= Integrator::symplectic_euler;
+}
+enum class OnUnstable { refuse, substep, allow };
 enum class Precision { single_precision, double_precision };
 
 struct Stepping {
@@ -30,6 +35,8 @@ struct Stepping {
   Integrator integrator = Integrator::midpoint;
   Precision precision = Precision::double_precision;
   double error_target = 0.01;
+  std::uint32_t newton_iterations = 1;  // of implicit_euler and tr_bdf2
+  OnUnstable on_unstable = OnUnstable::refuse;
   bool operator==(const Stepping&) const = default;
 };
 
@@ -43,6 +50,7 @@ struct Springs {
   double stiffness_n_m = 0.0;
   double damping_n_s_m = 0.0;
   double rest_scale = 1.0;
+  double bend_stiffness_n_m = 0.0;  // N m a radian (hinge.h)
 };
 
 enum class GasLaw { isothermal, adiabatic };
@@ -54,6 +62,7 @@ struct Gas {
   double heat_capacity_ratio = 1.4;
   double flow_mol_s = 0.0;
   double leak_mol_s_pa = 0.0;
+  std::optional<double> burst_pressure_pa = std::nullopt;  // over the outside
 };
 
 enum class VolumeMethod { exact, box, ball, ellipsoid };

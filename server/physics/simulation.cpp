@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "base/limits.h"
+#include "physics/gas.h"
 #include "physics/soft_setup.h"
 
 namespace pneuma::physics {
@@ -13,6 +15,8 @@ namespace {
 
 constexpr const char* runaway_reason =
     "its motion was no longer finite, tore it apart, or went past the limits of speed and place";
+
+constexpr const char* failed_reason = "its integrator found no finite answer";
 
 // How many slots' worth of force evaluations one call of substep does at most, a lane: a millisecond, give or take.
 constexpr std::size_t slice_slots_max = 4'096;
@@ -90,17 +94,23 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
 
 void Simulation::make_plan() {
   visit([this]<class Real>(SoftBodies<Real>& bodies) {
-    bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty());
+    bodies.plan = {};
+    if (is_explicit(choice.integrator)) {
+      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty());
+    }
     bodies.scratch.clear();
+    bodies.solvers.clear();
   });
+  plan_is_stale_ = false;
 }
 
 bool Simulation::substep(Workers& workers) {
   substep_index += visit([&](auto& bodies) {
-    if (!bodies.plan.may_touch) return step_freely(bodies, workers);
+    if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, workers);
     substep_bodies(bodies, workers);
     return std::uint32_t{1};
   });
+  if (plan_is_stale_) make_plan();
   if (substep_index < choice.substeps) return false;
   substep_index = 0;
   ++tick;
@@ -115,7 +125,7 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, Workers& workers
   const LaneSettings settings = lane_settings();
   std::size_t slots = 1;
   for (const std::size_t mesh : plan.mesh_of_body) slots += plan.meshes[mesh]->rings.slot_count();
-  const std::size_t slice = slice_slots_max * plan.kernels->width / (slots * evaluations_of(scene.stepping.integrator));
+  const std::size_t slice = slice_slots_max * plan.kernels->width / (slots * evaluations_of(choice.integrator));
   const auto substeps = static_cast<std::uint32_t>(std::clamp<std::size_t>(slice, 1, choice.substeps - substep_index));
 
   const std::vector<StepTask> tasks = cut_into_tasks<Real>(plan, bodies.states, settings);
@@ -151,6 +161,7 @@ void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::
   for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
     step_alone(body, bodies.plan.mesh_of(index), *bodies.plan.kernels, lane_settings(), bodies.scratch[0], nullptr,
                profiling ? &bodies.profiles[index] : nullptr);
+    if (body.gas_event) report_gas(body);
     if (!is_well(body)) freeze(body);
     for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];
   }
@@ -166,6 +177,7 @@ void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
   for (std::uint32_t i = 0; i < bodies.states.size(); ++i) {
     if (!bodies.states[i].frozen) active.push_back(i);
   }
+  if (!is_explicit(choice.integrator)) return solve(bodies, active, workers);
   const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
     step_alone(bodies.states[i], plan.mesh_of(i), *plan.kernels, settings, scratch, shared,
                profiling ? &bodies.profiles[i] : nullptr);
@@ -179,6 +191,21 @@ void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
   }
 }
 
+// The same by a method that solves for where a substep ends.
+template <class Real>
+void Simulation::solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers) {
+  const Surroundings surroundings{scene.gravity, scene.atmosphere};
+  const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
+  bodies.solvers.resize(bodies.states.size());
+  workers.for_each(active.size(), [&](std::size_t k) {
+    const std::uint32_t i = active[k];
+    SoftState<Real>& body = bodies.states[i];
+    advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
+    physics::solve_step(body, method, surroundings, dt_s(), bodies.solvers[i],
+                        profiling ? &bodies.profiles[i] : nullptr);
+  });
+}
+
 // The paper's algorithm: steps 1 to 4 a body, then 5 with all of them, then 6.
 template <class Real>
 void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
@@ -186,6 +213,7 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   const double dt_s = this->dt_s();
 
   Profile* shared_profile = profiling ? &profile : nullptr;
+  collect_gas_events(bodies);
   freeze_runaways(bodies);  // before they meet others
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
@@ -215,8 +243,22 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
   for (SoftState<Real>& body : bodies.states) {
-    if (!body.frozen && !is_well(body)) freeze(body);
+    if (!body.frozen && (body.solve_failed || !is_well(body))) freeze(body);
   }
+}
+
+template <class Real>
+void Simulation::collect_gas_events(SoftBodies<Real>& bodies) {
+  for (SoftState<Real>& body : bodies.states) {
+    if (body.gas_event) report_gas(body);
+  }
+}
+
+template <class Real>
+void Simulation::report_gas(SoftState<Real>& body) {
+  const GasEvent event = *std::exchange(body.gas_event, std::nullopt);
+  plan_is_stale_ |= event.kind == GasEvent::Kind::burst;
+  gas_events.push_back({body.body.name, event});
 }
 
 // A body that has run away keeps the place where it was last well.
@@ -225,7 +267,7 @@ void Simulation::freeze(SoftState<Real>& body) {
   std::ranges::fill(body.v, Vec3<Real>::Zero());
   std::ranges::fill(body.dr, Vec3<Real>::Zero());
   body.frozen = true;
-  frozen.push_back({body.body.name, runaway_reason});
+  frozen.push_back({body.body.name, body.solve_failed ? failed_reason : runaway_reason});
 }
 
 }  // namespace pneuma::physics

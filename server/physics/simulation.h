@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "physics/contact.h"
+#include "physics/solve_step.h"
 #include "physics/stability.h"
 #include "physics/step_plan.h"
 #include "physics/world.h"
@@ -14,9 +15,10 @@ namespace pneuma::physics {
 template <class Real>
 struct SoftBodies {
   std::vector<SoftState<Real>> states;
-  StepPlan<Real> plan;                     // of these states
-  std::vector<LaneScratch<Real>> scratch;  // one a thread
-  std::vector<Profile> profiles;           // one a body, so that workers share none; empty while not profiling
+  StepPlan<Real> plan;                       // of these states
+  std::vector<LaneScratch<Real>> scratch;    // one a thread
+  std::vector<SolverScratch<Real>> solvers;  // one a body; empty where the method is explicit
+  std::vector<Profile> profiles;             // one a body, so that workers share none; empty while not profiling
   Contacts<Real> contacts;
 };
 
@@ -55,13 +57,14 @@ class Simulation {
   std::uint64_t tick_base = 0;
 
   std::vector<FrozenBody> frozen;
+  std::vector<BodyGasEvent> gas_events;
   bool profiling = false;
   Profile profile{};
 
  private:
   [[nodiscard]] double dt_s() const { return period_s() / choice.substeps; }
   [[nodiscard]] LaneSettings lane_settings() const {
-    return {scene.stepping.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
+    return {choice.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
   }
   template <class Real>
   std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
@@ -72,9 +75,17 @@ class Simulation {
   template <class Real>
   void integrate(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
+  void solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers);
+  template <class Real>
   void freeze_runaways(SoftBodies<Real>& bodies);
   template <class Real>
   void freeze(SoftState<Real>& body);
+  template <class Real>
+  void collect_gas_events(SoftBodies<Real>& bodies);
+  template <class Real>
+  void report_gas(SoftState<Real>& body);
+
+  bool plan_is_stale_ = false;  // a body has lost the gas that it was planned with
 };
 
 [[nodiscard]] RigidState make_rigid_state(const RigidBody& body);

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "base/limits.h"
+#include "physics/gas.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {
@@ -77,7 +78,11 @@ bool soft_fields(Archive& archive, SoftState<Real>& body) {
     }
   }
   if (!archive.field(body.frozen) || !archive.field(body.volume_m3) || !archive.field(body.pressure_pa)) return false;
-  if (!archive.count(body.gas ? 1 : 0)) return false;
+  // A body may have lost the gas that its scene gave it, but not come by one.
+  bool has_gas = body.gas.has_value();
+  if (!archive.field(has_gas) || (has_gas && !body.gas)) return false;
+  if (!has_gas && body.gas) lose_gas(body);
+  if (!archive.field(body.inverted)) return false;
   if (body.gas && !(archive.field(body.gas->moles) && archive.field(body.gas->temperature_ref_k) &&
                     archive.field(body.gas->volume_ref_m3))) {
     return false;

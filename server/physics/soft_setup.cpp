@@ -42,6 +42,7 @@ void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
   state.length_m = static_cast<Real>(body_length_m(*body.mesh));
   state.rest_lengths_m = rest_lengths_m<Real>(body);
+  state.hinges = body.springs.bend_stiffness_n_m > 0.0 ? make_hinges(*body.mesh) : std::vector<Hinge>();
   state.pinned = pinned_vertices(body);
   for (std::size_t i = 0; i < state.pinned.size(); ++i) {
     if (state.pinned[i] != 0) state.v[i].setZero();
@@ -78,8 +79,7 @@ bool continues(const SoftBody& before, const SoftBody& after) {
 template <class Real>
 void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
   if (!body.gas) {
-    state.gas.reset();
-    state.pressure_pa = 0.0;
+    lose_gas(state);
   } else {
     const double volume_m3 = body_volume_m3<Real>(body, state.x);
     if (!state.gas) {
@@ -97,7 +97,7 @@ void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
 
 template <class Real>
 SoftBody live_body(const SoftState<Real>& state) {
-  SoftBody body = state.body;
+  SoftBody body = state.body;  // without a gas that it lost
   if (state.gas) {
     body.gas->moles = state.gas->moles;
     body.gas->temperature_k = gas_temperature_k(*state.gas, *state.body.gas, state.volume_m3);

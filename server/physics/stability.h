@@ -1,4 +1,4 @@
-// How long a step an explicit integrator may take, from a scene's stiffness.
+// Which integrator steps a scene, and how long a step it may take, from the scene's stiffness.
 #pragma once
 
 #include <string>
@@ -10,26 +10,39 @@ namespace pneuma::physics {
 
 /// The fastest and the breathing motion of a body at rest.
 struct Frequencies {
-  double fastest_rad_s = 0.0;      // square root of the largest eigenvalue of M^-1 K, springs and gas
+  double fastest_rad_s = 0.0;      // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
   double fastest_decay_1_s = 0.0;  // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
+  double gas_rad_s = 0.0;          // of the gas alone, along gradV
+  double bending_rad_s = 0.0;      // of bending alone, which nothing damps
   double breathing_rad_s = 0.0;    // Rayleigh quotient of uniform scaling
 };
 
-/// By power iteration on the rest shape's linearised springs and the gas's rank-one term (g P / V) gradV gradV^T.
-/// Drag counts as it is in a wind of the atmosphere's own speed.
+/// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
+/// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
-/// The longest step that keeps a motion of these frequencies from growing (see the source for each method's condition),
-/// and the breathing motion's phase within error_target a period.
-[[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target);
+/// Past this step the motion grows out of bounds: no margin, except that explicit Euler and midpoint, which grow at any
+/// step without damping, may grow e-fold in a second. Infinite for the implicit methods and XPBD.
+[[nodiscard]] double stability_limit_s(Integrator integrator, const Frequencies& frequencies);
+
+/// The longest step that keeps a motion of these frequencies from growing, with a margin (see the source for each
+/// method's condition), and the breathing motion within error_target a period. Breathing that takes less than two ticks
+/// is not seen at all: of it the implicit methods and XPBD keep the mean alone.
+[[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
+                                    double tick_period_s);
 
 struct SubstepChoice {
   std::uint32_t substeps = 1;
+  Integrator integrator = Integrator::midpoint;  // never `automatic`
   std::string reason;
 };
 
-/// The scene's own number of substeps, or, where that is 0, the smallest that satisfies every body. Fails where more
-/// than substeps_max would be needed, naming the body.
+/// The integrator and the number of substeps that a scene asks for or leaves open.
+/// AUTO is the method that meets every body's longest step at the least cost in force evaluations (or, where the scene
+/// gives the substeps, the cheapest that is stable with them).
+/// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
+/// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
+/// needed, naming the body.
 [[nodiscard]] base::Result<SubstepChoice> choose_substeps(const Scene& scene);
 
 }  // namespace pneuma::physics

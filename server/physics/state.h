@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/hinge.h"
 #include "physics/scene.h"
 
 namespace pneuma::physics {
@@ -19,6 +20,14 @@ struct GasState {
   // The temperature at volume_ref_m3; it stays there when isothermal, and follows T V^(g-1) when adiabatic.
   double temperature_ref_k = 0.0;
   double volume_ref_m3 = 0.0;
+};
+
+/// What a gas did that others want to hear of.
+struct GasEvent {
+  enum class Kind { burst, inverted };
+  Kind kind = Kind::burst;
+  double pressure_pa = 0.0;  // over the outside, when it happened
+  double volume_m3 = 0.0;
 };
 
 /// A vertex held to a moving point by a damped spring.
@@ -36,14 +45,18 @@ struct SoftState {
   Real vertex_mass_kg = 0;
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
   std::vector<Real> rest_lengths_m;  // one an edge of body.mesh
+  std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
   std::vector<Vec3<Real>> x;         // positions, m
   std::vector<Vec3<Real>> v;         // velocities, m/s
   std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
   std::optional<GasState> gas;
-  double volume_m3 = 0.0;    // by the body's own method, at the last force evaluation
-  double pressure_pa = 0.0;  // over the outside, at the last force evaluation
+  double volume_m3 = 0.0;             // by the body's own method, at the last force evaluation
+  double pressure_pa = 0.0;           // over the outside, at the last force evaluation
+  bool inverted = false;              // the gas's volume was 0 or less then
+  std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;
+  bool solve_failed = false;  // the integrator found no finite answer in this substep
   bool frozen = false;
 
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }

@@ -137,6 +137,9 @@ double World::tick_period_s() const {
 std::uint32_t World::substeps() const {
   return simulation_->choice.substeps;
 }
+Integrator World::integrator() const {
+  return simulation_->choice.integrator;
+}
 const std::string& World::substeps_reason() const {
   return simulation_->choice.reason;
 }
@@ -181,6 +184,10 @@ std::vector<FrozenBody> World::take_frozen() {
   return std::exchange(simulation_->frozen, {});
 }
 
+std::vector<BodyGasEvent> World::take_gas_events() {
+  return std::exchange(simulation_->gas_events, {});
+}
+
 void World::set_profiling(bool on) {
   simulation_->profiling = on;
 }
@@ -192,8 +199,10 @@ Profile World::profile() const {
     for (const Profile& profile : bodies.profiles) add_times(sum, profile);
     for (const auto& mesh : bodies.plan.meshes) add_bytes(Stage::springs, mesh->bytes());
     for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
+    for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
     for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::springs, state.rest_lengths_m.capacity() * sizeof(Real));
+      add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, state.pinned.capacity());
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
       add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));

@@ -29,6 +29,12 @@ struct FrozenBody {
   std::string reason;
 };
 
+/// A gas that burst its body, or a body whose volume was lost.
+struct BodyGasEvent {
+  std::string name;
+  GasEvent event;
+};
+
 /// How a request names a point of a body.
 struct NearPoint {
   Vec3d position = Vec3d::Zero();
@@ -73,7 +79,8 @@ class World {
   [[nodiscard]] double time_s() const;       // simulated; tick / rate unless the rate was changed
   [[nodiscard]] double tick_period_s() const;
   [[nodiscard]] std::uint32_t substeps() const;              // a tick, as chosen
-  [[nodiscard]] const std::string& substeps_reason() const;  // why that many
+  [[nodiscard]] Integrator integrator() const;               // the one chosen where the scene leaves it open
+  [[nodiscard]] const std::string& substeps_reason() const;  // why these
 
   [[nodiscard]] std::size_t soft_body_count() const;
   [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;
@@ -94,6 +101,8 @@ class World {
 
   /// Bodies frozen since the last call.
   [[nodiscard]] std::vector<FrozenBody> take_frozen();
+  /// What gases did since the last call.
+  [[nodiscard]] std::vector<BodyGasEvent> take_gas_events();
 
   /// FNV-1a over the bits of the whole state in a fixed order (positions, velocities, gas, solids, time).
   [[nodiscard]] std::uint64_t state_hash() const;

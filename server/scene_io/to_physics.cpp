@@ -89,27 +89,36 @@ Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
   if (in.has_rate_hz()) out.rate_hz = in.rate_hz();
   out.substeps = in.substeps();
   if (in.has_error_target()) out.error_target = in.error_target();
+  if (in.has_newton_iterations()) out.newton_iterations = in.newton_iterations();
   Failures failures;
   failures.note("integrator", read_enum(in.integrator(),
                                         {{v1::Stepping::MIDPOINT, midpoint},
                                          {v1::Stepping::EXPLICIT_EULER, explicit_euler},
                                          {v1::Stepping::RK4, rk4},
-                                         {v1::Stepping::SYMPLECTIC_EULER, symplectic_euler}},
+                                         {v1::Stepping::SYMPLECTIC_EULER, symplectic_euler},
+                                         {v1::Stepping::IMPLICIT_EULER, implicit_euler},
+                                         {v1::Stepping::TR_BDF2, tr_bdf2},
+                                         {v1::Stepping::XPBD, xpbd},
+                                         {v1::Stepping::AUTO, automatic}},
                                         out.integrator));
   failures.note(
       "precision",
       read_enum(in.precision(), {{v1::Stepping::DOUBLE, double_precision}, {v1::Stepping::SINGLE, single_precision}},
                 out.precision));
+  using physics::OnUnstable;
+  failures.note("on_unstable", read_enum(in.on_unstable(),
+                                         {{v1::Stepping::REFUSE, OnUnstable::refuse},
+                                          {v1::Stepping::SUBSTEP, OnUnstable::substep},
+                                          {v1::Stepping::ALLOW, OnUnstable::allow}},
+                                         out.on_unstable));
   return failures.first();
 }
 
-Status read_springs(const v1::Springs& in, physics::Springs& out) {
+void read_springs(const v1::Springs& in, physics::Springs& out) {
   out.stiffness_n_m = in.stiffness_n_m();
   out.damping_n_s_m = in.damping_n_s_m();
   if (in.has_rest_scale()) out.rest_scale = in.rest_scale();
-  Failures failures;
-  failures.note("bend_stiffness_n_m", refuse_if(in.bend_stiffness_n_m() != 0.0, "bending springs"));
-  return failures.first();
+  out.bend_stiffness_n_m = in.bend_stiffness_n_m();
 }
 
 Status read_gas(const v1::Gas& in, physics::Gas& out) {
@@ -118,6 +127,7 @@ Status read_gas(const v1::Gas& in, physics::Gas& out) {
   if (in.has_heat_capacity_ratio()) out.heat_capacity_ratio = in.heat_capacity_ratio();
   out.flow_mol_s = in.flow_mol_s();
   out.leak_mol_s_pa = in.leak_mol_s_pa();
+  if (in.has_burst_pressure_pa()) out.burst_pressure_pa = in.burst_pressure_pa();
   using enum physics::GasLaw;
   Failures failures;
   failures.note("law",
@@ -210,7 +220,7 @@ Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics
   if (mesh.ok()) out.mesh = *mesh;
   read_motion(in, out, failures);
   if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
-  failures.note("springs", read_springs(in.springs(), out.springs));
+  read_springs(in.springs(), out.springs);
   if (in.has_gas()) failures.note("gas", read_gas(in.gas(), out.gas.emplace()));
   failures.note("volume", read_volume(in.volume(), out.volume));
   using physics::PressureSpread;

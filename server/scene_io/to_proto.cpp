@@ -60,6 +60,7 @@ v1::Shape to_proto(const physics::Shape& shape) {
 v1::Scene to_proto(const physics::Scene& live, const v1::Scene& current) {
   v1::Scene out = current;
   visit_pairs(live.soft_bodies, *out.mutable_soft_bodies(), [](const physics::SoftBody& from, v1::SoftBody& to) {
+    if (!from.gas) to.clear_gas();  // it burst
     if (!from.gas || !to.has_gas()) return;
     to.mutable_gas()->set_moles(from.gas->moles);
     to.mutable_gas()->set_temperature_k(from.gas->temperature_k);

@@ -13,7 +13,8 @@ namespace pneuma::scene_io {
 /// is refused with StatusCode::unsupported.
 [[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene);
 
-/// `current` with the amounts and temperatures of gas as they are in `live`; bodies are matched by name.
+/// `current` with the amounts and temperatures of gas as they are in `live`, and without what burst; bodies are matched
+/// by name.
 [[nodiscard]] v1::Scene to_proto(const physics::Scene& live, const v1::Scene& current);
 
 [[nodiscard]] v1::Shape to_proto(const physics::Shape& shape);

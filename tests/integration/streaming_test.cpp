@@ -191,5 +191,19 @@ TEST_F(Streaming, ARunawayBodyIsReportedAndTheOthersGoOn) {
   EXPECT_LT(stats->soft_bodies(1).momentum().y(), 0.0) << "it falls on";
 }
 
+TEST_F(Streaming, ABurstBodyIsReportedAndItsGasIsGone) {
+  client::Client ann = connect();
+  v1::Scene scene = two_balls();
+  scene.mutable_soft_bodies(1)->mutable_gas()->set_moles(1.0);
+  scene.mutable_soft_bodies(1)->mutable_gas()->set_burst_pressure_pa(1.0);
+  create(ann, scene, "w", true);
+  ASSERT_TRUE(ann.subscribe("w").ok());
+  ASSERT_TRUE(ann.step("w", 2).ok());
+  const auto event = await_event(ann, v1::Event::BODY_BURST);
+  ASSERT_TRUE(event);
+  EXPECT_EQ(event->body(), scene.soft_bodies(1).name());
+  EXPECT_EQ(ann.stats("w")->soft_bodies(1).moles(), 0.0);
+}
+
 }  // namespace
 }  // namespace pneuma::integration

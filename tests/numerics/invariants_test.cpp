@@ -24,7 +24,8 @@ Scene lopsided(Integrator integrator) {
 
 TEST(FreeBody, KeepsItsMomentumWithEveryIntegrator) {
   for (const Integrator integrator :
-       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler}) {
+       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
+        Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd}) {
     Scene scene = lopsided(integrator);
     scene.soft_bodies[0].velocity = {1.0, -2.0, 0.5};
     scene.soft_bodies[0].springs.damping_n_s_m = 0.1;

@@ -37,7 +37,11 @@ Scene empty_scene(Integrator integrator, Precision precision) {
   Scene scene;
   scene.gravity = {0.3, -9.81, 0.0};
   scene.atmosphere.pressure_pa = 10.0;
-  scene.stepping = {.rate_hz = 60, .substeps = 8, .integrator = integrator, .precision = precision};
+  scene.stepping = {.rate_hz = 60,
+                    .substeps = 8,
+                    .integrator = integrator,
+                    .precision = precision,
+                    .on_unstable = OnUnstable::allow};  // only the bits matter here
   return scene;
 }
 
@@ -185,10 +189,10 @@ TEST_P(Lanes, GiveTheGoldenHashes) {
   const bool single = GetParam() == Precision::single_precision;
   // A change of these changes every world's future: say so in CHANGELOG.md.
   const std::array<std::uint64_t, 5> golden =
-      single ? std::array<std::uint64_t, 5>{0x27fa92ddd1629907U, 0x6da94b88bed348c6U, 0xa3c5c4940de0f0f3U,
-                                            0x9acd22ea233a91c9U, 0x1f4e519a407a710bU}
-             : std::array<std::uint64_t, 5>{0xd16572ccce15e0b4U, 0x9f7aeec5b7e4ebd9U, 0x51d604fcec598313U,
-                                            0xc516712973f3bf82U, 0xfddba400ee37161fU};
+      single ? std::array<std::uint64_t, 5>{0x73e95fb6e808edd3U, 0xf8df022bad4f3576U, 0x79f81f5358f2fd23U,
+                                            0x62ec72b4c81b30a9U, 0x55231b25f4fe1573U}
+             : std::array<std::uint64_t, 5>{0xfe748659c4441268U, 0xddd0714686f6b2c1U, 0xb90fa8f081768f53U,
+                                            0xe3050f31ce5cf01aU, 0xd395bfe4370b88f7U};
   for (std::size_t i = 0; i < all_integrators.size(); ++i) {
     Scene scene = fleet(5, all_integrators[i], GetParam());
     for (SoftBody& body : scene.soft_bodies) body.gas->law = GasLaw::isothermal;  // pow() is the C library's

@@ -51,7 +51,8 @@ TEST(Frequencies, DampingFollowsTheSpringsPattern) {
 
 TEST(Substeps, ChosenOnesHoldForEveryIntegrator) {
   for (const Integrator integrator :
-       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler}) {
+       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
+        Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd, Integrator::automatic}) {
     Scene scene;
     scene.stepping.integrator = integrator;
     SoftBody body = ball(1, 200.0, 20.0);
@@ -91,9 +92,60 @@ TEST(Substeps, HoldALightClothInAStrongWind) {
 
 TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
   Scene scene;
-  scene.stepping.substeps = 3;
+  scene.stepping.substeps = 130;
+  scene.soft_bodies.push_back(ball(2, 1e3, 0.0));
+  const auto choice = choose_substeps(scene);
+  ASSERT_TRUE(choice.ok()) << choice.status().message();
+  EXPECT_EQ(choice->substeps, 130U);
+  EXPECT_EQ(choice->integrator, Integrator::midpoint);
+}
+
+TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
+  Scene scene;
+  scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
   scene.soft_bodies.push_back(ball(2, 1e6, 0.0));
+  // w^2 = 6.2 k / m: 2 / w is 63 us, a tick of 1/60 s is 264 of these.
+  const auto refused = choose_substeps(scene);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.status().where(), "stepping.substeps");
+  EXPECT_NE(refused.status().what().find("stable up to a step of 6."), std::string::npos) << refused.status().what();
+
+  scene.stepping.on_unstable = OnUnstable::substep;
+  const auto raised = choose_substeps(scene);
+  ASSERT_TRUE(raised.ok());
+  EXPECT_GT(raised->substeps, 264U);
+  EXPECT_LT(raised->substeps, 2 * 264U * 1.1);
+
+  scene.stepping.on_unstable = OnUnstable::allow;
   EXPECT_EQ(choose_substeps(scene)->substeps, 3U);
+  EXPECT_NE(choose_substeps(scene)->reason.find("unstable"), std::string::npos);
+}
+
+TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
+  // z^2 - (2 - 2a - b) z + (1 - 2a) = 0 with a = ch/2, b = (wh)^2: a root passes -1 at b + 4a = 4.
+  const Frequencies undamped{.fastest_rad_s = 50.0};
+  EXPECT_NEAR(stability_limit_s(Integrator::symplectic_euler, undamped), 2.0 / 50.0, 1e-15);
+  const Frequencies damped{.fastest_rad_s = 50.0, .fastest_decay_1_s = 30.0};
+  const double h = stability_limit_s(Integrator::symplectic_euler, damped);
+  EXPECT_NEAR(2500.0 * h * h + 2.0 * 30.0 * h, 4.0, 1e-12);
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd}) {
+    EXPECT_TRUE(std::isinf(stability_limit_s(integrator, damped)));
+  }
+}
+
+TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) {
+  Scene scene;
+  scene.stepping.integrator = Integrator::automatic;
+  scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
+  const auto soft = choose_substeps(scene);
+  ASSERT_TRUE(soft.ok());
+  EXPECT_LE(soft->integrator, Integrator::symplectic_euler);
+  scene.soft_bodies.push_back(ball(2, 1e6, 5.0));
+  const auto stiff = choose_substeps(scene);
+  ASSERT_TRUE(stiff.ok());
+  EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
+  EXPECT_LE(stiff->substeps, 4U);
+  EXPECT_NE(stiff->reason.find("SYMPLECTIC_EULER asks for"), std::string::npos) << stiff->reason;
 }
 
 TEST(Substeps, PastTheLimitAreRefusedNamingTheBody) {

@@ -234,6 +234,7 @@ TEST(Runaway, BodyIsFrozenWhereItWasWellAndTheOthersGoOn) {
   Scene scene;
   scene.stepping.integrator = Integrator::explicit_euler;
   scene.stepping.substeps = 1;
+  scene.stepping.on_unstable = OnUnstable::allow;
   scene.soft_bodies = {ball("stiff"), ball("soft", {5.0, 0.0, 0.0})};
   scene.soft_bodies[0].springs.stiffness_n_m = 1e9;
   scene.soft_bodies[0].collision.soft = SoftCollision::none;
@@ -271,6 +272,33 @@ TEST(Profile, HasZeroRowsForWhatTheSceneDoesNotUse) {
     EXPECT_EQ(row(stage).calls, 0U) << stage_names[static_cast<std::size_t>(stage)];
     EXPECT_EQ(row(stage).bytes, 0U) << stage_names[static_cast<std::size_t>(stage)];
   }
+}
+
+TEST(World, APumpedBodyBurstsOnceAndGoesOnAsAnOpenSkin) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  scene.soft_bodies[0].gas = Gas{.moles = 0.01, .flow_mol_s = 0.1, .burst_pressure_pa = 100.0};
+  World world = make(scene);
+  run(world, 2);
+  EXPECT_TRUE(world.take_gas_events().empty());
+  EXPECT_GT(world.measure(0).moles, 0.01);
+  run(world, 120);
+  const auto events = world.take_gas_events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].name, "a");
+  EXPECT_EQ(events[0].event.kind, GasEvent::Kind::burst);
+  EXPECT_GT(events[0].event.pressure_pa, 100.0);
+  EXPECT_EQ(world.measure(0).moles, 0.0);
+  EXPECT_EQ(world.measure(0).pressure_pa, 0.0);
+  EXPECT_FALSE(world.scene().soft_bodies[0].gas.has_value());
+
+  // The scene that it was made from still has the gas; the snapshot knows better.
+  World restored = make(scene);
+  ASSERT_TRUE(restored.restore(world.snapshot()).ok());
+  run(world, 10);
+  run(restored, 10);
+  EXPECT_EQ(restored.state_hash(), world.state_hash());
+  EXPECT_EQ(restored.measure(0).moles, 0.0);
 }
 
 }  // namespace

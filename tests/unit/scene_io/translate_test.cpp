@@ -145,16 +145,32 @@ TEST(ToPhysics, TooManyBodiesAreRefusedByNumber) {
   EXPECT_EQ(built.status().where(), "soft_bodies");
 }
 
+TEST(ToPhysics, EveryIntegratorIsKnownByItsName) {
+  using enum physics::Integrator;
+  const std::vector<std::pair<std::string, physics::Integrator>> names{{"EXPLICIT_EULER", explicit_euler},
+                                                                       {"MIDPOINT", midpoint},
+                                                                       {"RK4", rk4},
+                                                                       {"SYMPLECTIC_EULER", symplectic_euler},
+                                                                       {"IMPLICIT_EULER", implicit_euler},
+                                                                       {"TR_BDF2", tr_bdf2},
+                                                                       {"XPBD", xpbd},
+                                                                       {"AUTO", automatic}};
+  for (const auto& [name, integrator] : names) {
+    const auto scene =
+        translate(R"({"stepping": {"newton_iterations": 3, "on_unstable": "SUBSTEP", "integrator": ")" + name + "\"}}");
+    ASSERT_TRUE(scene.ok()) << scene.status().message();
+    EXPECT_EQ(scene->stepping.integrator, integrator);
+    EXPECT_EQ(scene->stepping.newton_iterations, 3U);
+    EXPECT_EQ(scene->stepping.on_unstable, physics::OnUnstable::substep);
+  }
+}
+
 TEST(ToPhysics, WhatIsNotBuiltYetIsUnsupportedByPath) {
   const auto check = [](const base::Result<physics::Scene>& scene, const std::string& path) {
     ASSERT_FALSE(scene.ok()) << path;
     EXPECT_EQ(scene.status().code(), base::StatusCode::unsupported) << scene.status().message();
     EXPECT_EQ(scene.status().where(), path);
   };
-  for (const char* integrator : {"IMPLICIT_EULER", "TR_BDF2", "XPBD", "AUTO"}) {
-    check(translate(std::string(R"({"stepping": {"integrator": ")") + integrator + "\"}}"), "stepping.integrator");
-  }
-  check(with_body(R"("springs": {"bend_stiffness_n_m": 1})"), "soft_bodies[0].springs.bend_stiffness_n_m");
   check(with_body(R"("volume": {"method": "SUBDIVIDED"})"), "soft_bodies[0].volume.method");
   check(with_body(R"("volume": {"method": "MONTE_CARLO"})"), "soft_bodies[0].volume.method");
   check(with_body(R"("volume": {"resolution": 4})"), "soft_bodies[0].volume.resolution");
@@ -200,6 +216,17 @@ TEST(ToProto, LiveGasIsFoldedIntoTheBodyOfItsName) {
   EXPECT_EQ(scene.soft_bodies(3).gas().moles(), 0.5);
   EXPECT_EQ(scene.soft_bodies(3).gas().temperature_k(), 300.0);
   EXPECT_EQ(scene.soft_bodies(2).gas().moles(), current->soft_bodies(2).gas().moles());
+}
+
+TEST(ToProto, GasThatBurstIsNoMore) {
+  const auto current = builtin_scene("five-balls");
+  ASSERT_TRUE(current.ok());
+  auto live = to_physics(*current);
+  ASSERT_TRUE(live.ok());
+  live->soft_bodies[3].gas.reset();
+  const v1::Scene scene = to_proto(*live, *current);
+  EXPECT_FALSE(scene.soft_bodies(3).has_gas());
+  EXPECT_TRUE(scene.soft_bodies(2).has_gas());
 }
 
 TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {

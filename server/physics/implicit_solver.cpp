@@ -1,0 +1,156 @@
+#include "physics/implicit_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/gas.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// Of the error target times the body's length, a step: a settled body then costs one solve of the preconditioner.
+constexpr double settled_share = 1e-3;
+// Of the mean spacing of the particles: moves up to it change no edge's direction by much, and are taken as they are.
+constexpr double small_move = 0.1;
+// Of the body's length: the furthest that velocities are trusted to tell where a particle will be, seen from the body.
+constexpr double trusted_move = 0.25;
+constexpr int shortenings_max = 12;
+
+Vec3d mean(std::span<const Vec3d> points) {
+  Vec3d sum = Vec3d::Zero();
+  for (const Vec3d& point : points) sum += point;
+  return sum / static_cast<double>(points.size());
+}
+
+double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+}  // namespace
+
+double spread(std::span<const Vec3d> points) {
+  const Vec3d centre = mean(points);
+  double squared = 0.0;
+  for (const Vec3d& point : points) squared = std::max(squared, (point - centre).squaredNorm());
+  return std::sqrt(squared);
+}
+
+template <class Real>
+std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, std::span<const Vec3d> x,
+                                                   std::span<const Vec3d> v, const Surroundings& surroundings,
+                                                   Profile* profile) {
+  const std::size_t count = x.size();
+  x_real_.resize(count);
+  v_real_.resize(count);
+  force_real_.resize(count);
+  force_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    x_real_[i] = x[i].template cast<Real>();
+    v_real_[i] = v[i].template cast<Real>();
+  }
+  // A grab is in the tangent, so that it may be as stiff as it was asked to be: no step to bound it by.
+  compute_forces<Real>(body, x_real_, v_real_, surroundings, 0.0, force_real_, profile);
+  for (std::size_t i = 0; i < count; ++i) {
+    force_[i] = body.is_pinned(i) ? Vec3d(Vec3d::Zero()) : Vec3d(force_real_[i].template cast<double>());
+  }
+  return force_;
+}
+
+// Sets residual_ to M (u0 - u) + s f. False where it is not finite.
+template <class Real>
+bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitStage& stage,
+                                         const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile) {
+  x_.resize(u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) x_[i] = stage.x0[i] + stage.s * u[i];
+  const std::span<const Vec3d> f = force(body, x_, u, surroundings, profile);
+  const StageTimer timer(profile, Stage::integrate);
+  const double mass_kg = static_cast<double>(body.vertex_mass_kg);
+  residual_.resize(u.size());
+  bool finite = true;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    residual_[i] = mass_kg * (stage.u0[i] - u[i]) + stage.s * f[i];
+    finite &= residual_[i].allFinite();
+  }
+  return finite;
+}
+
+template <class Real>
+bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy,
+                                 const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
+  if (!system_.set_up(body, surroundings, stage.s)) return false;
+  const double length_m = static_cast<double>(body.length_m);
+  const double guess_m = stage.s * spread(u);
+  if (guess_m > trusted_move * length_m) {
+    const Vec3d centre = mean(u);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      if (!body.is_pinned(i)) u[i] = centre + trusted_move * length_m / guess_m * (u[i] - centre);
+    }
+  }
+  const double settled_m_s = settled_share * accuracy.error_target * length_m / stage.s;
+  const double settled_j = body.body.mass_kg * settled_m_s * settled_m_s;
+  const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
+
+  if (!find_residual(body, stage, surroundings, u, profile)) return false;
+  for (std::uint32_t iteration = 1; iteration <= accuracy.newton_iterations; ++iteration) {
+    double slope = 0.0;
+    double spread_m = 0.0;
+    {
+      const StageTimer timer(profile, Stage::integrate);
+      system_.linearise(body, surroundings, x_, u);
+      slope = system_.solve(residual_, accuracy.error_target, settled_m_s, step_);
+      spread_m = stage.s * spread(step_);
+    }
+    if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
+    if (spread_m > small_move * spacing_m) {
+      if (!take_step(body, stage, surroundings, slope, spread_m, u, profile)) return false;
+      continue;
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
+    const bool last = iteration == accuracy.newton_iterations || slope <= settled_j;
+    if (last) {
+      if (body.gas) {
+        body.volume_m3 += stage.s * system_.volume_change_m3(step_);
+        body.pressure_pa =
+            gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
+      }
+      return true;
+    }
+    if (!find_residual(body, stage, surroundings, u, profile)) return false;
+  }
+  return true;
+}
+
+// Goes along step_ as far as is safe, and leaves the residual there.
+template <class Real>
+bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitStage& stage,
+                                     const Surroundings& surroundings, double slope, double spread_m,
+                                     std::vector<Vec3d>& u, Profile* profile) {
+  double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
+  for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
+    trial_.resize(u.size());
+    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + share * step_[i];
+    if (!find_residual(body, stage, surroundings, trial_, profile)) continue;
+    // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
+    const bool safe = dot(residual_, step_) >= -slope;
+    if (safe || shortening == shortenings_max) {
+      u.swap(trial_);
+      return true;
+    }
+  }
+  return false;
+}
+
+template <class Real>
+std::size_t ImplicitSolver<Real>::bytes() const {
+  return system_.bytes() + (x_real_.capacity() + v_real_.capacity() + force_real_.capacity()) * sizeof(Vec3<Real>) +
+         (x_.capacity() + force_.capacity() + residual_.capacity() + step_.capacity() + trial_.capacity()) *
+             sizeof(Vec3d);
+}
+
+template class ImplicitSolver<float>;
+template class ImplicitSolver<double>;
+
+}  // namespace pneuma::physics

@@ -1,0 +1,34 @@
+// The methods that solve for where a substep ends: implicit Euler, TR-BDF2 and XPBD. The explicit ones are in
+// lane_step.h.
+#pragma once
+
+#include <optional>
+
+#include "physics/forces.h"
+#include "physics/implicit_solver.h"
+#include "physics/xpbd.h"
+
+namespace pneuma::physics {
+
+/// Room for a body's solves, kept between substeps. Holds only what the method needs.
+template <class Real>
+struct SolverScratch {
+  std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
+  XpbdScratch<Real> xpbd;
+
+  [[nodiscard]] std::size_t bytes() const { return (implicit ? implicit->bytes() : 0) + xpbd.bytes(); }
+};
+
+/// How a world's bodies are stepped; the integrator is none of the explicit ones.
+struct Method {
+  Integrator integrator = Integrator::implicit_euler;
+  StageAccuracy accuracy;
+};
+
+/// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
+/// first. Pinned particles keep still. Where an implicit solve fails, the body says so in solve_failed.
+template <class Real>
+void solve_step(SoftState<Real>& body, const Method& method, const Surroundings& surroundings, double dt_s,
+                SolverScratch<Real>& scratch, Profile* profile);
+
+}  // namespace pneuma::physics

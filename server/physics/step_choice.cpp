@@ -1,0 +1,271 @@
+// Each method's longest step, what a step costs, and the choice between them.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <sstream>
+#include <string_view>
+
+#include "base/limits.h"
+#include "physics/stability.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+// The fastest growth of a motion that a method cannot damp (explicit Euler and midpoint grow at any step): in a step
+// that we choose, and in one that we are given.
+constexpr double chosen_growth_max_1_s = 0.01;
+constexpr double given_growth_max_1_s = 1.0;
+
+// XPBD with one pass a substep rests at a volume too large by this times (w h)^2, w the gas's frequency, whatever the
+// springs: measured on a ball of 162 vertices, 1 kg, nRT = 100 J and 1e5 J, k from 1e3 to 1e9 N/m, 4 to 160 substeps.
+constexpr double xpbd_rest_error = 4.4;
+// Of other loads the error is not known beforehand; small steps are what makes one pass enough.
+constexpr double xpbd_substeps_min = 20.0;
+
+// What a step costs in force evaluations, measured on the ball above in steady motion.
+constexpr double implicit_euler_cost = 8.0;
+constexpr double tr_bdf2_cost = 17.0;
+
+struct Candidate {
+  Integrator integrator;
+  double cost;
+  std::string_view name;
+};
+// XPBD is not among them: what it costs to be within an error is not known before it is tried.
+constexpr std::array<Candidate, 6> candidates{{{Integrator::explicit_euler, 1.0, "EXPLICIT_EULER"},
+                                               {Integrator::symplectic_euler, 1.0, "SYMPLECTIC_EULER"},
+                                               {Integrator::midpoint, 2.0, "MIDPOINT"},
+                                               {Integrator::rk4, 4.0, "RK4"},
+                                               {Integrator::implicit_euler, implicit_euler_cost, "IMPLICIT_EULER"},
+                                               {Integrator::tr_bdf2, tr_bdf2_cost, "TR_BDF2"}}};
+
+// The step at which one motion (frequency w, decay c) stops being damped. From each method's amplification factor:
+double longest_stable_step_s(Integrator integrator, double w, double c) {
+  if (!is_explicit(integrator)) return unlimited;
+  const double by_decay = c > 0.0 ? 1.0 / c : unlimited;  // half of what the real axis allows (2/c)
+  if (!(w > 0.0)) return by_decay;
+  switch (integrator) {
+    case Integrator::explicit_euler:  // |1 + iwh|: grows at w^2 h / 2, damping takes c / 2
+      return std::min(by_decay, (c + 2.0 * chosen_growth_max_1_s) / (w * w));
+    case Integrator::midpoint:  // grows at w (wh)^3 / 8
+      return std::min({by_decay, 0.5 / w, std::cbrt(8.0 * (0.5 * c + chosen_growth_max_1_s) / w) / w});
+    case Integrator::rk4:
+      return std::min(by_decay, 2.0 / w);  // limit 2.83 / w
+    case Integrator::symplectic_euler:
+      return std::min(by_decay, 1.0 / w);  // limit 2 / w
+    default:
+      return unlimited;
+  }
+}
+
+// The step at which such a motion grows out of bounds.
+double limit_of_one_s(Integrator integrator, double w, double c) {
+  if (!is_explicit(integrator)) return unlimited;
+  const double by_decay = c > 0.0 ? 2.0 / c : unlimited;
+  if (!(w > 0.0)) return by_decay;
+  switch (integrator) {
+    case Integrator::explicit_euler:
+      return std::min(by_decay, (c + 2.0 * given_growth_max_1_s) / (w * w));
+    case Integrator::midpoint:
+      return std::min(by_decay, std::cbrt(8.0 * (0.5 * c + given_growth_max_1_s) / w) / w);
+    case Integrator::rk4:
+      return std::min(1.39 * by_decay, 2.0 * std::numbers::sqrt2 / w);
+    case Integrator::symplectic_euler:  // (wh)^2 + 2 c h = 4
+      return 4.0 / (c + std::sqrt(c * c + 4.0 * w * w));
+    default:
+      return unlimited;
+  }
+}
+
+// The step at which a period of frequency w is off by `error`, from the leading term of each method's phase or
+// amplitude error.
+double longest_accurate_step_s(Integrator integrator, const Frequencies& frequencies, double error,
+                               double tick_period_s) {
+  const double w = frequencies.breathing_rad_s;
+  const double turn = 2.0 * std::numbers::pi;
+  const bool seen = w > 0.0 && w * tick_period_s < std::numbers::pi;
+  double to_rest = unlimited;
+  if (integrator == Integrator::xpbd) to_rest = tick_period_s / xpbd_substeps_min;
+  if (integrator == Integrator::xpbd && frequencies.gas_rad_s > 0.0) {
+    to_rest = std::min(to_rest, std::sqrt(error / xpbd_rest_error) / frequencies.gas_rad_s);
+  }
+  if (!(w > 0.0)) return to_rest;
+  switch (integrator) {
+    case Integrator::explicit_euler:
+      return 2.0 * error / turn / w;
+    case Integrator::midpoint:
+      return std::sqrt(6.0 * error / turn) / w;
+    case Integrator::rk4:
+      return std::sqrt(std::sqrt(120.0 * error / turn)) / w;
+    case Integrator::symplectic_euler:
+      return std::sqrt(24.0 * error / turn) / w;
+    case Integrator::implicit_euler:  // |1 / (1 - iwh)|: shrinks by (wh)^2 / 2 a step
+    case Integrator::xpbd:
+      return seen ? std::min(to_rest, 2.0 * error / turn / w) : to_rest;
+    case Integrator::tr_bdf2: {  // error constant (3 g^2 - 4 g + 2) / (12 (2 - g)) at g = 2 - sqrt(2)
+      constexpr double error_constant = 0.0404;
+      return seen ? std::sqrt(error / (turn * error_constant)) / w : unlimited;
+    }
+    case Integrator::automatic:
+      break;
+  }
+  return unlimited;
+}
+
+const Candidate& candidate_of(Integrator integrator) {
+  return *std::ranges::find(candidates, integrator, &Candidate::integrator);
+}
+
+/// What the bodies of a scene ask of a method.
+class Demands {
+ public:
+  explicit Demands(const Scene& scene) : scene_(scene), period_s_(1.0 / scene.stepping.rate_hz) {
+    for (const SoftBody& body : scene.soft_bodies) frequencies_.push_back(estimate_frequencies(body, scene.atmosphere));
+  }
+
+  struct Step {
+    double step_s = unlimited;
+    double substeps = 1.0;
+    std::size_t body = 0;  // that asks for it
+  };
+  [[nodiscard]] Step longest_step(Integrator integrator) const {
+    return shortest([&](const Frequencies& frequencies) {
+      return longest_step_s(integrator, frequencies, scene_.stepping.error_target, period_s_);
+    });
+  }
+  [[nodiscard]] Step stable_step(Integrator integrator) const {
+    return shortest([&](const Frequencies& frequencies) { return stability_limit_s(integrator, frequencies); });
+  }
+  [[nodiscard]] const Frequencies& of(std::size_t body) const { return frequencies_[body]; }
+  [[nodiscard]] const std::string& name(std::size_t body) const { return scene_.soft_bodies[body].name; }
+
+  [[nodiscard]] std::string reason(const Step& step) const {
+    if (step.substeps <= 1.0) return "no body asks for more";
+    std::ostringstream text;
+    text << '"' << name(step.body) << "\" moves at up to " << of(step.body).fastest_rad_s << " rad/s and breathes at "
+         << of(step.body).breathing_rad_s << " rad/s: a step of at most " << step.step_s << " s";
+    return text.str();
+  }
+
+ private:
+  template <class Rule>
+  [[nodiscard]] Step shortest(const Rule& rule) const {
+    Step step;
+    for (std::size_t i = 0; i < frequencies_.size(); ++i) {
+      const double step_s = rule(frequencies_[i]);
+      if (step_s < step.step_s) step = {step_s, std::max(1.0, std::ceil(period_s_ / step_s)), i};
+    }
+    return step;
+  }
+
+  const Scene& scene_;
+  double period_s_;
+  std::vector<Frequencies> frequencies_;
+};
+
+std::string body_path(std::size_t body) {
+  return std::string("soft_bodies[").append(std::to_string(body)).append("]");
+}
+
+base::Status too_many(const Demands& demands, const Demands::Step& step) {
+  std::ostringstream what;
+  what << "an explicit step of \"" << demands.name(step.body) << "\" is stable up to " << step.step_s
+       << " s, which asks for " << step.substeps << " substeps a tick; the limit is " << base::substeps_max
+       << " (lower stiffness, damping or pressure, more mass, a higher rate_hz, or an implicit integrator helps)";
+  return {base::StatusCode::failed_precondition, what.str(), body_path(step.body)};
+}
+
+base::Result<SubstepChoice> choose_both(const Scene& scene, const Demands& demands) {
+  const double given = scene.stepping.substeps;
+  const Candidate* best = nullptr;
+  Demands::Step best_step;
+  for (const Candidate& candidate : candidates) {
+    Demands::Step step = demands.longest_step(candidate.integrator);
+    if (given > 0.0) {
+      if (demands.longest_step(candidate.integrator).substeps > given) continue;
+      step.substeps = given;
+    }
+    if (step.substeps > base::substeps_max) continue;
+    if (best == nullptr || candidate.cost * step.substeps < best->cost * best_step.substeps) {
+      best = &candidate;
+      best_step = step;
+    }
+  }
+  // What is stable at any step, where nothing meets the error target with the substeps given.
+  const bool too_few = best == nullptr;
+  if (too_few) {
+    best = &candidate_of(Integrator::tr_bdf2);
+    best_step = demands.longest_step(best->integrator);
+    best_step.substeps = given > 0.0 ? given : std::min<double>(best_step.substeps, base::substeps_max);
+  }
+  std::ostringstream reason;
+  reason << best->name << " costs least, about " << best->cost * best_step.substeps << " force evaluations a tick";
+  if (too_few) {
+    reason.str("");
+    reason << best->name << " is stable; nothing meets the error target with so few substeps";
+  } else if (!scene.soft_bodies.empty()) {
+    const Demands::Step symplectic = demands.longest_step(Integrator::symplectic_euler);
+    if (best->integrator != Integrator::symplectic_euler) {
+      reason << " where SYMPLECTIC_EULER asks for " << symplectic.substeps << " substeps";
+    }
+    reason << "; " << demands.reason(best_step);
+  }
+  return SubstepChoice{static_cast<std::uint32_t>(best_step.substeps), best->integrator, reason.str()};
+}
+
+base::Result<SubstepChoice> choose_given(const Scene& scene, const Demands& demands) {
+  const Stepping& stepping = scene.stepping;
+  const Demands::Step stable = demands.stable_step(stepping.integrator);
+  if (stable.substeps <= stepping.substeps) {
+    return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
+  }
+  std::ostringstream limit;
+  limit << '"' << demands.name(stable.body) << "\" is stable up to a step of " << stable.step_s << " s, "
+        << stable.substeps << " substeps";
+  switch (stepping.on_unstable) {
+    case OnUnstable::refuse:
+      return base::Status(base::StatusCode::failed_precondition,
+                          std::to_string(stepping.substeps) + " are too few: " + limit.str() +
+                              " (0 chooses; on_unstable SUBSTEP takes what is needed, ALLOW goes on)",
+                          "stepping.substeps");
+    case OnUnstable::substep: {
+      const Demands::Step chosen = demands.longest_step(stepping.integrator);
+      if (chosen.substeps > base::substeps_max) return too_many(demands, chosen);
+      return SubstepChoice{static_cast<std::uint32_t>(chosen.substeps), stepping.integrator,
+                           "raised from " + std::to_string(stepping.substeps) + ": " + limit.str()};
+    }
+    case OnUnstable::allow:
+      break;
+  }
+  return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says, though unstable: " + limit.str()};
+}
+
+}  // namespace
+
+double stability_limit_s(Integrator integrator, const Frequencies& frequencies) {
+  return std::min(limit_of_one_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                  limit_of_one_s(integrator, frequencies.bending_rad_s, 0.0));
+}
+
+double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
+                      double tick_period_s) {
+  return std::min({longest_stable_step_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                   longest_stable_step_s(integrator, frequencies.bending_rad_s, 0.0),
+                   longest_accurate_step_s(integrator, frequencies, error_target, tick_period_s)});
+}
+
+base::Result<SubstepChoice> choose_substeps(const Scene& scene) {
+  const Demands demands(scene);
+  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, demands);
+  if (scene.stepping.substeps > 0) return choose_given(scene, demands);
+  const Demands::Step step = demands.longest_step(scene.stepping.integrator);
+  if (step.substeps > base::substeps_max) return too_many(demands, step);
+  return SubstepChoice{static_cast<std::uint32_t>(step.substeps), scene.stepping.integrator, demands.reason(step)};
+}
+
+}  // namespace pneuma::physics

@@ -1,0 +1,28 @@
+// XPBD in small substeps: springs, bending and gas as compliant constraints, one Gauss-Seidel pass each.
+#pragma once
+
+#include <vector>
+
+#include "physics/forces.h"
+
+namespace pneuma::physics {
+
+/// Room for a step, kept by the caller.
+template <class Real>
+struct XpbdScratch {
+  std::vector<Vec3<Real>> position;
+  std::vector<Vec3<Real>> gradient;  // of the volume; also outer forces
+
+  [[nodiscard]] std::size_t bytes() const { return (position.capacity() + gradient.capacity()) * sizeof(Vec3<Real>); }
+};
+
+/// Advances body.v and sets body.dr, as solve_step() does. Macklin, Mueller and Chentanez, "XPBD" (2016), and Macklin
+/// et al., "Small Steps in Physics Simulation" (2019): one pass a substep, its multipliers begun anew; the springs'
+/// damping acts on the velocities after it. The volume at rest is too large by a share that falls with the square of
+/// the step (step_choice.cpp). The gas is one constraint whose multiplier meets P(V) exactly at the volume that it
+/// makes.
+template <class Real>
+void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
+          Profile* profile);
+
+}  // namespace pneuma::physics
