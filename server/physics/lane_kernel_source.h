@@ -336,6 +336,7 @@ consteval LaneKernels<typename P::Real> list_kernels() {
   using Real = typename P::Real;
   LaneKernels<Real> kernels;
   kernels.width = P::width;
+  kernels.slots_per_ms = P::slots_per_ms;
   for (std::size_t place = 0; place < pack_slots; ++place) {
     kernels.slot_of_place[place] = lane_order<P>.slot_of_place[place];
   }

@@ -80,6 +80,7 @@ struct LaneKernels {
   using Update = void (*)(UpdatePass<Real>&);
 
   std::size_t width = 1;
+  std::size_t slots_per_ms = 1;  // about as many evaluations of the forces at a slot take a millisecond
   // RingPass::lengths_m stand in lane order: at place i of a pack's 16 stands the length of slot slot_of_place[i].
   std::array<std::uint8_t, pack_slots> slot_of_place{};
   std::array<std::array<std::array<Ring, 2>, 2>, lane_layout_count> rings{};  // [layout][damped][gas]

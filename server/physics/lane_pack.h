@@ -33,6 +33,7 @@ struct Pack {
   using Real = Scalar;
   static constexpr std::size_t width = W;
   static constexpr bool edges_first = true;  // see LaneKernels
+  static constexpr std::size_t slots_per_ms = 5'000;
   /// The slot whose numbers load_rows puts into a lane, and store_rows takes from it.
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
 
@@ -170,6 +171,7 @@ struct Pack<float, 16> {
   using Real = float;
   static constexpr std::size_t width = 16;
   static constexpr bool edges_first = false;
+  static constexpr std::size_t slots_per_ms = 250'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane % 4) + lane / 4; }
 
   __m512 lanes;
@@ -227,6 +229,7 @@ struct Pack<double, 8> {
   using Real = double;
   static constexpr std::size_t width = 8;
   static constexpr bool edges_first = true;
+  static constexpr std::size_t slots_per_ms = 100'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane / 4) + 2 * (lane % 2) + lane / 2 % 2; }
 
   __m512d lanes;
@@ -285,6 +288,7 @@ struct Pack<float, 8> {
   using Real = float;
   static constexpr std::size_t width = 8;
   static constexpr bool edges_first = true;
+  static constexpr std::size_t slots_per_ms = 130'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 2 * (lane % 4) + lane / 4; }
 
   __m256 lanes;
@@ -341,6 +345,7 @@ struct Pack<double, 4> {
   using Real = double;
   static constexpr std::size_t width = 4;
   static constexpr bool edges_first = true;
+  static constexpr std::size_t slots_per_ms = 60'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
 
   __m256d lanes;

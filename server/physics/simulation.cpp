@@ -18,9 +18,6 @@ constexpr const char* runaway_reason =
 
 constexpr const char* failed_reason = "its integrator found no finite answer";
 
-// How many slots' worth of force evaluations one call of substep does at most, a lane: a millisecond, give or take.
-constexpr std::size_t slice_slots_max = 4'096;
-
 std::size_t evaluations_of(Integrator integrator) {
   return integrator == Integrator::rk4 ? 4 : integrator == Integrator::midpoint ? 2 : 1;
 }
@@ -100,17 +97,19 @@ void Simulation::make_plan() {
     }
     bodies.scratch.clear();
     bodies.solvers.clear();
+    bodies.next_task = 0;
   });
   plan_is_stale_ = false;
 }
 
 bool Simulation::substep(Workers& workers) {
-  substep_index += visit([&](auto& bodies) {
+  const std::uint32_t substeps_done = visit([&](auto& bodies) {
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, workers);
     substep_bodies(bodies, workers);
     return std::uint32_t{1};
   });
-  if (plan_is_stale_) make_plan();
+  substep_index += substeps_done;
+  if (plan_is_stale_ && substeps_done > 0) make_plan();
   if (substep_index < choice.substeps) return false;
   substep_index = 0;
   ++tick;
@@ -118,47 +117,65 @@ bool Simulation::substep(Workers& workers) {
 }
 
 // Nothing can touch anything: each body, or fleet of bodies, runs through its substeps by itself, and stays in cache.
+// One call does about a millisecond of that; a body that takes longer for its tick is given fewer substeps at a time.
 template <class Real>
 std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, Workers& workers) {
   if (profiling) bodies.profiles.resize(bodies.states.size());
-  const StepPlan<Real>& plan = bodies.plan;
-  const LaneSettings settings = lane_settings();
-  std::size_t slots = 1;
-  for (const std::size_t mesh : plan.mesh_of_body) slots += plan.meshes[mesh]->rings.slot_count();
-  const std::size_t slice = slice_slots_max * plan.kernels->width / (slots * evaluations_of(choice.integrator));
-  const auto substeps = static_cast<std::uint32_t>(std::clamp<std::size_t>(slice, 1, choice.substeps - substep_index));
-
-  const std::vector<StepTask> tasks = cut_into_tasks<Real>(plan, bodies.states, settings);
-  std::vector<std::uint8_t> done(bodies.states.size(), 0);
-  const auto run = [&](const StepTask& task, LaneScratch<Real>& scratch, Workers* shared) {
-    std::array<SoftState<Real>*, pack_slots> states{};
-    std::array<std::uint8_t, pack_slots> stayed{};
-    const std::size_t count = task.bodies.size();
-    for (std::size_t i = 0; i < count; ++i) states[i] = &bodies.states[task.bodies[i]];
-    physics::step_freely<Real>(std::span(states).first(count), *plan.meshes[task.mesh], *plan.kernels, settings,
-                               substeps, scratch, shared, profiling ? &bodies.profiles[task.bodies[0]] : nullptr,
-                               stayed);
-    for (std::size_t i = 0; i < count; ++i) done[task.bodies[i]] = stayed[i];
+  const std::size_t slots_max = bodies.plan.kernels->slots_per_ms / evaluations_of(choice.integrator);
+  const auto slots_of = [&](const StepTask& task) {
+    const std::size_t lanes = task.bodies.size() == 1 ? 1 : bodies.plan.kernels->width;
+    return bodies.plan.meshes[task.mesh]->rings.slot_count() * lanes;
   };
+  bodies.done.resize(bodies.states.size());
+  if (bodies.next_task == 0) {
+    bodies.tasks = cut_into_tasks<Real>(bodies.plan, bodies.states, lane_settings());
+    bodies.task_substeps = choice.substeps - substep_index;
+    for (const StepTask& task : bodies.tasks) {
+      const auto most = static_cast<std::uint32_t>(std::max<std::size_t>(slots_max / slots_of(task), 1));
+      bodies.task_substeps = std::min(bodies.task_substeps, most);
+    }
+  }
+  const std::size_t first = bodies.next_task;
+  for (std::size_t slots = 0; bodies.next_task < bodies.tasks.size() && slots < slots_max * workers.threads();) {
+    slots += slots_of(bodies.tasks[bodies.next_task++]) * bodies.task_substeps;
+  }
+  const auto tasks = std::span(std::as_const(bodies.tasks)).subspan(first, bodies.next_task - first);
   if (tasks.size() == 1) {
     bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
-    run(tasks[0], bodies.scratch[0], &workers);
+    run_task(bodies, tasks[0], bodies.scratch[0], &workers);
   } else {
-    run_tasks<Real, StepTask>(workers, tasks, bodies.scratch,
-                              [&](const StepTask& task, LaneScratch<Real>& scratch) { run(task, scratch, nullptr); });
+    run_tasks<Real, StepTask>(workers, tasks, bodies.scratch, [&](const StepTask& task, LaneScratch<Real>& scratch) {
+      run_task(bodies, task, scratch, nullptr);
+    });
   }
-  for (std::size_t i = 0; i < bodies.states.size(); ++i) {
-    if (bodies.states[i].frozen || done[i] != 0) continue;
-    step_closely(bodies, i, substeps);
+  for (const StepTask& task : tasks) {
+    for (const std::uint32_t i : task.bodies) {
+      if (bodies.done[i] == 0) step_closely(bodies, i);
+    }
   }
-  return substeps;
+  if (bodies.next_task < bodies.tasks.size()) return 0;
+  bodies.next_task = 0;
+  return bodies.task_substeps;
 }
 
-// A body that may run away in these substeps, looked at in each.
 template <class Real>
-void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps) {
+void Simulation::run_task(SoftBodies<Real>& bodies, const StepTask& task, LaneScratch<Real>& scratch,
+                          Workers* workers) {
+  std::array<SoftState<Real>*, pack_slots> states{};
+  std::array<std::uint8_t, pack_slots> done{};
+  const std::size_t count = task.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) states[i] = &bodies.states[task.bodies[i]];
+  physics::step_freely<Real>(std::span(states).first(count), *bodies.plan.meshes[task.mesh], *bodies.plan.kernels,
+                             lane_settings(), bodies.task_substeps, scratch, workers,
+                             profiling ? &bodies.profiles[task.bodies[0]] : nullptr, done);
+  for (std::size_t i = 0; i < count; ++i) bodies.done[task.bodies[i]] = done[i];
+}
+
+// A body that may run away in the task's substeps, looked at in each.
+template <class Real>
+void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index) {
   SoftState<Real>& body = bodies.states[index];
-  for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
+  for (std::uint32_t i = 0; i < bodies.task_substeps && !body.frozen; ++i) {
     step_alone(body, bodies.plan.mesh_of(index), *bodies.plan.kernels, lane_settings(), bodies.scratch[0], nullptr,
                profiling ? &bodies.profiles[index] : nullptr);
     if (body.gas_event) report_gas(body);

@@ -18,7 +18,12 @@ struct SoftBodies {
   StepPlan<Real> plan;                       // of these states
   std::vector<LaneScratch<Real>> scratch;    // one a thread
   std::vector<SolverScratch<Real>> solvers;  // one a body; empty where the method is explicit
-  std::vector<Profile> profiles;             // one a body, so that workers share none; empty while not profiling
+  // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
+  std::vector<StepTask> tasks;
+  std::size_t next_task = 0;
+  std::uint32_t task_substeps = 0;
+  std::vector<std::uint8_t> done;  // one a body: its task's substeps are
+  std::vector<Profile> profiles;   // one a body, so that workers share none; empty while not profiling
   Contacts<Real> contacts;
 };
 
@@ -69,7 +74,9 @@ class Simulation {
   template <class Real>
   std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
-  void step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps);
+  void run_task(SoftBodies<Real>& bodies, const StepTask& task, LaneScratch<Real>& scratch, Workers* workers);
+  template <class Real>
+  void step_closely(SoftBodies<Real>& bodies, std::size_t index);
   template <class Real>
   void substep_bodies(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>

@@ -135,6 +135,7 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
+  restored->visit([](auto& bodies) { bodies.next_task = 0; });
   simulation_ = std::move(restored);
   return {};
 }
