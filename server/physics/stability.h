@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "base/status.h"
 #include "physics/scene.h"
@@ -20,6 +21,9 @@ struct Frequencies {
 /// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
 /// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// As the scene format has it: "SYMPLECTIC_EULER".
+[[nodiscard]] std::string_view name_of(Integrator integrator);
 
 /// Past this step the motion grows out of bounds: no margin, except that explicit Euler and midpoint, which grow at any
 /// step without damping, may grow e-fold in a second. Infinite for the implicit methods and XPBD.
