@@ -22,6 +22,10 @@ struct Frequencies {
 /// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
+/// No motion of the body is faster than these, which take one pass over the mesh: a vertex's own share of every spring
+/// and hinge, doubled for its neighbour's (Gershgorin), and the gas.
+[[nodiscard]] Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
+
 /// As the scene format has it: "SYMPLECTIC_EULER".
 [[nodiscard]] std::string_view name_of(Integrator integrator);
 

@@ -220,8 +220,22 @@ base::Result<SubstepChoice> choose_both(const Scene& scene, const Demands& deman
   return SubstepChoice{static_cast<std::uint32_t>(best_step.substeps), best->integrator, reason.str()};
 }
 
-base::Result<SubstepChoice> choose_given(const Scene& scene, const Demands& demands) {
+// Whether a bound that costs little already says so: an edit of a large scene should not wait for the estimate.
+bool surely_stable(const Scene& scene) {
+  const double step_s = 1.0 / scene.stepping.rate_hz / scene.stepping.substeps;
+  const Integrator integrator = scene.stepping.integrator;
+  return !is_explicit(integrator) || std::ranges::all_of(scene.soft_bodies, [&](const SoftBody& body) {
+    const Frequencies bound = bound_frequencies(body, scene.atmosphere);
+    // Damping helps explicit Euler and midpoint, and may be less than its bound.
+    const double undamped_s = limit_of_one_s(integrator, bound.fastest_rad_s, 0.0);
+    return step_s <= std::min(undamped_s, stability_limit_s(integrator, bound));
+  });
+}
+
+base::Result<SubstepChoice> choose_given(const Scene& scene) {
   const Stepping& stepping = scene.stepping;
+  if (surely_stable(scene)) return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
+  const Demands demands(scene);
   const Demands::Step stable = demands.stable_step(stepping.integrator);
   if (stable.substeps <= stepping.substeps) {
     return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
@@ -284,9 +298,9 @@ double longest_step_s(Integrator integrator, const Frequencies& frequencies, dou
 }
 
 base::Result<SubstepChoice> choose_substeps(const Scene& scene) {
+  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene));
+  if (scene.stepping.substeps > 0) return choose_given(scene);
   const Demands demands(scene);
-  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, demands);
-  if (scene.stepping.substeps > 0) return choose_given(scene, demands);
   const Demands::Step step = demands.longest_step(scene.stepping.integrator);
   if (step.substeps > base::substeps_max) return too_many(demands, step);
   return SubstepChoice{static_cast<std::uint32_t>(step.substeps), scene.stepping.integrator, demands.reason(step)};
