@@ -127,7 +127,9 @@ void print_summary(const physics::World& world, double wall_s) {
   std::printf("%llu ticks, %g s simulated in %.3f s: %.1f times real time\n",
               static_cast<unsigned long long>(world.tick()), world.time_s(), wall_s,
               wall_s > 0.0 ? world.time_s() / wall_s : 0.0);
-  std::printf("%u substeps a tick: %s\n", world.substeps(), world.substeps_reason().c_str());
+  const std::string_view integrator = physics::name_of(world.integrator());
+  std::printf("%.*s, %u substeps a tick: %s\n", static_cast<int>(integrator.size()), integrator.data(), world.substeps(),
+              world.substeps_reason().c_str());
   if (world.soft_body_count() == 0) return;
   std::printf("%-20s %9s %14s %14s %14s\n", "body", "vertices", "volume_m3", "pressure_pa", "max_speed_m_s");
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {

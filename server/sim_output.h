@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/status.h"
+#include "physics/stability.h"
 #include "physics/world.h"
 
 namespace pneuma::sim {

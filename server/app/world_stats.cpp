@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <string>
 
+#include "physics/stability.h"
+
 namespace pneuma::app {
 
 namespace {
@@ -48,28 +50,6 @@ void add_rigid_body(const physics::RigidState& state, v1::Stats& out) {
   body.set_frozen(state.frozen);
 }
 
-std::string name_of(physics::Integrator integrator) {
-  switch (integrator) {
-    case physics::Integrator::explicit_euler:
-      return "EXPLICIT_EULER";
-    case physics::Integrator::midpoint:
-      return "MIDPOINT";
-    case physics::Integrator::rk4:
-      return "RK4";
-    case physics::Integrator::symplectic_euler:
-      return "SYMPLECTIC_EULER";
-    case physics::Integrator::implicit_euler:
-      return "IMPLICIT_EULER";
-    case physics::Integrator::tr_bdf2:
-      return "TR_BDF2";
-    case physics::Integrator::xpbd:
-      return "XPBD";
-    case physics::Integrator::automatic:
-      return "AUTO";
-  }
-  return {};
-}
-
 }  // namespace
 
 void describe(const physics::World& world, v1::Stats& out) {
@@ -78,7 +58,7 @@ void describe(const physics::World& world, v1::Stats& out) {
   out.set_rate_hz(1.0 / world.tick_period_s());
   out.set_substeps(world.substeps());
   out.set_substeps_reason(world.substeps_reason());
-  out.set_integrator(name_of(world.integrator()));
+  out.set_integrator(std::string(physics::name_of(world.integrator())));
   const physics::Profile profile = world.profile();
   for (std::size_t i = 0; i < profile.size(); ++i) {
     v1::Stats::Stage& stage = *out.add_stages();

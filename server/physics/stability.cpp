@@ -73,6 +73,24 @@ class RestStiffness {
     return estimate_margin * eigenvalue;
   }
 
+  // (a - b)^2 <= 2 (a^2 + b^2) for each spring, and the like for a hinge's four.
+  [[nodiscard]] double spring_bound(double spring) const {
+    std::vector<std::uint32_t> edge_counts(mesh_.positions_m.size(), 0);
+    for (const Edge& edge : mesh_.edges) {
+      for (const std::uint32_t vertex : edge) ++edge_counts[vertex];
+    }
+    return 2.0 * spring * *std::ranges::max_element(edge_counts);
+  }
+  [[nodiscard]] double bending_bound() const {
+    if (bends_.empty()) return 0.0;
+    std::vector<double> shares(mesh_.positions_m.size(), 0.0);
+    for (const BendStiffness& bend : bends_) {
+      double squares = 0.0;
+      for (const Vec3d& gradient : bend.gradient) squares += gradient.squaredNorm();
+      for (const std::uint32_t vertex : bend.vertices) shares[vertex] += bend.stiffness * squares;
+    }
+    return *std::ranges::max_element(shares);
+  }
   [[nodiscard]] double gas_eigenvalue() const { return gas_stiffness_ * dot(volume_gradient_, volume_gradient_); }
 
   // Uniform scaling about the mesh's centre, as displacement.
@@ -159,6 +177,22 @@ Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosph
   const double restoring =
       RestStiffness::dot(scaling, stiffness.apply(scaling, body.springs.stiffness_n_m, RestStiffness::Part::all));
   result.breathing_rad_s = std::sqrt(std::max(restoring, 0.0) / inertia);
+  return result;
+}
+
+Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
+  const RestStiffness stiffness(body);
+  const double vertex_mass = body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
+  const double bending = stiffness.bending_bound();
+  const double gas = stiffness.gas_eigenvalue();
+  const double all = stiffness.spring_bound(body.springs.stiffness_n_m) + bending + gas;
+  Frequencies result;
+  result.fastest_rad_s = std::sqrt(all / vertex_mass);
+  result.fastest_decay_1_s =
+      (stiffness.spring_bound(body.springs.damping_n_s_m) + wind_drag_n_s_m(body, atmosphere)) / vertex_mass;
+  result.gas_rad_s = std::sqrt(gas / vertex_mass);
+  result.bending_rad_s = std::sqrt(bending / vertex_mass);
+  result.breathing_rad_s = result.fastest_rad_s;
   return result;
 }
 

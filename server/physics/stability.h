@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "base/status.h"
 #include "physics/scene.h"
@@ -20,6 +21,13 @@ struct Frequencies {
 /// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
 /// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// No motion of the body is faster than these, which take one pass over the mesh: a vertex's own share of every spring
+/// and hinge, doubled for its neighbour's (Gershgorin), and the gas.
+[[nodiscard]] Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// As the scene format has it: "SYMPLECTIC_EULER".
+[[nodiscard]] std::string_view name_of(Integrator integrator);
 
 /// Past this step the motion grows out of bounds: no margin, except that explicit Euler and midpoint, which grow at any
 /// step without damping, may grow e-fold in a second. Infinite for the implicit methods and XPBD.

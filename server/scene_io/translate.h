@@ -9,7 +9,7 @@ namespace pneuma::scene_io {
 
 /// Fills in the defaults that scene.proto states, builds each mesh once (bodies share it) and checks the result
 /// (physics/admission.h): what comes back can be stepped. Errors name the field's path; counts are checked before
-/// anything is allocated. What this version does not build (soft-soft contact against triangles, stiff integrators...)
+/// anything is allocated. What this version does not build (soft-soft contact against triangles, self-collision...)
 /// is refused with StatusCode::unsupported.
 [[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene);
 

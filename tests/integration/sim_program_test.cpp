@@ -80,7 +80,7 @@ TEST_F(SimScene, CsvHoldsAFreeFallTickByTick) {
     ASSERT_NE(line.find(name), std::string::npos) << line;
     const auto before = split(line.substr(0, line.find(name)), ',');
     const auto after = split(line.substr(line.find(name) + name.size() + 1), ',');
-    ASSERT_EQ(after.size(), 17U);
+    ASSERT_EQ(after.size(), 19U);
     const double time_s = static_cast<double>(tick) / 50;
     EXPECT_EQ(before[0], std::to_string(tick));
     EXPECT_NEAR(std::stod(before[1]), time_s, 1e-12);
@@ -102,6 +102,20 @@ TEST_F(SimScene, ObjFilesHoldTheShapeOfEachTick) {
     EXPECT_EQ(std::count_if(lines.begin(), lines.end(), [](const auto& line) { return line[0] == 'f'; }), 80);
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "shapes/of/0-a___b_-000003.obj"));
+}
+
+TEST(SimProgram, TakesEveryIntegratorAndSaysWhichOneAutoPicked) {
+  for (const std::string name :
+       {"EXPLICIT_EULER", "MIDPOINT", "RK4", "SYMPLECTIC_EULER", "IMPLICIT_EULER", "TR_BDF2", "XPBD"}) {
+    const Finished finished = sim({"bouncing-ball", "--seconds", "0.1", "--integrator", name, "--substeps", "64",
+                                   "--set", "stepping.on_unstable=ALLOW"});
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    EXPECT_NE(finished.output.find(name + ", 64 substeps a tick"), std::string::npos) << finished.output;
+  }
+  const Finished picked =
+      sim({"bouncing-ball", "--seconds", "0.1", "--substeps", "0", "--set", "stepping.integrator=AUTO"});
+  EXPECT_EQ(picked.exit_status, 0) << picked.error_output;
+  EXPECT_NE(picked.output.find(" costs least, about "), std::string::npos) << picked.output;
 }
 
 TEST(SimProgram, HashIsTheSameOnEveryRunWithAnyThreads) {
@@ -247,7 +261,8 @@ TEST_F(SimScene, BadScenesExitOneWithTheFieldFaceOrVertex) {
   refused(triangles("0, 2, 1, 0, 0, 3") + body + "}]}",
           "meshes[0].triangles.indices[3..5]: face 1 names vertex 0 twice");
   refused(triangles("0, 2, 1, 0, 1, 3, 0, 3, 2") + body + R"(, "gas": {"moles": 1}}]})", "is open");
-  refused(R"({"stepping": {"integrator": 17}})", "stepping.integrator: this version has no 17");
+  refused(ball + R"(, "volume": {"method": "MONTE_CARLO"}}]})",
+          "soft_bodies[0].volume.method: this version has no MONTE_CARLO");
 }
 
 TEST_F(SimScene, WhatCannotBeReadOrWrittenExitsOneAndIsNamed) {
@@ -260,12 +275,12 @@ TEST_F(SimScene, WhatCannotBeReadOrWrittenExitsOneAndIsNamed) {
   expect_failure({"five-balls", "--seconds", "1", "--obj", "/dev/null/x"}, "/dev/null/x: cannot make the folder");
   expect_failure({"five-balls", "--seconds", "1", "--set", "soft_bodies.ball-9.mass_kg=1"},
                  "pneuma-sim: soft_bodies.ball-9: nothing is named \"ball-9\"");
-  expect_failure({"five-balls", "--seconds", "1", "--integrator", "xpbd"}, "five-balls: stepping.integrator: ");
+  expect_failure({"five-balls", "--seconds", "1", "--substeps", "1"}, "five-balls: stepping.substeps: 1 are too few: ");
 }
 
 TEST_F(SimScene, RunawayBodyIsNamedAndTheOthersGoOn) {
   const std::string scene = file("runaway.json", R"({
-    "stepping": {"substeps": 1, "integrator": "EXPLICIT_EULER"},
+    "stepping": {"substeps": 1, "integrator": "EXPLICIT_EULER", "on_unstable": "ALLOW"},
     "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}],
     "soft_bodies": [
       {"name": "wild", "mesh": "ball", "springs": {"stiffness_n_m": 1e8, "rest_scale": 1.01}},

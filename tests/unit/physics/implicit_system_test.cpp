@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/integrate.h"
 #include "physics/soft_setup.h"
 
 namespace pneuma::physics {
@@ -136,6 +137,17 @@ TEST(ImplicitSystem, RefusesAMatrixThatIsNone) {
   state.body.springs.stiffness_n_m = std::nan("");
   ImplicitSystem system;
   EXPECT_FALSE(system.set_up(state, Surroundings{}, s));
+}
+
+TEST(Integrate, SaysWhereASolveFindsNoFiniteAnswer) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
+    SoftState<double> state = stretched_ball();
+    state.x[0].x() = std::nan("");
+    IntegratorScratch<double> scratch;
+    integrate<double>(state, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
+    EXPECT_TRUE(state.solve_failed);
+    EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
+  }
 }
 
 }  // namespace

@@ -49,6 +49,20 @@ TEST(Frequencies, DampingFollowsTheSpringsPattern) {
   EXPECT_NEAR(frequencies.fastest_decay_1_s, std::pow(frequencies.fastest_rad_s, 2.0) * 5.0 / 1000.0, 1e-9);
 }
 
+TEST(Frequencies, AreWithinTheirBounds) {
+  for (const double nrt_j : {0.0, 50.0, 1e5}) {
+    SoftBody body = ball(2, 1000.0, nrt_j);
+    body.springs.damping_n_s_m = 3.0;
+    body.springs.bend_stiffness_n_m = 0.5;
+    const Frequencies estimate = estimate_frequencies(body, {});
+    const Frequencies bound = bound_frequencies(body, {});
+    EXPECT_LE(estimate.fastest_rad_s, bound.fastest_rad_s);
+    EXPECT_LE(estimate.fastest_decay_1_s, bound.fastest_decay_1_s);
+    EXPECT_LE(estimate.bending_rad_s, bound.bending_rad_s);
+    EXPECT_LT(bound.fastest_rad_s, 3.0 * estimate.fastest_rad_s);
+  }
+}
+
 TEST(Substeps, ChosenOnesHoldForEveryIntegrator) {
   for (const Integrator integrator :
        {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
