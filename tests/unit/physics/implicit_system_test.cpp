@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/integrate.h"
 #include "physics/soft_setup.h"
+#include "physics/solve_step.h"
 
 namespace pneuma::physics {
 namespace {
@@ -139,12 +139,12 @@ TEST(ImplicitSystem, RefusesAMatrixThatIsNone) {
   EXPECT_FALSE(system.set_up(state, Surroundings{}, s));
 }
 
-TEST(Integrate, SaysWhereASolveFindsNoFiniteAnswer) {
+TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
   for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
     SoftState<double> state = stretched_ball();
     state.x[0].x() = std::nan("");
-    IntegratorScratch<double> scratch;
-    integrate<double>(state, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
+    SolverScratch<double> scratch;
+    solve_step<double>(state, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
     EXPECT_TRUE(state.solve_failed);
     EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
   }
