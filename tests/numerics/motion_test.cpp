@@ -144,9 +144,13 @@ TEST_P(Bounce, OfAParticleReachesTheSquareOfTheRestitutionTimesTheHeight) {
   body.mesh = *make_mesh({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}}, {{0, 1, 2}});
   body.position = {0, 1, 0};
   scene.soft_bodies.push_back(body);
-  World world = make_world(std::move(scene));
   const double expected_m = GetParam() * GetParam();
-  EXPECT_NEAR(rebound_m(world, [](const World& w) { return positions_of(w)[0].y(); }), expected_m, 0.005);
+  for (const Integrator integrator : every_integrator) {
+    scene.stepping.integrator = integrator;
+    World world = make_world(scene);
+    EXPECT_NEAR(rebound_m(world, [](const World& w) { return positions_of(w)[0].y(); }), expected_m, 0.005)
+        << name_of(integrator);
+  }
 }
 
 TEST_P(Bounce, OfARigidBallReachesTheSquareOfTheRestitutionTimesTheHeight) {
@@ -163,10 +167,10 @@ TEST_P(Bounce, OfARigidBallReachesTheSquareOfTheRestitutionTimesTheHeight) {
 }
 
 /// Distance that a particle slides in a second from rest on a slope with a friction coefficient of 0.5.
-double slide_m(double slope_rad) {
+double slide_m(double slope_rad, Integrator integrator) {
   Scene scene;
   scene.gravity = {0, -9.81, 0};
-  scene.stepping = {.rate_hz = 120, .substeps = 8};
+  scene.stepping = {.rate_hz = 120, .substeps = 8, .integrator = integrator};
   Collider slope;
   slope.name = "slope";
   slope.shape = PlaneShape{{std::sin(slope_rad), std::cos(slope_rad), 0}};
@@ -183,18 +187,22 @@ double slide_m(double slope_rad) {
   return (world.measure(0).centre_of_mass - before).dot(down);
 }
 
-TEST(Slope, HoldsAParticleWhereItsTangentIsBelowTheFriction) {
-  EXPECT_NEAR(slide_m(std::atan(0.45)), 0.0, 0.01);
-  EXPECT_NEAR(slide_m(std::atan(0.2)), 0.0, 0.01);
+class Slope : public testing::TestWithParam<Integrator> {};
+
+TEST_P(Slope, HoldsAParticleWhereItsTangentIsBelowTheFriction) {
+  EXPECT_NEAR(slide_m(std::atan(0.45), GetParam()), 0.0, 0.01);
+  EXPECT_NEAR(slide_m(std::atan(0.2), GetParam()), 0.0, 0.01);
 }
 
-TEST(Slope, LetsAParticleSlideAtTheExcessWhereItIsSteeper) {
+TEST_P(Slope, LetsAParticleSlideAtTheExcessWhereItIsSteeper) {
   for (const double tangent : {0.55, 0.7, 1.0}) {
     const double angle_rad = std::atan(tangent);
     const double expected_m = 0.5 * 9.81 * (std::sin(angle_rad) - 0.5 * std::cos(angle_rad));
-    EXPECT_NEAR(slide_m(angle_rad), expected_m, 0.02 * expected_m + 0.005) << tangent;
+    EXPECT_NEAR(slide_m(angle_rad, GetParam()), expected_m, 0.02 * expected_m + 0.005) << tangent;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Integrators, Slope, testing::ValuesIn(every_integrator), test_name_of);
 
 INSTANTIATE_TEST_SUITE_P(Restitutions, Bounce, testing::Values(0.3, 0.5, 0.8, 1.0));
 
