@@ -59,7 +59,7 @@ struct GrowthCase {
   std::string name;
   Integrator integrator;
   double (*growth)(double wh);  // of the energy, a step
-  double speed_m_s = 1e-9;      // small enough to stay linear when it has grown
+  double speed_m_s = 1e-6;      // small enough to stay linear when it has grown, and well above round-off
 };
 
 // |R(iwh)|^2 of a trapezoidal step of part = 2 - sqrt(2), then BDF2 to the end.
