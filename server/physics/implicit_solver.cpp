@@ -9,8 +9,11 @@ namespace pneuma::physics {
 
 namespace {
 
-// Of the error target times the body's length, a step: a settled body then costs one solve of the preconditioner.
+// Of the error target times the body's length: the move that a step may leave out, so that a settled body costs one
+// solve of the preconditioner. What steps leave out adds up as a force would, so shorter ones than this may leave out
+// an acceleration that comes to as much within it.
 constexpr double settled_share = 1e-3;
+constexpr double settled_time_s = 1.0 / 60.0;
 // Of the mean spacing of the particles: moves up to it change no edge's direction by much, and are taken as they are.
 constexpr double small_move = 0.1;
 // Of the body's length: the furthest that velocities are trusted to tell where a particle will be, seen from the body.
@@ -47,8 +50,10 @@ std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, std::s
   v_real_.resize(count);
   force_real_.resize(count);
   force_.resize(count);
+  // Seen from the body itself, so that one far away loses no digits: a grab alone asks for the place in the world.
+  const Vec3d origin = body.grabs.empty() ? x[0] : Vec3d(Vec3d::Zero());
   for (std::size_t i = 0; i < count; ++i) {
-    x_real_[i] = x[i].template cast<Real>();
+    x_real_[i] = (x[i] - origin).template cast<Real>();
     v_real_[i] = v[i].template cast<Real>();
   }
   // A grab is in the tangent, so that it may be as stiff as it was asked to be: no step to bound it by.
@@ -89,7 +94,8 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& sta
       if (!body.is_pinned(i)) u[i] = centre + trusted_move * length_m / guess_m * (u[i] - centre);
     }
   }
-  const double settled_m_s = settled_share * accuracy.error_target * length_m / stage.s;
+  const double settled_m_s = settled_share * accuracy.error_target * length_m *
+                             std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
   const double settled_j = body.body.mass_kg * settled_m_s * settled_m_s;
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
@@ -99,8 +105,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& sta
     double spread_m = 0.0;
     {
       const StageTimer timer(profile, Stage::integrate);
-      system_.linearise(body, surroundings, x_, u);
-      slope = system_.solve(residual_, accuracy.error_target, settled_m_s, step_);
+      slope = system_.solve(body, surroundings, {x_, u, residual_}, {accuracy.error_target, settled_m_s}, step_);
       spread_m = stage.s * spread(step_);
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;

@@ -130,27 +130,27 @@ Eigen::SparseMatrix<double> ImplicitSystem::preconditioner(std::span<const Hinge
 }
 
 template <class Real>
-void ImplicitSystem::linearise(const SoftState<Real>& body, const Surroundings& surroundings, std::span<const Vec3d> x,
-                               std::span<const Vec3d> v) {
-  const double s2 = constants_.s * constants_.s;
+void ImplicitSystem::linearise_gas(const SoftState<Real>& body, std::span<const Vec3d> x) {
   volume_gradient_.clear();
-  double turn = 0.0;
-  if (body.gas) {
-    turn = s2 * body.pressure_pa;
-    gas_stiffness_ = s2 * gas_stiffness_pa_m3(*body.gas, *body.body.gas, body.volume_m3);
-    volume_gradient_.assign(x.size(), Vec3d::Zero());
-    for (const auto& [a, b, c] : mesh_->faces) {
-      const Vec3d share = (x[b] - x[a]).cross(x[c] - x[a]) / 6.0;
-      volume_gradient_[a] += share;
-      volume_gradient_[b] += share;
-      volume_gradient_[c] += share;
-    }
-    clear_pinned(volume_gradient_);
+  if (!body.gas) return;
+  gas_stiffness_ = constants_.s * constants_.s * gas_stiffness_pa_m3(*body.gas, *body.body.gas, body.volume_m3);
+  volume_gradient_.assign(x.size(), Vec3d::Zero());
+  for (const auto& [a, b, c] : mesh_->faces) {
+    const Vec3d share = (x[b] - x[a]).cross(x[c] - x[a]) / 6.0;
+    volume_gradient_[a] += share;
+    volume_gradient_[b] += share;
+    volume_gradient_[c] += share;
   }
-  linearise_edges(x, turn);
-  linearise_bending(body.hinges, x);
+  clear_pinned(volume_gradient_);
+}
+
+template <class Real>
+void ImplicitSystem::linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings,
+                                    const Problem& problem) {
+  linearise_edges(problem.x, body.gas ? constants_.s * constants_.s * body.pressure_pa : 0.0);
+  linearise_bending(body.hinges, problem.x);
   drags_.clear();
-  if (constants_.drag_n_s_m3 > 0.0) linearise_wind(body.body, surroundings.atmosphere, x, v);
+  if (constants_.drag_n_s_m3 > 0.0) linearise_wind(body.body, surroundings.atmosphere, problem.x, problem.v);
 }
 
 void ImplicitSystem::linearise_edges(std::span<const Vec3d> x, double turn) {
@@ -233,7 +233,7 @@ void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& prod
     product[b] += share;
     product[c] += share;
   }
-  if (!volume_gradient_.empty() && gas_stiffness_ > 0.0) {
+  if (has_gas()) {
     const double along = gas_stiffness_ * dot(volume_gradient_, u);
     for (std::size_t i = 0; i < u.size(); ++i) product[i] += along * volume_gradient_[i];
   }
@@ -248,17 +248,17 @@ void ImplicitSystem::clear_pinned(std::vector<Vec3d>& points) const {
 
 // Of b and of the gas's gradient at once: one pass over the factor serves both.
 void ImplicitSystem::solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
-  rows8_.resize(b.size());
+  rows6_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) {
     const Vec3d& g = volume_gradient_[i];
-    rows8_[i] = {b[i].x(), b[i].y(), b[i].z(), g.x(), g.y(), g.z(), 0.0, 0.0};
+    rows6_[i] = {b[i].x(), b[i].y(), b[i].z(), g.x(), g.y(), g.z()};
   }
-  factor_.solve<8>(rows8_);
+  factor_.solve<6>(rows6_);
   z.resize(b.size());
   gas_answer_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) {
-    z[i] = {rows8_[i][0], rows8_[i][1], rows8_[i][2]};
-    gas_answer_[i] = {rows8_[i][3], rows8_[i][4], rows8_[i][5]};
+    z[i] = {rows6_[i][0], rows6_[i][1], rows6_[i][2]};
+    gas_answer_[i] = {rows6_[i][3], rows6_[i][4], rows6_[i][5]};
   }
   gas_share_ = gas_stiffness_ / (1.0 + gas_stiffness_ * dot(volume_gradient_, gas_answer_));
 }
@@ -271,14 +271,18 @@ void ImplicitSystem::precondition(std::span<const Vec3d> b, std::vector<Vec3d>& 
   for (std::size_t i = 0; i < b.size(); ++i) z[i] = {rows4_[i][0], rows4_[i][1], rows4_[i][2]};
 }
 
-double ImplicitSystem::solve(std::span<const Vec3d> b, double relative, double absolute_m_s, std::vector<Vec3d>& step) {
-  const bool with_gas = !volume_gradient_.empty() && gas_stiffness_ > 0.0;
-  const auto add_gas = [&](std::vector<Vec3d>& z) {
-    if (!with_gas) return;
-    const double share = gas_share_ * dot(volume_gradient_, z);
-    for (std::size_t i = 0; i < z.size(); ++i) z[i] -= share * gas_answer_[i];
-  };
-  if (with_gas) {
+void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
+  if (!has_gas()) return;
+  const double share = gas_share_ * dot(volume_gradient_, z);
+  for (std::size_t i = 0; i < z.size(); ++i) z[i] -= share * gas_answer_[i];
+}
+
+template <class Real>
+double ImplicitSystem::solve(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem,
+                             const Tolerance& tolerance, std::vector<Vec3d>& step) {
+  const std::span<const Vec3d> b = problem.b;
+  linearise_gas(body, problem.x);
+  if (has_gas()) {
     solve_with_gas(b, step);
   } else {
     precondition(b, step);
@@ -287,12 +291,20 @@ double ImplicitSystem::solve(std::span<const Vec3d> b, double relative, double a
 
   const double decrease = dot(b, step);
   const double mass_kg = constants_.vertex_mass_kg * static_cast<double>(b.size());
-  const double enough = std::max(relative * relative * decrease, mass_kg * absolute_m_s * absolute_m_s);
+  const double enough = std::max(tolerance.relative * tolerance.relative * decrease,
+                                 mass_kg * tolerance.absolute_m_s * tolerance.absolute_m_s);
   if (!(decrease > enough)) return decrease;
 
+  linearise_rest(body, surroundings, problem);
   multiply(step, product_);
   residual_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) residual_[i] = b[i] - product_[i];
+  iterate(enough, step);
+  return dot(b, step);
+}
+
+// Conjugate gradients from `step`, whose residual is residual_.
+void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
   double before = 0.0;
   // A body that nothing holds moves as a whole by b alone, which the first guess has in full. Left in, the rounding of
   // that motion grows with each iteration.
@@ -307,7 +319,7 @@ double ImplicitSystem::solve(std::span<const Vec3d> b, double relative, double a
       direction_ = conditioned_;
     } else {
       const double share = now / before;
-      for (std::size_t i = 0; i < b.size(); ++i) direction_[i] = conditioned_[i] + share * direction_[i];
+      for (std::size_t i = 0; i < step.size(); ++i) direction_[i] = conditioned_[i] + share * direction_[i];
     }
     before = now;
     multiply(direction_, product_);
@@ -316,12 +328,11 @@ double ImplicitSystem::solve(std::span<const Vec3d> b, double relative, double a
     // nearly so: what was found so far is still a descent.
     if (!(curvature > inertia_share_min * constants_.vertex_mass_kg * dot(direction_, direction_))) break;
     const double length = now / curvature;
-    for (std::size_t i = 0; i < b.size(); ++i) {
+    for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] += length * direction_[i];
       residual_[i] -= length * product_[i];
     }
   }
-  return dot(b, step);
 }
 
 double ImplicitSystem::volume_change_m3(std::span<const Vec3d> step) const {
@@ -335,13 +346,13 @@ std::size_t ImplicitSystem::bytes() const {
          (diagonal_.capacity() + rest_lengths_m_.capacity()) * sizeof(double) +
          opposite_.capacity() * sizeof(opposite_[0]) + edges_.capacity() * sizeof(EdgeTangent) +
          bends_.capacity() * sizeof(HingeTangent) + drags_.capacity() * sizeof(Eigen::Matrix3d) +
-         rows4_.capacity() * sizeof(rows4_[0]) + rows8_.capacity() * sizeof(rows8_[0]);
+         rows4_.capacity() * sizeof(rows4_[0]) + rows6_.capacity() * sizeof(rows6_[0]);
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                                     \
-  template bool ImplicitSystem::set_up<Real>(const SoftState<Real>&, const Surroundings&, double);                   \
-  template void ImplicitSystem::linearise<Real>(const SoftState<Real>&, const Surroundings&, std::span<const Vec3d>, \
-                                                std::span<const Vec3d>);
+#define PNEUMA_INSTANTIATE(Real)                                                                           \
+  template bool ImplicitSystem::set_up<Real>(const SoftState<Real>&, const Surroundings&, double);         \
+  template double ImplicitSystem::solve<Real>(const SoftState<Real>&, const Surroundings&, const Problem&, \
+                                              const Tolerance&, std::vector<Vec3d>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

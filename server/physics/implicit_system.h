@@ -24,16 +24,24 @@ class ImplicitSystem {
   template <class Real>
   [[nodiscard]] bool set_up(const SoftState<Real>& body, const Surroundings& surroundings, double s);
 
-  /// The tangents at positions x and velocities v. `body` gives the gas and its volume there.
-  template <class Real>
-  void linearise(const SoftState<Real>& body, const Surroundings& surroundings, std::span<const Vec3d> x,
-                 std::span<const Vec3d> v);
+  /// Where the tangents are taken, and the right-hand side.
+  struct Problem {
+    std::span<const Vec3d> x;  // m
+    std::span<const Vec3d> v;  // m/s
+    std::span<const Vec3d> b;  // N s
+  };
+  struct Tolerance {
+    double relative = 0.0;
+    double absolute_m_s = 0.0;
+  };
 
   /// Solves for `step`, until the error is below `relative` of it or its mean square over the vertices below
-  /// absolute_m_s^2, both in the preconditioner's norm. The first guess is the preconditioner's own answer: it keeps
-  /// the total momentum of b to round-off however few iterations follow. Returns b . step, the rate at which the step
-  /// goes down.
-  double solve(std::span<const Vec3d> b, double relative, double absolute_m_s, std::vector<Vec3d>& step);
+  /// absolute_m_s^2, both in the preconditioner's norm. `body` gives the gas and its volume at x. The first guess is
+  /// the preconditioner's own answer: it keeps the total momentum of b to round-off however few iterations follow.
+  /// Returns b . step, the rate at which the step goes down.
+  template <class Real>
+  double solve(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem,
+               const Tolerance& tolerance, std::vector<Vec3d>& step);
 
   /// dV/dx . step: by how much a move of `step` changes the volume.
   [[nodiscard]] double volume_change_m3(std::span<const Vec3d> step) const;
@@ -66,6 +74,10 @@ class ImplicitSystem {
   };
 
   [[nodiscard]] Eigen::SparseMatrix<double> preconditioner(std::span<const Hinge> hinges) const;
+  template <class Real>
+  void linearise_gas(const SoftState<Real>& body, std::span<const Vec3d> x);
+  template <class Real>
+  void linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem);
   void linearise_edges(std::span<const Vec3d> x, double turn);
   void linearise_bending(std::span<const Hinge> hinges, std::span<const Vec3d> x);
   void linearise_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3d> x,
@@ -73,6 +85,9 @@ class ImplicitSystem {
   void multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const;
   void precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z);
   void solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z);
+  [[nodiscard]] bool has_gas() const { return !volume_gradient_.empty() && gas_stiffness_ > 0.0; }
+  void add_gas(std::vector<Vec3d>& z) const;
+  void iterate(double enough, std::vector<Vec3d>& step);
   void clear_pinned(std::vector<Vec3d>& points) const;
 
   std::shared_ptr<const Mesh> mesh_;
@@ -93,7 +108,7 @@ class ImplicitSystem {
 
   std::vector<Vec3d> residual_, direction_, product_, conditioned_;
   std::vector<std::array<double, 4>> rows4_;
-  std::vector<std::array<double, 8>> rows8_;
+  std::vector<std::array<double, 6>> rows6_;
 };
 
 }  // namespace pneuma::physics

@@ -37,7 +37,7 @@ void SparseCholesky::solve(std::span<std::array<double, Columns>> rows) {
   if constexpr (Columns == 4) {
     chosen = &work4_;
   } else {
-    chosen = &work8_;
+    chosen = &work6_;
   }
   std::vector<std::array<double, Columns>>& work = *chosen;
   work.resize(rows.size());
@@ -68,10 +68,10 @@ void SparseCholesky::solve(std::span<std::array<double, Columns>> rows) {
 std::size_t SparseCholesky::bytes() const {
   return entries_.capacity() * sizeof(Entry) + (place_.capacity() + column_ends_.capacity()) * sizeof(std::uint32_t) +
          inverse_diagonal_.capacity() * sizeof(double) + work4_.capacity() * sizeof(work4_[0]) +
-         work8_.capacity() * sizeof(work8_[0]);
+         work6_.capacity() * sizeof(work6_[0]);
 }
 
 template void SparseCholesky::solve<4>(std::span<std::array<double, 4>>);
-template void SparseCholesky::solve<8>(std::span<std::array<double, 8>>);
+template void SparseCholesky::solve<6>(std::span<std::array<double, 6>>);
 
 }  // namespace pneuma::physics

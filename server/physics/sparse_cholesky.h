@@ -32,7 +32,7 @@ class SparseCholesky {
   std::vector<Entry> entries_;              // of L below its unit diagonal, by columns
   std::vector<double> inverse_diagonal_;    // of D
   std::vector<std::array<double, 4>> work4_;
-  std::vector<std::array<double, 8>> work8_;
+  std::vector<std::array<double, 6>> work6_;
 };
 
 }  // namespace pneuma::physics

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -9,9 +10,32 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/stability.h"
 #include "physics/world.h"
 
 namespace pneuma::physics {
+
+inline constexpr std::array<Integrator, 7> every_integrator{
+    Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
+    Integrator::implicit_euler, Integrator::tr_bdf2,  Integrator::xpbd};
+
+/// Of the error after a given time, in the step.
+inline double order_of(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::midpoint:
+    case Integrator::tr_bdf2:
+      return 2.0;
+    case Integrator::rk4:
+      return 4.0;
+    default:
+      return 1.0;
+  }
+}
+
+/// For the name of a test.
+inline std::string test_name_of(const testing::TestParamInfo<Integrator>& param) {
+  return std::string(name_of(param.param));
+}
 
 /// A world that must come to be.
 inline World make_world(Scene scene) {
