@@ -51,6 +51,7 @@ struct Springs {
   double damping_n_s_m = 0.0;
   double rest_scale = 1.0;
   double bend_stiffness_n_m = 0.0;  // N m a radian (hinge.h)
+  bool operator==(const Springs&) const = default;
 };
 
 enum class GasLaw { isothermal, adiabatic };
@@ -63,6 +64,7 @@ struct Gas {
   double flow_mol_s = 0.0;
   double leak_mol_s_pa = 0.0;
   std::optional<double> burst_pressure_pa = std::nullopt;  // over the outside
+  bool operator==(const Gas&) const = default;
 };
 
 enum class VolumeMethod { exact, box, ball, ellipsoid };

@@ -50,6 +50,7 @@ class Simulation {
 
   Scene scene;  // as last applied; what moves is below
   SubstepChoice choice;
+  FrequencyTable frequencies;  // behind the choice
   std::variant<SoftBodies<float>, SoftBodies<double>> soft;
   std::vector<RigidState> rigid;
   std::vector<Pose> rigid_before;  // as the substep found them

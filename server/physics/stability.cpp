@@ -157,17 +157,18 @@ double wind_drag_n_s_m(const SoftBody& body, const Atmosphere& atmosphere) {
   return atmosphere.density_kg_m3 * drag * *std::ranges::max_element(areas_m2) * atmosphere.wind.norm();
 }
 
-}  // namespace
+double vertex_mass_kg(const SoftBody& body) {
+  return body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
+}
 
-Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
+Frequencies estimate_without_wind(const SoftBody& body) {
   const RestStiffness stiffness(body);
-  const double vertex_mass = body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
+  const double vertex_mass = vertex_mass_kg(body);
   Frequencies result;
   result.fastest_rad_s =
       std::sqrt(stiffness.largest_eigenvalue(body.springs.stiffness_n_m, RestStiffness::Part::all) / vertex_mass);
   result.fastest_decay_1_s =
       stiffness.largest_eigenvalue(body.springs.damping_n_s_m, RestStiffness::Part::springs) / vertex_mass;
-  result.fastest_decay_1_s += wind_drag_n_s_m(body, atmosphere) / vertex_mass;
   if (body.springs.bend_stiffness_n_m > 0.0) {
     result.bending_rad_s = std::sqrt(stiffness.largest_eigenvalue(0.0, RestStiffness::Part::bending) / vertex_mass);
   }
@@ -180,9 +181,38 @@ Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosph
   return result;
 }
 
+}  // namespace
+
+Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
+  return FrequencyTable().estimate({&body, 1}, atmosphere).front();
+}
+
+std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere) {
+  std::vector<Entry> entries;
+  std::vector<Frequencies> result;
+  for (const SoftBody& body : bodies) {
+    const auto alike = [&](const Entry& entry) {
+      return entry.mesh == body.mesh && entry.mass_kg == body.mass_kg && entry.springs == body.springs &&
+             entry.gas == body.gas;
+    };
+    auto entry = std::ranges::find_if(entries, alike);
+    if (entry == entries.end()) {
+      const auto known = std::ranges::find_if(entries_, alike);
+      entries.push_back(known != entries_.end()
+                            ? *known
+                            : Entry{body.mesh, body.mass_kg, body.springs, body.gas, estimate_without_wind(body)});
+      entry = entries.end() - 1;
+    }
+    result.push_back(entry->frequencies);
+    result.back().fastest_decay_1_s += wind_drag_n_s_m(body, atmosphere) / vertex_mass_kg(body);
+  }
+  entries_ = std::move(entries);
+  return result;
+}
+
 Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
   const RestStiffness stiffness(body);
-  const double vertex_mass = body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
+  const double vertex_mass = vertex_mass_kg(body);
   const double bending = stiffness.bending_bound();
   const double gas = stiffness.gas_eigenvalue();
   const double all = stiffness.spring_bound(body.springs.stiffness_n_m) + bending + gas;

@@ -1,8 +1,12 @@
 // Which integrator steps a scene, and how long a step it may take, from the scene's stiffness.
 #pragma once
 
+#include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/status.h"
 #include "physics/scene.h"
@@ -16,11 +20,30 @@ struct Frequencies {
   double gas_rad_s = 0.0;          // of the gas alone, along gradV
   double bending_rad_s = 0.0;      // of bending alone, which nothing damps
   double breathing_rad_s = 0.0;    // Rayleigh quotient of uniform scaling
+  bool operator==(const Frequencies&) const = default;
 };
 
 /// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
 /// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
+
+/// The estimates of a world's bodies, kept from edit to edit: what an edit leaves alone is not estimated again, and
+/// bodies that are alike are estimated once.
+class FrequencyTable {
+ public:
+  /// One a body. Forgets those of other bodies.
+  [[nodiscard]] std::vector<Frequencies> estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere);
+
+ private:
+  struct Entry {
+    std::shared_ptr<const Mesh> mesh;
+    double mass_kg;
+    Springs springs;
+    std::optional<Gas> gas;
+    Frequencies frequencies;  // without wind
+  };
+  std::vector<Entry> entries_;
+};
 
 /// No motion of the body is faster than these, which take one pass over the mesh: a vertex's own share of every spring
 /// and hinge, doubled for its neighbour's (Gershgorin), and the gas.
@@ -51,6 +74,6 @@ struct SubstepChoice {
 /// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
 /// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
 /// needed, naming the body.
-[[nodiscard]] base::Result<SubstepChoice> choose_substeps(const Scene& scene);
+[[nodiscard]] base::Result<SubstepChoice> choose_substeps(const Scene& scene, FrequencyTable& known);
 
 }  // namespace pneuma::physics

@@ -121,9 +121,10 @@ double longest_accurate_step_s(Integrator integrator, const Frequencies& frequen
 /// What the bodies of a scene ask of a method.
 class Demands {
  public:
-  explicit Demands(const Scene& scene) : scene_(scene), period_s_(1.0 / scene.stepping.rate_hz) {
-    for (const SoftBody& body : scene.soft_bodies) frequencies_.push_back(estimate_frequencies(body, scene.atmosphere));
-  }
+  Demands(const Scene& scene, FrequencyTable& known)
+      : scene_(scene),
+        period_s_(1.0 / scene.stepping.rate_hz),
+        frequencies_(known.estimate(scene.soft_bodies, scene.atmosphere)) {}
 
   struct Step {
     double step_s = unlimited;
@@ -228,10 +229,10 @@ bool surely_stable(const Scene& scene) {
   });
 }
 
-base::Result<SubstepChoice> choose_given(const Scene& scene) {
+base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& known) {
   const Stepping& stepping = scene.stepping;
   if (surely_stable(scene)) return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
-  const Demands demands(scene);
+  const Demands demands(scene, known);
   const Demands::Step stable = demands.stable_step(stepping.integrator);
   if (stable.substeps <= stepping.substeps) {
     return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
@@ -293,10 +294,10 @@ double longest_step_s(Integrator integrator, const Frequencies& frequencies, dou
                    longest_accurate_step_s(integrator, frequencies, error_target, tick_period_s)});
 }
 
-base::Result<SubstepChoice> choose_substeps(const Scene& scene) {
-  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene));
-  if (scene.stepping.substeps > 0) return choose_given(scene);
-  const Demands demands(scene);
+base::Result<SubstepChoice> choose_substeps(const Scene& scene, FrequencyTable& known) {
+  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene, known));
+  if (scene.stepping.substeps > 0) return choose_given(scene, known);
+  const Demands demands(scene, known);
   const Demands::Step step = demands.longest_step(scene.stepping.integrator);
   if (step.substeps > base::substeps_max) return too_many(demands, step);
   return SubstepChoice{static_cast<std::uint32_t>(step.substeps), scene.stepping.integrator, demands.reason(step)};

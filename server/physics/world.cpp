@@ -65,9 +65,12 @@ World::~World() = default;
 
 base::Result<World> World::create(Scene scene) {
   if (base::Status status = check_scene(scene); !status.ok()) return status;
-  base::Result<SubstepChoice> choice = choose_substeps(scene);
+  FrequencyTable frequencies;
+  base::Result<SubstepChoice> choice = choose_substeps(scene, frequencies);
   if (!choice.ok()) return choice.status();
-  return World(std::make_unique<Simulation>(std::move(scene), std::move(*choice)));
+  World world(std::make_unique<Simulation>(std::move(scene), std::move(*choice)));
+  world.simulation_->frequencies = std::move(frequencies);
+  return world;
 }
 
 base::Status World::apply(Scene scene) {
@@ -77,7 +80,7 @@ base::Status World::apply(Scene scene) {
     return {base::StatusCode::failed_precondition, "the precision of a running world cannot change",
             "stepping.precision"};
   }
-  base::Result<SubstepChoice> choice = choose_substeps(scene);
+  base::Result<SubstepChoice> choice = choose_substeps(scene, simulation_->frequencies);
   if (!choice.ok()) return choice.status();
 
   Simulation& sim = *simulation_;

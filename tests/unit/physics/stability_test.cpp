@@ -11,6 +11,11 @@
 namespace pneuma::physics {
 namespace {
 
+base::Result<SubstepChoice> choose(const Scene& scene) {
+  FrequencyTable none_known;
+  return choose_substeps(scene, none_known);
+}
+
 SoftBody ball(std::uint32_t subdivisions, double stiffness_n_m, double nrt_j) {
   SoftBody body;
   body.name = "ball";
@@ -108,7 +113,7 @@ TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
   Scene scene;
   scene.stepping.substeps = 130;
   scene.soft_bodies.push_back(ball(2, 1e3, 0.0));
-  const auto choice = choose_substeps(scene);
+  const auto choice = choose(scene);
   ASSERT_TRUE(choice.ok()) << choice.status().message();
   EXPECT_EQ(choice->substeps, 130U);
   EXPECT_EQ(choice->integrator, Integrator::midpoint);
@@ -119,20 +124,20 @@ TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
   scene.soft_bodies.push_back(ball(2, 1e6, 0.0));
   // w^2 = 6.2 k / m: 2 / w is 63 us, a tick of 1/60 s is 264 of these.
-  const auto refused = choose_substeps(scene);
+  const auto refused = choose(scene);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.status().where(), "stepping.substeps");
   EXPECT_NE(refused.status().what().find("stable up to a step of 6."), std::string::npos) << refused.status().what();
 
   scene.stepping.on_unstable = OnUnstable::substep;
-  const auto raised = choose_substeps(scene);
+  const auto raised = choose(scene);
   ASSERT_TRUE(raised.ok());
   EXPECT_GT(raised->substeps, 264U);
   EXPECT_LT(raised->substeps, 2 * 264U * 1.1);
 
   scene.stepping.on_unstable = OnUnstable::allow;
-  EXPECT_EQ(choose_substeps(scene)->substeps, 3U);
-  EXPECT_NE(choose_substeps(scene)->reason.find("unstable"), std::string::npos);
+  EXPECT_EQ(choose(scene)->substeps, 3U);
+  EXPECT_NE(choose(scene)->reason.find("unstable"), std::string::npos);
 }
 
 TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
@@ -151,22 +156,44 @@ TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) 
   Scene scene;
   scene.stepping.integrator = Integrator::automatic;
   scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
-  const auto soft = choose_substeps(scene);
+  const auto soft = choose(scene);
   ASSERT_TRUE(soft.ok());
   EXPECT_LE(soft->integrator, Integrator::symplectic_euler);
   scene.soft_bodies.push_back(ball(2, 1e6, 5.0));
-  const auto stiff = choose_substeps(scene);
+  const auto stiff = choose(scene);
   ASSERT_TRUE(stiff.ok());
   EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
   EXPECT_LE(stiff->substeps, 4U);
   EXPECT_NE(stiff->reason.find("SYMPLECTIC_EULER asks for"), std::string::npos) << stiff->reason;
 }
 
+TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
+  // A wind's drag is added to what is remembered, and nothing else than the numbers that matter is looked at.
+  std::vector<SoftBody> bodies{ball(2, 1e3, 5.0), ball(2, 1e3, 5.0), ball(2, 2e3, 5.0)};
+  bodies[1].mesh = bodies[0].mesh;
+  bodies[1].position = {5.0, 0.0, 0.0};
+  bodies[0].drag = bodies[1].drag = {1.0, 0.1};
+  FrequencyTable table;
+  const auto expect_as_estimated_alone = [&](const Atmosphere& atmosphere) {
+    const std::vector<Frequencies> all = table.estimate(bodies, atmosphere);
+    ASSERT_EQ(all.size(), bodies.size());
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      EXPECT_EQ(all[i], estimate_frequencies(bodies[i], atmosphere)) << i;
+    }
+  };
+  expect_as_estimated_alone({});
+  expect_as_estimated_alone({.density_kg_m3 = 1.2, .wind = {3.0, 0.0, 0.0}});
+  bodies[0].gas->moles *= 2.0;
+  bodies[1].springs.damping_n_s_m *= 3.0;
+  bodies[2].mass_kg *= 4.0;
+  expect_as_estimated_alone({});
+}
+
 TEST(Substeps, PastTheLimitAreRefusedNamingTheBody) {
   Scene scene;
   scene.soft_bodies.push_back(ball(1, 1.0, 0.0));
   scene.soft_bodies.push_back(ball(2, 1e12, 0.0));
-  const auto choice = choose_substeps(scene);
+  const auto choice = choose(scene);
   ASSERT_FALSE(choice.ok());
   EXPECT_EQ(choice.status().where(), "soft_bodies[1]");
 }
