@@ -107,15 +107,24 @@ void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<cons
   }
 }
 
-// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so a hand holds no harder than
-// that.
+// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so the hands on it together
+// hold no harder than that.
 template <class Real>
 void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
                std::span<Vec3<Real>> force) {
   const double mass = static_cast<double>(body.vertex_mass_kg);
+  const double stiffness_max = 0.25 * mass / (dt_s * dt_s);
+  const double damping_max = 0.5 * mass / dt_s;
   for (const Grab& grab : body.grabs) {
-    const double stiffness = std::min(grab.stiffness_n_m, 0.25 * mass / (dt_s * dt_s));
-    const double damping = std::min(grab.damping_n_s_m, 0.5 * mass / dt_s);
+    double stiffness_sum = 0.0;
+    double damping_sum = 0.0;
+    for (const Grab& other : body.grabs) {
+      if (other.vertex != grab.vertex) continue;
+      stiffness_sum += other.stiffness_n_m;
+      damping_sum += other.damping_n_s_m;
+    }
+    const double stiffness = grab.stiffness_n_m * (stiffness_sum > stiffness_max ? stiffness_max / stiffness_sum : 1.0);
+    const double damping = grab.damping_n_s_m * (damping_sum > damping_max ? damping_max / damping_sum : 1.0);
     const Vec3d offset = grab.target - x[grab.vertex].template cast<double>();
     const Vec3d pull = stiffness * offset - damping * v[grab.vertex].template cast<double>();
     force[grab.vertex] += pull.cast<Real>();
