@@ -200,7 +200,10 @@ void add_subcommands(CLI::App& app, Work& work) {
   add_step(app, work);
   add_of_world(app, work, "reset", "Put a world back to its scene", change("reset", &Client::reset));
   add_of_world(app, work, "stats", "A world's numbers", pneuma::client::stats);
-  add_of_world(app, work, "scene", "A world's scene as it is now", pneuma::client::scene);
+  add_of_world(app, work, "scene",
+               "A world's scene with its edits, as create takes it: rigid bodies, colliders and gas as they are now, "
+               "soft bodies where the scene puts them",
+               pneuma::client::scene);
 }
 
 int run(const Flags& flags, const Work& work) {

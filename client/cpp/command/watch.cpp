@@ -12,6 +12,7 @@
 #include <variant>
 
 #include "command/commands.h"
+#include "command/json.h"
 
 namespace pneuma::client {
 

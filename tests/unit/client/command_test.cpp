@@ -3,6 +3,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include <google/protobuf/struct.pb.h>
@@ -200,17 +201,65 @@ TEST(CommandOutput, WorldsAreATableOrALineOfJsonEach) {
   EXPECT_EQ(world.fields().at("paused").bool_value(), false);  // shown also where it is not set
 }
 
-TEST(CommandOutput, SceneIsAFileThatCreateTakes) {
+TEST(CommandOutput, SceneIsAFileThatCreateTakesWithJsonInOneLine) {
+  for (const bool one_line : {false, true}) {
+    const FakeServer server([](FakeSession& session) {
+      session.welcome();
+      session.reply([](const auto&, auto& message) {
+        message.mutable_scene()->mutable_scene()->set_name("s");
+        message.mutable_scene()->mutable_scene()->add_soft_bodies()->set_mass_kg(2.5);
+      });
+    });
+    const std::string text = run(server, one_line ? std::vector<std::string>{"--json", "scene", "w"}
+                                                  : std::vector<std::string>{"scene", "w"})
+                                 .output;
+    EXPECT_EQ(lines(text).size() == 1, one_line) << text;
+    v1::Scene scene;
+    ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(text, &scene).ok()) << text;
+    EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
+  }
+}
+
+TEST(CommandOutput, JsonNumbersAreNumbersAndAHashIsHexadecimal) {
   const FakeServer server([](FakeSession& session) {
     session.welcome();
     session.reply([](const auto&, auto& message) {
-      message.mutable_scene()->mutable_scene()->set_name("s");
-      message.mutable_scene()->mutable_scene()->add_soft_bodies()->set_mass_kg(2.5);
+      v1::Stats& stats = *message.mutable_stats();
+      stats.set_world("a \"w\"");
+      stats.set_tick(1'234'567'890'123);
+      stats.set_state_hash(0xfedcba9876543210);
+      stats.set_time_ratio(0.1);
+      stats.set_step_time_ms(std::numeric_limits<double>::quiet_NaN());
+      stats.add_stages()->set_calls(5'000'000'000);
+      stats.add_soft_bodies()->mutable_centre_of_mass()->set_y(-2.5);
     });
   });
-  v1::Scene scene;
-  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(run(server, {"scene", "w"}).output, &scene).ok());
-  EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
+  const std::string text = run(server, {"--json", "stats", "w"}).output;
+  ASSERT_EQ(lines(text).size(), 1U);
+  const auto fields = json(text).fields();
+  EXPECT_EQ(fields.at("world").string_value(), "a \"w\"");
+  EXPECT_EQ(fields.at("tick").number_value(), 1'234'567'890'123.0);
+  EXPECT_EQ(fields.at("state_hash").string_value(), "0xfedcba9876543210");
+  EXPECT_EQ(fields.at("time_ratio").number_value(), 0.1);
+  EXPECT_TRUE(fields.at("step_time_ms").has_null_value());
+  EXPECT_FALSE(fields.at("paused").bool_value()) << "shown also where it is not set";
+  EXPECT_TRUE(fields.at("paused").has_bool_value());
+  EXPECT_EQ(fields.at("rigid_bodies").list_value().values_size(), 0);
+  EXPECT_EQ(fields.at("stages").list_value().values(0).struct_value().fields().at("calls").number_value(), 5e9);
+  const auto body = fields.at("soft_bodies").list_value().values(0).struct_value().fields();
+  EXPECT_EQ(body.at("centre_of_mass").struct_value().fields().at("y").number_value(), -2.5);
+  EXPECT_FALSE(body.contains("momentum"));
+}
+
+TEST(CommandOutput, TickIsANumberAlsoInWhatAChangeCameTo) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      message.mutable_done()->set_world("w");
+      message.mutable_done()->set_tick(5);
+    });
+  });
+  EXPECT_EQ(run(server, {"--json", "pause", "w"}).output, "{\"tick\":5,\"world\":\"w\",\"detail\":\"\"}\n");
 }
 
 /// Subscribes the command and sends two frames, a gap, a frame and an event.
