@@ -1,9 +1,11 @@
 // The `pneuma` command: flags to a request, a reply to lines. Exit codes: 0 done, 1 the work failed, 2 bad usage.
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -11,6 +13,7 @@
 #include "base/version.h"
 #include "command/arguments.h"
 #include "command/commands.h"
+#include "command/json.h"
 #include "pneuma_client/client.h"
 
 namespace {
@@ -43,9 +46,17 @@ const CLI::Validator address_check(
 const CLI::Validator positive_check(
     [](const std::string& text) -> std::string {
       const auto number = parse_numbers<1>(text);
-      return number && (*number)[0] > 0.0 ? "" : "must be more than 0: " + text;
+      return number && (*number)[0] > 0.0 ? "" : "must be a positive number: " + text;
     },
     "", "positive");
+
+// CLI11's own prints the largest double with all its digits.
+const CLI::Validator not_negative_check(
+    [](const std::string& text) -> std::string {
+      const auto number = parse_numbers<1>(text);
+      return number && (*number)[0] >= 0.0 ? "" : "must be a number that is not negative: " + text;
+    },
+    "", "not negative");
 
 template <std::size_t N>
 CLI::Validator numbers_check() {
@@ -136,7 +147,7 @@ void add_impulse(CLI::App& app, Work& work) {
       ->check(numbers_check<3>());
   at->check(numbers_check<3>())->excludes(vertex);
   ray->check(numbers_check<6>())->excludes(vertex)->excludes(at);
-  radius->check(CLI::NonNegativeNumber)->excludes(vertex);
+  radius->check(not_negative_check)->excludes(vertex);
   command->callback([&work, arguments, body, vertex, at, ray, radius] {
     if (body->empty() && ray->empty()) throw CLI::RequiredError("BODY");
     if (!radius->empty() && at->empty() && ray->empty()) throw CLI::RequiresError("--radius", "--at or --ray");
@@ -206,6 +217,12 @@ void add_subcommands(CLI::App& app, Work& work) {
                pneuma::client::scene);
 }
 
+int fail(const Status& status, bool json, int exit_code) {
+  const std::string text = json ? pneuma::client::error_json(status) : "pneuma: " + status.message();
+  std::fprintf(stderr, "%s\n", text.c_str());
+  return exit_code;
+}
+
 int run(const Flags& flags, const Work& work) {
   auto client = pneuma::client::Client::connect(flags.server, flags.connect);
   pneuma::client::Output output;
@@ -215,8 +232,7 @@ int run(const Flags& flags, const Work& work) {
     status = work(session);
   }
   if (status.ok() || output.is_closed()) return exit_done;
-  std::fprintf(stderr, "pneuma: %s\n", status.message().c_str());
-  return exit_failed;
+  return fail(status, flags.json, exit_failed);
 }
 
 }  // namespace
@@ -229,17 +245,22 @@ int main(int argc, char** argv) {
   CLI::App app("The client of pneuma-server.", "pneuma");
   app.set_version_flag("--version", "pneuma " + std::string(pneuma::base::version));
   app.fallthrough();
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check);
   app.add_option("--token", flags.connect.token, "What the server's token file asks for");
-  app.add_flag("--json", flags.json, "One JSON object a line, for scripts");
+  app.add_flag("--json", flags.json, "One JSON object a line, for scripts; errors too");
   auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
   app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);
   add_subcommands(app, work);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_done : exit_usage;
+    const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+    return fail(pneuma::base::invalid(error.what()), json, exit_usage);
   }
+  if (!work)
+    return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);
   return run(flags, work);
 }

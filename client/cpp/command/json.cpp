@@ -41,6 +41,35 @@ std::string json_string(std::string_view text) {
   return quoted + '"';
 }
 
+std::string_view code_name(base::StatusCode code) {
+  using enum base::StatusCode;
+  switch (code) {
+    case ok:
+      return "OK";
+    case invalid_argument:
+      return "INVALID_ARGUMENT";
+    case not_found:
+      return "NOT_FOUND";
+    case already_exists:
+      return "ALREADY_EXISTS";
+    case limit_exceeded:
+      return "LIMIT_EXCEEDED";
+    case unauthenticated:
+      return "UNAUTHENTICATED";
+    case failed_precondition:
+      return "FAILED_PRECONDITION";
+    case unsupported:
+      return "UNSUPPORTED";
+    case malformed:
+      return "MALFORMED";
+    case unavailable:
+      return "UNAVAILABLE";
+    case internal:
+      return "INTERNAL";
+  }
+  return "INTERNAL";
+}
+
 /// `json_of(i)` for each i below `count`.
 template <class JsonOf>
 std::string json_array(std::size_t count, const JsonOf& json_of) {
@@ -151,6 +180,12 @@ std::string scene_json(const v1::Scene& scene, SceneForm form) {
   assert(done.ok());
   while (text.ends_with('\n')) text.pop_back();
   return text;
+}
+
+std::string error_json(const base::Status& status) {
+  JsonObject error;
+  error.add("code", code_name(status.code())).add("where", status.where()).add("what", status.what());
+  return JsonObject().add("error", error).text();
 }
 
 std::string hash_text(std::uint64_t hash) {

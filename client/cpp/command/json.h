@@ -7,6 +7,7 @@
 
 #include <google/protobuf/message.h>
 
+#include "base/status.h"
 #include "pneuma/v1/scene.pb.h"
 
 namespace pneuma::client {
@@ -38,6 +39,9 @@ class JsonObject {
 /// The file form of a scene, for people over several lines.
 enum class SceneForm { one_line, for_people };
 [[nodiscard]] std::string scene_json(const v1::Scene& scene, SceneForm form);
+
+/// A failure for scripts: {"error":{"code":...,"where":...,"what":...}}, its code named as in Error of session.proto.
+[[nodiscard]] std::string error_json(const base::Status& status);
 
 /// As in "0x00000000000000ff".
 [[nodiscard]] std::string hash_text(std::uint64_t hash);

@@ -59,7 +59,7 @@ v1::ClientMessage request_of(const std::vector<std::string>& arguments, const st
   return sent;
 }
 
-TEST(CommandUsage, BadArgumentsExitWith2AndSayWhy) {
+TEST(CommandUsage, BadArgumentsExitWith2AndOneLineSaysWhy) {
   const std::vector<std::vector<std::string>> bad = {
       {},
       {"nonsense"},
@@ -76,14 +76,30 @@ TEST(CommandUsage, BadArgumentsExitWith2AndSayWhy) {
       {"impulse", "w", "ball", "--impulse", "1,2,x"},
       {"impulse", "w", "ball", "--impulse", "1,2,inf"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--radius", "1"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "-1"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "nan"},
+      {"worlds", "worlds"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--vertex", "1", "--at", "0,0,0"},
       {"--ca", "file", "worlds"},
   };
   for (const auto& arguments : bad) {
     const Finished finished = run_program("pneuma", arguments);
     EXPECT_EQ(finished.exit_status, 2) << testing::PrintToString(arguments);
-    EXPECT_FALSE(finished.error_output.empty());
+    ASSERT_EQ(lines(finished.error_output).size(), 1U) << finished.error_output;
+    EXPECT_TRUE(finished.error_output.starts_with("pneuma: ")) << finished.error_output;
+    EXPECT_LT(finished.error_output.size(), 150U) << finished.error_output;
     EXPECT_EQ(finished.output, "");
+  }
+}
+
+TEST(CommandUsage, WithJsonBadArgumentsAreAnErrorObject) {
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"--json"}, {"step", "w", "0", "--json"}, {"--json", "nonsense"}}) {
+    const Finished finished = run_program("pneuma", arguments);
+    EXPECT_EQ(finished.exit_status, 2) << testing::PrintToString(arguments);
+    const auto error = json(finished.error_output).fields().at("error").struct_value().fields();
+    EXPECT_EQ(error.at("code").string_value(), "INVALID_ARGUMENT");
+    EXPECT_NE(error.at("what").string_value(), "");
   }
 }
 
@@ -102,19 +118,31 @@ TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
   EXPECT_EQ(finished.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
 }
 
-TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {
-  const FakeServer server([](FakeSession& session) {
-    session.welcome();
-    session.reply([](const auto&, auto& message) {
-      message.mutable_error()->set_code(v1::Error::NOT_FOUND);
-      message.mutable_error()->set_what("no world nowhere");
-      message.mutable_error()->set_where("pause.world");
-    });
+void say_there_is_no_world(FakeSession& session) {
+  session.welcome();
+  session.reply([](const auto&, auto& message) {
+    message.mutable_error()->set_code(v1::Error::NOT_FOUND);
+    message.mutable_error()->set_what("no world \"nowhere\"");
+    message.mutable_error()->set_where("pause.world");
   });
+}
+
+TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {
+  const FakeServer server(say_there_is_no_world);
   const Finished finished = run(server, {"pause", "nowhere"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.output, "");
-  EXPECT_EQ(finished.error_output, "pneuma: pause.world: no world nowhere\n");
+  EXPECT_EQ(finished.error_output, "pneuma: pause.world: no world \"nowhere\"\n");
+}
+
+TEST(CommandFailure, WithJsonAnErrorIsAnObjectOnStandardError) {
+  const FakeServer server(say_there_is_no_world);
+  const Finished finished = run(server, {"--json", "pause", "nowhere"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.output, "");
+  EXPECT_EQ(finished.error_output,
+            R"({"error":{"code":"NOT_FOUND","where":"pause.world","what":"no world \"nowhere\""}})"
+            "\n");
 }
 
 TEST(CommandRequests, VectorsMayBeginWithAMinus) {
