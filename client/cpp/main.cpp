@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,6 +20,8 @@
 namespace {
 
 using pneuma::base::Status;
+using pneuma::base::StatusCode;
+using pneuma::client::Client;
 using pneuma::client::parse_numbers;
 using pneuma::client::Session;
 using pneuma::client::to_vec3;
@@ -29,6 +32,7 @@ constexpr int exit_usage = 2;
 
 struct Flags {
   std::string server = "127.0.0.1:7420";
+  std::string token_file;
   pneuma::client::ConnectOptions connect;
   bool json = false;
 };
@@ -199,7 +203,6 @@ auto change(const std::string& deed,
 }
 
 void add_subcommands(CLI::App& app, Work& work) {
-  using pneuma::client::Client;
   add_worlds(app, work);
   add_create(app, work);
   add_of_world(app, work, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
@@ -223,8 +226,29 @@ int fail(const Status& status, bool json, int exit_code) {
   return exit_code;
 }
 
-int run(const Flags& flags, const Work& work) {
-  auto client = pneuma::client::Client::connect(flags.server, flags.connect);
+/// From the file or the environment where --token gives none.
+Status find_token(const Flags& flags, std::string& token) {
+  if (!flags.token_file.empty()) {
+    auto read = pneuma::client::read_token(flags.token_file);
+    if (!read.ok()) return read.status();
+    token = std::move(*read);
+  } else if (const char* variable = std::getenv("PNEUMA_TOKEN"); token.empty() && variable != nullptr) {
+    token = variable;
+  }
+  return {};
+}
+
+pneuma::base::Result<Client> connect(Flags& flags) {
+  std::string& token = flags.connect.token;
+  if (Status found = find_token(flags, token); !found.ok()) return found;
+  auto client = Client::connect(flags.server, flags.connect);
+  const Status& status = client.status();
+  if (status.code() != StatusCode::unauthenticated || !token.empty()) return client;
+  return Status(status.code(), status.what() + "; give it by --token-file, --token or PNEUMA_TOKEN", status.where());
+}
+
+int run(Flags& flags, const Work& work) {
+  auto client = connect(flags);
   pneuma::client::Output output;
   Status status = client.status();
   if (client.ok()) {
@@ -247,7 +271,9 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.require_subcommand(0, 1);
   app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check);
-  app.add_option("--token", flags.connect.token, "What the server's token file asks for");
+  auto* token =
+      app.add_option("--token", flags.connect.token, "What the server asks for; otherwise PNEUMA_TOKEN's value");
+  app.add_option("--token-file", flags.token_file, "The token is its first line")->excludes(token);
   app.add_flag("--json", flags.json, "One JSON object a line, for scripts; errors too");
   auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
   app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);

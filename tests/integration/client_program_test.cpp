@@ -2,6 +2,7 @@
 #include <google/protobuf/util/message_differencer.h>
 
 #include "served.h"
+#include "support/self_signed.h"
 
 namespace pneuma::integration {
 namespace {
@@ -43,6 +44,32 @@ TEST_F(ClientProgram, WhatScenePrintsMakesTheSameSceneAgain) {
       ASSERT_TRUE(client.destroy_world("again").ok());
     }
   }
+}
+
+// A whole session over TLS, and what each mistake about it is told as.
+TEST_F(ClientProgram, SpeaksTlsAndSaysWhereOneSideAloneDoes) {
+  const support::SelfSigned certificate;
+  start({"--tls-cert", certificate.certificate_file(), "--tls-key", certificate.key_file()});
+  const std::string port = server_->tcp_address().substr(server_->tcp_address().rfind(':'));
+  const std::vector<std::string> trusted{"--tls", "--ca", certificate.certificate_file()};
+  const auto worlds = [&](const std::string& address, std::vector<std::string> flags) {
+    flags.insert(flags.end(), {"--server", address, "worlds"});
+    return support::run_program("pneuma", flags);
+  };
+  const Finished well = worlds("localhost" + port, trusted);
+  EXPECT_EQ(well.exit_status, 0) << well.error_output;
+
+  const Finished plain = worlds("localhost" + port, {});
+  EXPECT_EQ(plain.exit_status, 1);
+  EXPECT_NE(plain.error_output.find("--tls"), std::string::npos) << plain.error_output;
+  const Finished stranger = worlds("localhost" + port, {"--tls"});
+  EXPECT_NE(stranger.error_output.find("self-signed"), std::string::npos) << stranger.error_output;
+  const Finished elsewhere = worlds("127.0.0.1" + port, trusted);
+  EXPECT_NE(elsewhere.error_output.find("host name"), std::string::npos) << elsewhere.error_output;
+
+  start();
+  const Finished alone = pneuma({"--tls", "worlds"});
+  EXPECT_NE(alone.error_output.find("TLS: the server does not speak it"), std::string::npos) << alone.error_output;
 }
 
 }  // namespace

@@ -82,7 +82,7 @@ TEST(ClientConnect, SilentServerIsGivenUp) {
   EXPECT_EQ(client.status().message(), server.address() + ": no reply in time");
 }
 
-TEST(ClientConnect, WrongTokenIsToldAsSent) {
+base::Status refusal_of_token(const std::string& token) {
   const FakeServer server([](FakeSession& session) {
     session.reply([](const auto&, auto& message) {
       message.mutable_error()->set_code(v1::Error::UNAUTHENTICATED);
@@ -90,10 +90,41 @@ TEST(ClientConnect, WrongTokenIsToldAsSent) {
       message.mutable_error()->set_where("hello.token");
     });
   });
-  const auto client = Client::connect(server.address());
-  ASSERT_FALSE(client.ok());
-  EXPECT_EQ(client.status().code(), base::StatusCode::unauthenticated);
-  EXPECT_EQ(client.status().message(), "hello.token: wrong token");
+  ConnectOptions options;
+  options.token = token;
+  return Client::connect(server.address(), options).status();
+}
+
+TEST(ClientConnect, WrongTokenIsToldAsSent) {
+  const auto status = refusal_of_token("barley");
+  EXPECT_EQ(status.code(), base::StatusCode::unauthenticated);
+  EXPECT_EQ(status.message(), "hello.token: wrong token");
+}
+
+TEST(ClientConnect, NoTokenIsNoWrongToken) {
+  const auto status = refusal_of_token("");
+  EXPECT_EQ(status.code(), base::StatusCode::unauthenticated);
+  EXPECT_EQ(status.what(), "the server asks for a token, and none was given");
+}
+
+TEST(ClientConnect, AnotherProtocolIsNamed) {
+  const std::string alert("\x15\x03\x01\x00\x02\x02\x46", 7);  // TLS: fatal, protocol version
+  for (const auto& [bytes, name] : {std::pair{alert, "TLS"}, {std::string("HTTP/1.1 400 Bad Request\r\n"), "HTTP"}}) {
+    const FakeServer server([&](FakeSession& session) {
+      session.send_bytes(bytes);
+      session.drain();
+    });
+    const auto status = Client::connect(server.address()).status();
+    EXPECT_EQ(status.code(), base::StatusCode::malformed);
+    EXPECT_NE(status.what().find(name), std::string::npos) << status.what();
+  }
+}
+
+TEST(ClientConnect, ServerThatClosesWithoutAWordMaySpeakTls) {
+  const FakeServer server([](FakeSession& session) { session.receive(); });
+  const auto status = Client::connect(server.address()).status();
+  EXPECT_EQ(status.code(), base::StatusCode::unavailable);
+  EXPECT_NE(status.what().find("TLS"), std::string::npos) << status.what();
 }
 
 TEST(ClientConnect, AddressMustBeHostAndPort) {

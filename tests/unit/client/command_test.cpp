@@ -1,6 +1,7 @@
 // Shows the `pneuma` command as a shell sees it, against a server that follows a script: arguments to requests, replies
 // to lines, exit codes, and its end by Ctrl-C or by a reader that goes away.
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -12,6 +13,7 @@
 
 #include "support/closed_port.h"
 #include "support/program.h"
+#include "support/temporary_folder.h"
 #include "unit/client/fake_server.h"
 
 namespace pneuma::client {
@@ -193,6 +195,71 @@ TEST(CommandRequests, FileThatIsNotThereIsNamed) {
   const Finished finished = run(server, {"create", "./no-such.json"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.error_output, "pneuma: ./no-such.json: No such file or directory\n");
+}
+
+TEST(CommandRequests, NothingToReadIsSaid) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.drain();
+  });
+  const Finished finished = run(server, {"create", "-"}, "");
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: standard input: is empty\n");
+}
+
+/// The token that a command's hello holds.
+std::string token_of(std::vector<std::string> arguments) {
+  v1::Hello hello;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      hello = session.welcome();
+      session.reply([](const auto&, auto& message) { message.mutable_world_list(); });
+    });
+    arguments.emplace_back("worlds");
+    const Finished finished = run(server, arguments);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  }
+  return hello.token();
+}
+
+TEST(CommandToken, ComesFromAFlagAFileOrTheEnvironment) {
+  const support::TemporaryFolder folder;
+  const std::string file = folder / "token";
+  std::ofstream(file) << "of the file\r\nno token\n";
+  ::unsetenv("PNEUMA_TOKEN");
+  EXPECT_EQ(token_of({}), "");
+  EXPECT_EQ(token_of({"--token", "of the flag"}), "of the flag");
+  EXPECT_EQ(token_of({"--token-file", file}), "of the file");
+  ::setenv("PNEUMA_TOKEN", "of the environment", 1);
+  EXPECT_EQ(token_of({}), "of the environment");
+  EXPECT_EQ(token_of({"--token", "of the flag"}), "of the flag");
+  EXPECT_EQ(token_of({"--token-file", file}), "of the file");
+  ::unsetenv("PNEUMA_TOKEN");
+}
+
+TEST(CommandToken, FileWithoutATokenIsNamed) {
+  const support::TemporaryFolder folder;
+  std::ofstream(folder / "blank") << "\ntoken\n";
+  for (const char* name : {"blank", "none"}) {
+    const Finished finished = run_program("pneuma", {"--token-file", folder / name, "worlds"});
+    EXPECT_EQ(finished.exit_status, 1);
+    EXPECT_NE(finished.error_output.find(folder / name), std::string::npos) << finished.error_output;
+  }
+  EXPECT_EQ(run_program("pneuma", {"--token-file", folder / "blank", "--token", "t", "worlds"}).exit_status, 2);
+}
+
+TEST(CommandToken, ServerThatAsksForOneSaysHowToGiveIt) {
+  ::unsetenv("PNEUMA_TOKEN");
+  const FakeServer server([](FakeSession& session) {
+    session.reply([](const auto&, auto& message) {
+      message.mutable_error()->set_code(v1::Error::UNAUTHENTICATED);
+      message.mutable_error()->set_what("wrong token");
+    });
+  });
+  const Finished finished = run(server, {"worlds"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_NE(finished.error_output.find("--token-file, --token or PNEUMA_TOKEN"), std::string::npos)
+      << finished.error_output;
 }
 
 TEST(CommandRequests, EachCommandAsksWhatItSays) {
