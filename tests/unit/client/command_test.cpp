@@ -484,7 +484,7 @@ TEST(CommandWatch, DestroyedWorldFails) {
   const Finished finished = run(server, {"watch", "w"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.error_output, "pneuma: w: the world was destroyed\n");
-  EXPECT_NE(finished.output.find("3 frames, 1 gaps"), std::string::npos) << finished.output;
+  EXPECT_NE(finished.output.find("3 frames, 1 gap, "), std::string::npos) << finished.output;
 }
 
 TEST(CommandWatch, BrokenConnectionFailsWithASummary) {
