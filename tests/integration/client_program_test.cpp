@@ -61,7 +61,7 @@ TEST_F(ClientProgram, SpeaksTlsAndSaysWhereOneSideAloneDoes) {
 
   const Finished plain = worlds("localhost" + port, {});
   EXPECT_EQ(plain.exit_status, 1);
-  EXPECT_NE(plain.error_output.find("--tls"), std::string::npos) << plain.error_output;
+  EXPECT_NE(plain.error_output.find("TLS"), std::string::npos) << plain.error_output;
   const Finished stranger = worlds("localhost" + port, {"--tls"});
   EXPECT_NE(stranger.error_output.find("self-signed"), std::string::npos) << stranger.error_output;
   const Finished elsewhere = worlds("127.0.0.1" + port, trusted);

@@ -253,13 +253,14 @@ TEST(CommandToken, ServerThatAsksForOneSaysHowToGiveIt) {
   const FakeServer server([](FakeSession& session) {
     session.reply([](const auto&, auto& message) {
       message.mutable_error()->set_code(v1::Error::UNAUTHENTICATED);
-      message.mutable_error()->set_what("wrong token");
+      message.mutable_error()->set_what("is missing");
+      message.mutable_error()->set_where("hello.token");
     });
   });
   const Finished finished = run(server, {"worlds"});
   EXPECT_EQ(finished.exit_status, 1);
-  EXPECT_NE(finished.error_output.find("--token-file, --token or PNEUMA_TOKEN"), std::string::npos)
-      << finished.error_output;
+  EXPECT_EQ(finished.error_output,
+            "pneuma: hello.token: is missing; give it by --token-file, --token or PNEUMA_TOKEN\n");
 }
 
 TEST(CommandRequests, EachCommandAsksWhatItSays) {
