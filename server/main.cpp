@@ -1,6 +1,8 @@
 // pneuma-server: flags, wiring, signals.
+#include <array>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <utility>
 
@@ -27,24 +29,40 @@ struct Options {
   bool health = false;
 };
 
+/// CLI::Range prints a double with all its digits, and lets NaN pass.
+CLI::Validator number_between(double least, double most) {
+  const auto check = [least, most](const std::string& text) -> std::string {
+    double number = 0.0;
+    if (CLI::detail::lexical_cast(text, number) && number >= least && number <= most) return {};
+    std::array<char, 64> range{};
+    std::snprintf(range.data(), range.size(), "must be a number from %g to %g: ", least, most);
+    return range.data() + text;
+  };
+  return {check, ""};
+}
+
 void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
   const auto milliseconds = [&](const char* flag, std::chrono::milliseconds& value, const char* what) {
+    constexpr long day_ms = 86'400'000;
     app.add_option_function<long>(
            flag, [&value](long ms) { value = std::chrono::milliseconds(ms); }, what)
-        ->check(CLI::PositiveNumber)
+        ->check(CLI::Range(1L, day_ms))
         ->default_str(std::to_string(value.count()))
         ->group("Limits");
   };
-  const auto amount = [&](const char* flag, auto& value, const char* what) {
-    // A whole number of a protobuf message's size at most; NaN is in no range.
-    app.add_option(flag, value, what)->capture_default_str()->check(CLI::Range(1.0, 2147483647.0))->group("Limits");
+  const auto amount = [&](const char* flag, std::size_t& value, const char* what) {
+    constexpr long message_size_max = 2'147'483'647;  // of protobuf
+    app.add_option(flag, value, what)->capture_default_str()->check(CLI::Range(1L, message_size_max))->group("Limits");
+  };
+  const auto rate = [&](const char* flag, double& value, const char* what) {
+    app.add_option(flag, value, what)->capture_default_str()->check(number_between(1.0, 1e9))->group("Limits");
   };
   amount("--message-bytes-max", limits.message_bytes_max, "Largest message taken of a client");
   amount("--connections-max", limits.connections_max, "Connections in all");
   amount("--connections-per-address-max", limits.connections_per_address_max, "Connections of one address");
   amount("--worlds-max", limits.worlds_max, "Worlds in all");
-  amount("--commands-per-s", limits.commands_per_s, "Commands a second of one client");
-  amount("--commands-burst", limits.commands_burst, "Commands of one client at once");
+  rate("--commands-per-s", limits.commands_per_s, "Commands a second of one client");
+  rate("--commands-burst", limits.commands_burst, "Commands of one client at once");
   amount("--output-queue-bytes-max", limits.output_queue_bytes_max, "Unsent bytes past which frames are dropped");
   milliseconds("--hello-timeout-ms", limits.hello_timeout, "Time to say hello");
   milliseconds("--partial-message-timeout-ms", limits.partial_message_timeout, "Time to finish a message begun");
@@ -83,7 +101,8 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--isa", options.isa, "Instruction set, baseline, v3 or v4; worlds do not depend on it")
       ->default_str("the best there is")
       ->check(CLI::IsMember({"baseline", "v3", "v4"}));
-  app.add_option("--token-file", config.token_file, "Clients must know the token on its first line");
+  app.add_option("--token-file", config.token_file,
+                 "Clients must know the token on its first line; otherwise PNEUMA_TOKEN's value");
   CLI::Option* certificate = app.add_option("--tls-cert", config.tls_certificate, "PEM chain; with --tls-key");
   CLI::Option* key = app.add_option("--tls-key", config.tls_key, "PEM key; with --tls-cert");
   certificate->needs(key);
@@ -92,7 +111,7 @@ void add_flags(CLI::App& app, Options& options) {
          "--checkpoint-interval-s",
          [&config](double seconds) { config.checkpoint_interval = std::chrono::duration<double>(seconds); },
          "Between two checkpoints of a world")
-      ->check(CLI::PositiveNumber)
+      ->check(number_between(1e-3, 1e6))
       ->default_str("10");
   app.add_option("--log-level", options.log_level, "Least level that is logged")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
@@ -106,7 +125,17 @@ int fail(const pneuma::base::Status& status) {
   return 1;
 }
 
+/// A token in the environment does not show in the list of processes.
+pneuma::base::Status read_environment(Config& config) {
+  const char* token = std::getenv("PNEUMA_TOKEN");
+  if (token == nullptr || !config.token_file.empty()) return {};
+  config.token = token;
+  // A secret that was meant to be there, and is not: no reason to let everyone in.
+  return config.token.empty() ? pneuma::base::invalid("holds no token", "PNEUMA_TOKEN") : pneuma::base::Status();
+}
+
 int check_health(const Config& config) {
+  if (config.http == "off") return fail(pneuma::base::invalid("--http is off: there is nothing to ask", "--health"));
   const auto status = pneuma::app::probe_health(config.http, !config.tls_certificate.empty());
   if (!status.ok()) return fail(status);
   std::puts("ok");
@@ -121,6 +150,7 @@ int serve(Config config) {
   sigaddset(&ending, SIGINT);
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
 
+  if (auto status = read_environment(config); !status.ok()) return fail(status);
   pneuma::app::Service service(std::move(config));
   if (auto status = service.start(); !status.ok()) return fail(status);
   std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());

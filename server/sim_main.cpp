@@ -100,7 +100,10 @@ void add_flags(CLI::App& app, Flags& flags) {
   app.add_option("--isa", flags.isa, "Instruction set, baseline, v3 or v4; the result does not depend on it")
       ->default_str("the best there is")
       ->check(CLI::IsMember({"baseline", "v3", "v4"}));
-  app.add_option("--csv", flags.csv, "Write one row a body a tick")->type_name("FILE")->check(not_empty);
+  app.add_option("--csv", flags.csv,
+                 "Write one row a body a tick; - is standard output, and what else is printed goes to standard error")
+      ->type_name("FILE")
+      ->check(not_empty);
   app.add_option("--obj", flags.obj, "Write each body's shape each tick, as DIR/INDEX-NAME-TICK.obj")
       ->type_name("DIR")
       ->check(not_empty);
@@ -217,10 +220,11 @@ Status run(const Flags& flags) {
     if (auto status = outputs.csv->finish(); !status.ok()) return status;
   }
 
-  if (flags.hash) std::printf("hash 0x%016llx\n", static_cast<unsigned long long>(world->state_hash()));
-  if (flags.profile) pneuma::sim::print_profile(world->profile());
+  std::FILE* const report = flags.csv == "-" ? stderr : stdout;  // the rows alone, for a pipe
+  if (flags.hash) std::fprintf(report, "hash 0x%016llx\n", static_cast<unsigned long long>(world->state_hash()));
+  if (flags.profile) pneuma::sim::print_profile(report, world->profile());
   const bool has_output = flags.hash || flags.profile || !flags.csv.empty() || !flags.obj.empty();
-  if (!has_output) pneuma::sim::print_summary(*world, wall.count());
+  if (!has_output) pneuma::sim::print_summary(report, *world, wall.count());
   if (std::fflush(stdout) != 0) return {pneuma::base::StatusCode::unavailable, "cannot write", "standard output"};
   return frozen;
 }

@@ -7,6 +7,8 @@
 #include <system_error>
 #include <utility>
 
+#include <unistd.h>
+
 namespace pneuma::sim {
 namespace {
 
@@ -44,9 +46,11 @@ bool write_obj(std::FILE* file, const std::vector<double>& positions_m, const ph
 }  // namespace
 
 base::Result<CsvFile> CsvFile::create(const std::string& path) {
-  std::FILE* file = std::fopen(path.c_str(), "we");
-  if (file == nullptr) return failure("write", path, errno);
-  CsvFile csv(file, path);
+  const bool is_standard_output = path == "-";
+  const std::string name = is_standard_output ? "standard output" : path;
+  std::FILE* file = is_standard_output ? ::fdopen(::dup(STDOUT_FILENO), "w") : std::fopen(path.c_str(), "we");
+  if (file == nullptr) return failure("write", name, errno);
+  CsvFile csv(file, name);
   std::fputs(
       "tick,time_s,body,volume_m3,area_m2,pressure_pa,kinetic_j,elastic_j,gas_j,gravity_j,px,py,pz,lx,ly,lz,"
       "com_x,com_y,com_z,max_speed_m_s,temperature_k,moles\n",
@@ -112,32 +116,32 @@ base::Status ObjFolder::write_tick(const physics::World& world) const {
   return {};
 }
 
-void print_profile(const physics::Profile& profile) {
-  std::printf("%-14s %12s %12s %12s\n", "stage", "time_ms", "calls", "bytes");
+void print_profile(std::FILE* out, const physics::Profile& profile) {
+  std::fprintf(out, "%-14s %12s %12s %12s\n", "stage", "time_ms", "calls", "bytes");
   for (std::size_t i = 0; i < profile.size(); ++i) {
     const physics::StageRow& row = profile[i];
     const double time_ms = std::chrono::duration<double, std::milli>(row.time).count();
-    std::printf("%-14.*s %12.3f %12llu %12llu\n", static_cast<int>(physics::stage_names[i].size()),
-                physics::stage_names[i].data(), time_ms, static_cast<unsigned long long>(row.calls),
-                static_cast<unsigned long long>(row.bytes));
+    std::fprintf(out, "%-14.*s %12.3f %12llu %12llu\n", static_cast<int>(physics::stage_names[i].size()),
+                 physics::stage_names[i].data(), time_ms, static_cast<unsigned long long>(row.calls),
+                 static_cast<unsigned long long>(row.bytes));
   }
 }
 
-void print_summary(const physics::World& world, double wall_s) {
-  std::printf("%llu ticks, %g s simulated in %.3f s: %.1f times real time\n",
-              static_cast<unsigned long long>(world.tick()), world.time_s(), wall_s,
-              wall_s > 0.0 ? world.time_s() / wall_s : 0.0);
+void print_summary(std::FILE* out, const physics::World& world, double wall_s) {
+  std::fprintf(out, "%llu ticks, %g s simulated in %.3f s: %.1f times real time\n",
+               static_cast<unsigned long long>(world.tick()), world.time_s(), wall_s,
+               wall_s > 0.0 ? world.time_s() / wall_s : 0.0);
   const std::string_view integrator = physics::name_of(world.integrator());
-  std::printf("%.*s, %u substeps a tick: %s\n", static_cast<int>(integrator.size()), integrator.data(), world.substeps(),
-              world.substeps_reason().c_str());
+  std::fprintf(out, "%.*s, %u substeps a tick: %s\n", static_cast<int>(integrator.size()), integrator.data(),
+               world.substeps(), world.substeps_reason().c_str());
   if (world.soft_body_count() == 0) return;
-  std::printf("%-20s %9s %14s %14s %14s\n", "body", "vertices", "volume_m3", "pressure_pa", "max_speed_m_s");
+  std::fprintf(out, "%-20s %9s %14s %14s %14s\n", "body", "vertices", "volume_m3", "pressure_pa", "max_speed_m_s");
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
     const physics::SoftBody& body = world.soft_body(i);
     const physics::BodyMeasures measures = world.measure(i);
-    std::printf("%-20s %9zu %14.6g %14.6g %14.6g%s\n", body.name.c_str(), body.mesh->positions_m.size(),
-                measures.volume_m3, measures.pressure_pa, measures.max_speed_m_s,
-                world.is_frozen(i) ? "  (frozen)" : "");
+    std::fprintf(out, "%-20s %9zu %14.6g %14.6g %14.6g%s\n", body.name.c_str(), body.mesh->positions_m.size(),
+                 measures.volume_m3, measures.pressure_pa, measures.max_speed_m_s,
+                 world.is_frozen(i) ? "  (frozen)" : "");
   }
 }
 

@@ -15,6 +15,7 @@ namespace pneuma::sim {
 /// One row a soft body a tick; numbers with 17 digits, so that reading them back gives the same bits.
 class CsvFile {
  public:
+  /// "-" is standard output.
   [[nodiscard]] static base::Result<CsvFile> create(const std::string& path);
   [[nodiscard]] base::Status write_tick(const physics::World& world);
   /// What the system still held back is on its way, or this says why not.
@@ -43,8 +44,8 @@ class ObjFolder {
 };
 
 /// Every stage, also those that the scene left out.
-void print_profile(const physics::Profile& profile);
+void print_profile(std::FILE* out, const physics::Profile& profile);
 
-void print_summary(const physics::World& world, double wall_s);
+void print_summary(std::FILE* out, const physics::World& world, double wall_s);
 
 }  // namespace pneuma::sim

@@ -1,6 +1,7 @@
 #include "connection.h"
 
 #include <memory>
+#include <string_view>
 #include <utility>
 
 namespace pneuma::client {
@@ -23,6 +24,25 @@ std::size_t length_at(const std::string& bytes, std::size_t offset) {
   std::size_t length = 0;
   for (std::size_t i = 0; i < prefix_bytes; ++i) length = (length << 8) | static_cast<unsigned char>(bytes[offset + i]);
   return length;
+}
+
+/// What a message of such a length is: where another protocol is spoken, its first bytes are no length that we take.
+std::string no_message(const std::string& bytes, std::size_t offset, std::size_t length) {
+  const std::string_view first = std::string_view(bytes).substr(offset, prefix_bytes);
+  if (first.starts_with("\x15\x03")) return "the server speaks TLS, which was not asked for (--tls)";  // an alert
+  if (first == "HTTP") return "an HTTP server answers: not the port of the protocol";
+  return "a message of " + std::to_string(length) + " bytes: not a pneuma-server";
+}
+
+std::string tls_failure(error_code error, const SSL* tls) {
+  const bool is_of_tls = error.category() == asio::error::get_ssl_category();
+  const int reason = is_of_tls ? ERR_GET_REASON(static_cast<unsigned long>(error.value())) : 0;
+  if (reason == SSL_R_WRONG_VERSION_NUMBER) return "TLS: the server does not speak it";
+  if (reason != SSL_R_CERTIFICATE_VERIFY_FAILED) return "TLS: " + error.message();
+  const long why = SSL_get_verify_result(tls);
+  // The check of the host's name gives no reason of its own.
+  return std::string("TLS: the server's certificate is not trusted: ") +
+         (why == X509_V_ERR_UNSPECIFIED ? "it is for another host name" : X509_verify_cert_error_string(why));
 }
 
 base::Status unavailable(std::string what) {
@@ -79,7 +99,7 @@ base::Status Connection::start_tls(const std::string& host, const std::string& c
         tls_->async_handshake(asio::ssl::stream_base::client, [done](error_code failed) { done(failed); });
       },
       deadline);
-  if (error) return unavailable("TLS: " + error.message());
+  if (error) return unavailable(tls_failure(error, tls_->native_handle()));
   return {};
 }
 
@@ -135,6 +155,7 @@ base::Status Connection::flush(Deadline deadline) {
 void Connection::read_some() {
   const auto got = [this](error_code error, std::size_t count) {
     if (error) return fail("receiving", error);
+    has_received_ = true;
     input_.append(chunk_.data(), count);
     read_some();
   };
@@ -148,7 +169,13 @@ void Connection::read_some() {
 void Connection::fail(const std::string& action, error_code error) {
   if (!failure_.ok()) return;
   const bool ended = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
-  failure_ = unavailable(ended ? "the server closed the connection" : action + ": " + error.message());
+  if (!ended) {
+    failure_ = unavailable(action + ": " + error.message());
+  } else if (has_received_ || tls_) {
+    failure_ = unavailable("the server closed the connection");
+  } else {  // as one does that waits for a TLS handshake
+    failure_ = unavailable("the server closed the connection without a word; does it speak TLS (--tls)?");
+  }
 }
 
 base::Result<std::optional<std::string>> Connection::receive(Deadline deadline) {
@@ -167,8 +194,7 @@ std::optional<std::string> Connection::take_message() {
   const std::size_t length = length_at(input_, input_taken_);
   if (length == 0 || length > received_message_bytes_max) {
     if (failure_.ok()) {
-      failure_ = {base::StatusCode::malformed,
-                  "a message of " + std::to_string(length) + " bytes: not a pneuma-server"};
+      failure_ = {base::StatusCode::malformed, no_message(input_, input_taken_, length)};
     }
     return std::nullopt;
   }

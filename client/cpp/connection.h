@@ -59,6 +59,7 @@ class Connection {
   std::array<char, 65536> chunk_{};
   std::string input_;
   std::size_t input_taken_ = 0;
+  bool has_received_ = false;  // anything at all
   std::deque<std::string> output_;
   base::Status failure_;
 };

@@ -1,9 +1,12 @@
 // The `pneuma` command: flags to a request, a reply to lines. Exit codes: 0 done, 1 the work failed, 2 bad usage.
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -11,11 +14,14 @@
 #include "base/version.h"
 #include "command/arguments.h"
 #include "command/commands.h"
+#include "command/json.h"
 #include "pneuma_client/client.h"
 
 namespace {
 
 using pneuma::base::Status;
+using pneuma::base::StatusCode;
+using pneuma::client::Client;
 using pneuma::client::parse_numbers;
 using pneuma::client::Session;
 using pneuma::client::to_vec3;
@@ -26,6 +32,7 @@ constexpr int exit_usage = 2;
 
 struct Flags {
   std::string server = "127.0.0.1:7420";
+  std::string token_file;
   pneuma::client::ConnectOptions connect;
   bool json = false;
 };
@@ -43,9 +50,17 @@ const CLI::Validator address_check(
 const CLI::Validator positive_check(
     [](const std::string& text) -> std::string {
       const auto number = parse_numbers<1>(text);
-      return number && (*number)[0] > 0.0 ? "" : "must be more than 0: " + text;
+      return number && (*number)[0] > 0.0 ? "" : "must be a positive number: " + text;
     },
     "", "positive");
+
+// CLI11's own prints the largest double with all its digits.
+const CLI::Validator not_negative_check(
+    [](const std::string& text) -> std::string {
+      const auto number = parse_numbers<1>(text);
+      return number && (*number)[0] >= 0.0 ? "" : "must be a number that is not negative: " + text;
+    },
+    "", "not negative");
 
 template <std::size_t N>
 CLI::Validator numbers_check() {
@@ -136,7 +151,7 @@ void add_impulse(CLI::App& app, Work& work) {
       ->check(numbers_check<3>());
   at->check(numbers_check<3>())->excludes(vertex);
   ray->check(numbers_check<6>())->excludes(vertex)->excludes(at);
-  radius->check(CLI::NonNegativeNumber)->excludes(vertex);
+  radius->check(not_negative_check)->excludes(vertex);
   command->callback([&work, arguments, body, vertex, at, ray, radius] {
     if (body->empty() && ray->empty()) throw CLI::RequiredError("BODY");
     if (!radius->empty() && at->empty() && ray->empty()) throw CLI::RequiresError("--radius", "--at or --ray");
@@ -188,7 +203,6 @@ auto change(const std::string& deed,
 }
 
 void add_subcommands(CLI::App& app, Work& work) {
-  using pneuma::client::Client;
   add_worlds(app, work);
   add_create(app, work);
   add_of_world(app, work, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
@@ -200,11 +214,41 @@ void add_subcommands(CLI::App& app, Work& work) {
   add_step(app, work);
   add_of_world(app, work, "reset", "Put a world back to its scene", change("reset", &Client::reset));
   add_of_world(app, work, "stats", "A world's numbers", pneuma::client::stats);
-  add_of_world(app, work, "scene", "A world's scene as it is now", pneuma::client::scene);
+  add_of_world(app, work, "scene",
+               "A world's scene with its edits, as create takes it: rigid bodies, colliders and gas as they are now, "
+               "soft bodies where the scene puts them",
+               pneuma::client::scene);
 }
 
-int run(const Flags& flags, const Work& work) {
-  auto client = pneuma::client::Client::connect(flags.server, flags.connect);
+int fail(const Status& status, bool json, int exit_code) {
+  const std::string text = json ? pneuma::client::error_json(status) : "pneuma: " + status.message();
+  std::fprintf(stderr, "%s\n", text.c_str());
+  return exit_code;
+}
+
+/// From the file or the environment where --token gives none.
+Status find_token(const Flags& flags, std::string& token) {
+  if (!flags.token_file.empty()) {
+    auto read = pneuma::client::read_token(flags.token_file);
+    if (!read.ok()) return read.status();
+    token = std::move(*read);
+  } else if (const char* variable = std::getenv("PNEUMA_TOKEN"); token.empty() && variable != nullptr) {
+    token = variable;
+  }
+  return {};
+}
+
+pneuma::base::Result<Client> connect(Flags& flags) {
+  std::string& token = flags.connect.token;
+  if (Status found = find_token(flags, token); !found.ok()) return found;
+  auto client = Client::connect(flags.server, flags.connect);
+  const Status& status = client.status();
+  if (status.code() != StatusCode::unauthenticated || !token.empty()) return client;
+  return Status(status.code(), status.what() + "; give it by --token-file, --token or PNEUMA_TOKEN", status.where());
+}
+
+int run(Flags& flags, const Work& work) {
+  auto client = connect(flags);
   pneuma::client::Output output;
   Status status = client.status();
   if (client.ok()) {
@@ -212,8 +256,7 @@ int run(const Flags& flags, const Work& work) {
     status = work(session);
   }
   if (status.ok() || output.is_closed()) return exit_done;
-  std::fprintf(stderr, "pneuma: %s\n", status.message().c_str());
-  return exit_failed;
+  return fail(status, flags.json, exit_failed);
 }
 
 }  // namespace
@@ -226,17 +269,24 @@ int main(int argc, char** argv) {
   CLI::App app("The client of pneuma-server.", "pneuma");
   app.set_version_flag("--version", "pneuma " + std::string(pneuma::base::version));
   app.fallthrough();
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check);
-  app.add_option("--token", flags.connect.token, "What the server's token file asks for");
-  app.add_flag("--json", flags.json, "One JSON object a line, for scripts");
+  auto* token =
+      app.add_option("--token", flags.connect.token, "What the server asks for; otherwise PNEUMA_TOKEN's value");
+  app.add_option("--token-file", flags.token_file, "The token is its first line")->excludes(token);
+  app.add_flag("--json", flags.json, "One JSON object a line, for scripts; errors too");
   auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
   app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);
   add_subcommands(app, work);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? exit_done : exit_usage;
+    const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+    return fail(pneuma::base::invalid(error.what()), json, exit_usage);
   }
+  if (!work)
+    return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);
   return run(flags, work);
 }

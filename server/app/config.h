@@ -17,7 +17,8 @@ struct Config {
   std::vector<std::string> scenes;      // built-in names or files; a world each
   std::string data_dir;                 // empty: nothing is kept
   std::size_t threads = 0;              // 0: as many as the hardware has
-  std::string token_file;               // empty: no token is asked for
+  std::string token_file;               // clients must know the token on its first line
+  std::string token;                    // or this one; both empty: no token is asked for
   std::string tls_certificate;
   std::string tls_key;
   std::chrono::duration<double> checkpoint_interval{10.0};

@@ -14,36 +14,55 @@ namespace {
 
 namespace asio = boost::asio;
 using asio::ip::tcp;
+using boost::system::error_code;
 
 constexpr std::chrono::seconds patience{5};
 
+base::Status unavailable(std::string what) {
+  return {base::StatusCode::unavailable, std::move(what)};
+}
+
+auto into(error_code& error) {
+  return asio::redirect_error(asio::use_awaitable, error);
+}
+
+/// What an answer says of the server's health.
+base::Status judge(const std::string& reply) {
+  const auto body = reply.find("\r\n\r\n");
+  if (body == std::string::npos) return unavailable("no HTTP answer; does one side alone speak TLS?");
+  if (reply.starts_with("HTTP/1.1 200")) return {};
+  std::string text = reply.substr(body + 4);
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  return unavailable(text);
+}
+
 // Read to the end: the server closes after its answer, and a TLS peer may do so without a word.
 template <class Stream>
-asio::awaitable<std::string> get(Stream& stream, const std::string& host) {
+asio::awaitable<base::Status> ask(Stream& stream, const std::string& host) {
   const std::string request = "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n";
-  co_await asio::async_write(stream, asio::buffer(request), asio::use_awaitable);
+  error_code error;
+  co_await asio::async_write(stream, asio::buffer(request), into(error));
+  if (error) co_return unavailable("cannot ask: " + error.message());
   std::string reply;
-  boost::system::error_code error;
-  co_await asio::async_read(stream, asio::dynamic_buffer(reply, 64 * 1024),
-                            asio::redirect_error(asio::use_awaitable, error));
-  co_return reply;
+  co_await asio::async_read(stream, asio::dynamic_buffer(reply, 64 * 1024), into(error));
+  co_return judge(reply);
 }
 
-asio::awaitable<std::string> connect_and_get(std::string host, std::string port, bool tls) {
+asio::awaitable<base::Status> connect_and_ask(std::string host, std::string port, bool tls) {
   const auto executor = co_await asio::this_coro::executor;
+  error_code error;
   tcp::resolver resolver(executor);
-  const auto endpoints = co_await resolver.async_resolve(host, port, asio::use_awaitable);
+  const auto endpoints = co_await resolver.async_resolve(host, port, into(error));
+  if (error) co_return unavailable("cannot resolve the name: " + error.message());
   tcp::socket socket(executor);
-  co_await asio::async_connect(socket, endpoints, asio::use_awaitable);
-  if (!tls) co_return co_await get(socket, host);
+  co_await asio::async_connect(socket, endpoints, into(error));
+  if (error) co_return unavailable("cannot connect: " + error.message());
+  if (!tls) co_return co_await ask(socket, host);
   asio::ssl::context context(asio::ssl::context::tls_client);
   asio::ssl::stream<tcp::socket&> secure(socket, context);
-  co_await secure.async_handshake(asio::ssl::stream_base::client, asio::use_awaitable);
-  co_return co_await get(secure, host);
-}
-
-base::Status unavailable(std::string what, const std::string& address) {
-  return {base::StatusCode::unavailable, std::move(what), address};
+  co_await secure.async_handshake(asio::ssl::stream_base::client, into(error));
+  if (error) co_return unavailable("TLS: " + error.message());
+  co_return co_await ask(secure, host);
 }
 
 }  // namespace
@@ -57,24 +76,13 @@ base::Status probe_health(const std::string& address, bool tls) {
   if (host == "::") host = "::1";
 
   asio::io_context io;
-  std::string reply;
-  std::exception_ptr failure;
-  asio::co_spawn(io, connect_and_get(host, parsed->port, tls), [&](std::exception_ptr error, std::string text) {
-    failure = std::move(error);
-    reply = std::move(text);
-  });
+  base::Status health = unavailable("no answer in time");
+  asio::co_spawn(io, connect_and_ask(host, parsed->port, tls),
+                 [&health](const std::exception_ptr& thrown, base::Status answer) {
+                   health = thrown ? unavailable("cannot ask") : std::move(answer);
+                 });
   io.run_for(patience);
-  try {
-    if (failure) std::rethrow_exception(failure);
-  } catch (const std::exception& error) {
-    return unavailable(error.what(), address);
-  }
-  const auto body = reply.find("\r\n\r\n");
-  if (body == std::string::npos) return unavailable("no answer", address);
-  if (reply.starts_with("HTTP/1.1 200")) return {};
-  std::string text = reply.substr(body + 4);
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  return unavailable(text, address);
+  return health.ok() ? health : health.inside(address);
 }
 
 }  // namespace pneuma::app

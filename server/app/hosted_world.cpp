@@ -56,16 +56,17 @@ WorldStatus HostedWorld::status() const {
 
 void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
   if (mid_tick_) return;
-  for (Command& command : inbox_.take()) backlog_.push_back(std::move(command));
-  const bool had_commands = !backlog_.empty();
-  while (!backlog_.empty()) {
-    const bool had_its_share = std::chrono::steady_clock::now() >= until || outbox.bytes >= base::drain_reply_bytes_max;
-    if (had_its_share) break;  // the rest after the next tick
-    const Command command = std::move(backlog_.front());
-    backlog_.pop_front();
-    if (const auto* request = std::get_if<Request>(&command)) answer(*request, now, outbox);
-    if (const auto* wanted = std::get_if<KeyWanted>(&command)) hub_.key_wanted(wanted->session, wanted->stream_id);
-    if (const auto* ended = std::get_if<SessionEnded>(&command)) session_ended(ended->session);
+  bool had_commands = false;
+  const auto share_is_used_up = [&] {
+    return std::chrono::steady_clock::now() >= until || outbox.bytes >= base::drain_reply_bytes_max;
+  };
+  while (!(had_its_share_ = share_is_used_up())) {
+    const std::optional<Command> command = inbox_.take();
+    if (!command) break;
+    had_commands = true;
+    if (const auto* request = std::get_if<Request>(&*command)) answer(*request, now, outbox);
+    if (const auto* wanted = std::get_if<KeyWanted>(&*command)) hub_.key_wanted(wanted->session, wanted->stream_id);
+    if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session);
   }
   if (destroyed_by_) return;
   if (paused_ && pending_steps_.empty()) hub_.encode_rest(live_.physics(), live_.tick(), outbox);
@@ -154,8 +155,9 @@ void HostedWorld::checkpoint(TimePoint now, bool force) {
 }
 
 std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const {
-  if (tick_due(now) || (!backlog_.empty() && !halted_ && !destroyed_by_)) return now;
-  if (paused_ || halted_ || destroyed_by_) return std::nullopt;
+  if (destroyed_by_) return std::nullopt;
+  if (tick_due(now) || had_its_share_) return now;
+  if (paused_ || halted_) return std::nullopt;
   return clock_.due();
 }
 
@@ -168,11 +170,7 @@ void HostedWorld::halt(const std::string& why, Outbox& outbox) {
   halted_ = true;
   paused_ = true;
   mid_tick_ = false;
-  const base::Status fault(base::StatusCode::internal, "the world was halted by a fault");
-  for (const PendingStep& pending : pending_steps_) {
-    outbox.send(pending.session->id(), error_reply(pending.request_id, fault));
-  }
-  pending_steps_.clear();
+  end_steps({base::StatusCode::internal, "the world was halted by a fault"}, outbox);
 }
 
 void HostedWorld::forget() {

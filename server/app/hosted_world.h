@@ -93,9 +93,11 @@ class HostedWorld {
   void refuse(const Request& request, const base::Status& why, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> carry_out(const Request& request, TimePoint now, Outbox& outbox);
   [[nodiscard]] Answer change(const Request& request, Outbox& outbox);
-  [[nodiscard]] Answer pause(const v1::ClientMessage& message);
-  [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now);
+  [[nodiscard]] Answer pause(const v1::ClientMessage& message, Outbox& outbox);
+  [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> step_on(const Request& request);
+  /// The steps that wait get `why` for an answer.
+  void end_steps(const base::Status& why, Outbox& outbox);
   void destroy(const Request& request, Outbox& outbox);
   void session_ended(net::SessionId session);
   void release(std::uint64_t grab_id);
@@ -115,7 +117,7 @@ class HostedWorld {
   std::map<std::uint64_t, net::SessionId> grab_owners_;
 
   bool paused_;
-  std::deque<Command> backlog_;  // taken from the inbox, not carried out yet
+  bool had_its_share_ = false;  // of a slice, before all that waited was carried out
   std::deque<PendingStep> pending_steps_;
   std::optional<Request> destroyed_by_;
   bool halted_ = false;

@@ -69,9 +69,9 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       return Answer(done_reply(message.request_id(), live_.tick(), name_));
     }
     case v1::ClientMessage::kPause:
-      return pause(message);
+      return pause(message, outbox);
     case v1::ClientMessage::kResume:
-      return resume(message, now);
+      return resume(message, now, outbox);
     case v1::ClientMessage::kStep:
       return step_on(request);
     case v1::ClientMessage::kGetStats: {
@@ -133,14 +133,18 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   return done_reply(message.request_id(), shows_at_rest ? live_.tick() : next_tick(), name_, effect->detail);
 }
 
-HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message) {
+HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {
+  end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick()), "step"},
+            outbox);
   if (!paused_ && journal_) journal_->append(live_.tick(), message);
   paused_ = true;
   return done_reply(message.request_id(), live_.tick(), name_);
 }
 
-HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now) {
+HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox) {
   if (halted_) return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it");
+  end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
+            outbox);
   if (paused_) {
     if (journal_) journal_->append(live_.tick(), message);
     paused_ = false;
@@ -153,8 +157,14 @@ std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) 
   const std::uint32_t ticks = request.message.step().ticks();
   if (halted_) return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it"));
   if (!paused_) return Answer(Status(StatusCode::failed_precondition, "the world runs; pause it first", "step.world"));
-  if (ticks == 0 || ticks > base::step_ticks_max) {
-    return Answer(base::invalid("must be from 1 to " + std::to_string(base::step_ticks_max), "step.ticks"));
+  if (ticks == 0) return Answer(base::invalid("must be 1 or more", "step.ticks"));
+  std::uint64_t waiting = 0;
+  for (const PendingStep& pending : pending_steps_) waiting += pending.ticks_left;
+  if (waiting + ticks > base::step_ticks_max) {
+    return Answer(Status(StatusCode::limit_exceeded,
+                         "is " + std::to_string(ticks) + ", and " + std::to_string(waiting) +
+                             " ticks wait; may be at most " + std::to_string(base::step_ticks_max) + " in all",
+                         "step.ticks"));
   }
   pending_steps_.push_back({request.session, request.message.request_id(), ticks});
   return std::nullopt;  // answered in end_tick
@@ -168,16 +178,20 @@ void HostedWorld::destroy(const Request& request, Outbox& outbox) {
 }
 
 void HostedWorld::close(const Status& why, Outbox& outbox) {
-  if (!pending_steps_.empty() && journal_) journal_->note_tick(live_.tick());
+  end_steps(why, outbox);
+  inbox_.close();
+  while (const std::optional<Command> command = inbox_.take()) {
+    if (const auto* request = std::get_if<Request>(&*command)) refuse(*request, why, outbox);
+  }
+}
+
+void HostedWorld::end_steps(const Status& why, Outbox& outbox) {
+  if (pending_steps_.empty()) return;
+  if (journal_) journal_->note_tick(live_.tick());
   for (const PendingStep& pending : pending_steps_) {
     outbox.send(pending.session->id(), error_reply(pending.request_id, why));
   }
   pending_steps_.clear();
-  for (Command& late : inbox_.close()) backlog_.push_back(std::move(late));
-  for (const Command& command : backlog_) {
-    if (const auto* request = std::get_if<Request>(&command)) refuse(*request, why, outbox);
-  }
-  backlog_.clear();
 }
 
 void HostedWorld::session_ended(net::SessionId session) {

@@ -3,11 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "app/session.h"
 #include "base/limits.h"
@@ -32,38 +33,48 @@ class Inbox {
  public:
   enum class Post { taken, full, closed };
 
-  /// A full inbox refuses requests, not what keeps its own books right.
+  /// A full inbox refuses requests, not what keeps its own books right. All that waits counts, in the memory that it
+  /// takes: a message's empty fields are small on the wire alone.
   Post post(Command command) {
     const std::lock_guard lock(mutex_);
     if (closed_) return Post::closed;
+    std::size_t bytes = 0;
     if (const auto* request = std::get_if<Request>(&command)) {
-      const std::size_t bytes = request->message.ByteSizeLong();
-      if (commands_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max) {
+      bytes = request->message.SpaceUsedLong();
+      if (waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max) {
         return Post::full;
       }
-      bytes_ += bytes;
     }
-    commands_.push_back(std::move(command));
+    bytes_ += bytes;
+    waiting_.push_back({std::move(command), bytes});
     return Post::taken;
   }
 
-  [[nodiscard]] std::vector<Command> take() {
+  /// The one that has waited longest; nothing where none waits.
+  [[nodiscard]] std::optional<Command> take() {
     const std::lock_guard lock(mutex_);
-    bytes_ = 0;
-    return std::exchange(commands_, {});
+    if (waiting_.empty()) return std::nullopt;
+    Waiting next = std::move(waiting_.front());
+    waiting_.pop_front();
+    bytes_ -= next.bytes;
+    return std::move(next.command);
   }
 
-  /// Takes nothing more; returns what waited.
-  [[nodiscard]] std::vector<Command> close() {
+  /// Lets nothing more in; what waits can still be taken.
+  void close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
-    return std::exchange(commands_, {});
   }
 
  private:
+  struct Waiting {
+    Command command;
+    std::size_t bytes;
+  };
+
   std::mutex mutex_;
-  std::vector<Command> commands_;
-  std::size_t bytes_ = 0;  // of the requests
+  std::deque<Waiting> waiting_;
+  std::size_t bytes_ = 0;  // of all that waits
   bool closed_ = false;
 };
 

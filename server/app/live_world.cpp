@@ -106,10 +106,12 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
   if (!edited.ok()) return edited.status();
   auto built = scene_io::to_physics(*edited);
   if (!built.ok()) return built.status();
-  if (auto status = world_.apply(std::move(*built)); !status.ok()) return status;
+  const std::vector<std::string> renewed = scene_io::renewed_bodies(edit);
+  if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return status;
   const auto& bodies = edited->soft_bodies();
   std::erase_if(grabs_, [&](const auto& grab) {
-    return std::ranges::none_of(bodies, [&](const v1::SoftBody& body) { return body.name() == grab.second; });
+    return std::ranges::find(renewed, grab.second) != renewed.end() ||
+           std::ranges::none_of(bodies, [&](const v1::SoftBody& body) { return body.name() == grab.second; });
   });
   edited_ = std::make_shared<const v1::Scene>(std::move(*edited));
   Effect effect;

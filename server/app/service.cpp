@@ -39,6 +39,7 @@ Service::~Service() {
 }
 
 Status Service::start() {
+  token_ = config_.token;
   if (!config_.token_file.empty()) {
     auto token = read_token(config_.token_file);
     if (!token.ok()) return token.status();

@@ -65,7 +65,7 @@ inline constexpr std::size_t drain_reply_bytes_max = 1024 * 1024;
 // Each holds up to a message of message_bytes_max.
 inline constexpr std::size_t world_builds_waiting_max = 64;
 
-// A paused world steps at most this far in one request, so that its reply comes within seconds.
+// Ten minutes at 60 Hz, for all the steps together that wait on a paused world; a pause ends them sooner.
 inline constexpr std::uint32_t step_ticks_max = 36'000;
 
 // Each quality (a pair of rate and error bound) of a world costs an encoding a tick.

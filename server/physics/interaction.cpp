@@ -5,6 +5,7 @@
 
 #include "base/limits.h"
 #include "physics/picking.h"
+#include "physics/shape.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {
@@ -86,15 +87,17 @@ base::Result<Hit> push(SoftState<Real>& body, const At& at, const Vec3d& impulse
     return base::Status(base::StatusCode::failed_precondition, "\"" + body.body.name + "\" is frozen", "body");
   base::Result<std::vector<VertexWeight>> weights = vertices_at(body, at);
   if (!weights.ok()) return weights.status();
-  const auto is_pinned = [&](const VertexWeight& share) { return body.is_pinned(share.vertex); };
-  if (std::ranges::all_of(*weights, is_pinned)) {
-    return base::invalid("vertex " + std::to_string(heaviest(*weights)) + " of \"" + body.body.name + "\" is pinned",
-                         "vertex");
+  // The free vertices take the pinned ones' shares, so that the body gets all that was asked for.
+  std::erase_if(*weights, [&](const VertexWeight& share) { return body.is_pinned(share.vertex); });
+  if (weights->empty()) {
+    return base::Status(base::StatusCode::failed_precondition,
+                        "every vertex of \"" + body.body.name + "\" that it would push is pinned", "at");
   }
+  double sum = 0.0;
+  for (const VertexWeight& share : *weights) sum += share.weight;
   for (const VertexWeight& share : *weights) {
-    if (is_pinned(share)) continue;
-    body.v[share.vertex] +=
-        (share.weight / static_cast<double>(body.vertex_mass_kg) * impulse_n_s).template cast<Real>();
+    const double weight = share.weight / sum;
+    body.v[share.vertex] += (weight / static_cast<double>(body.vertex_mass_kg) * impulse_n_s).template cast<Real>();
   }
   if (std::holds_alternative<WholeBody>(at)) return Hit{body.body.name, std::nullopt};
   return Hit{body.body.name, heaviest(*weights)};
@@ -107,7 +110,10 @@ base::Result<Hit> push(RigidState& body, const At& at, const Vec3d& impulse_n_s)
   if (std::holds_alternative<std::uint32_t>(at)) {
     return base::invalid("\"" + body.body.name + "\" is a rigid body: it has no vertices", "vertex");
   }
-  if (const auto* near = std::get_if<NearPoint>(&at)) point = near->position;
+  if (const auto* near = std::get_if<NearPoint>(&at)) {
+    const Frame frame(body.position, body.orientation);
+    point = frame.to_world(nearest_surface(body.body.shape, frame.to_local(near->position)).point);
+  }
   if (const auto* ray = std::get_if<RayPoint>(&at)) {
     const std::optional<RayHit> hit = meet(body, *ray);
     if (!hit) return misses(body.body.name);

@@ -12,13 +12,18 @@ namespace pneuma::physics {
 
 namespace {
 
+bool names(const std::vector<std::string>& list, const std::string& name) {
+  return std::ranges::find(list, name) != list.end();
+}
+
 template <class Real>
-void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wanted) {
+void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wanted,
+                       const std::vector<std::string>& renewed) {
   std::vector<SoftState<Real>> states;
   states.reserve(wanted.size());
   for (const SoftBody& body : wanted) {
     const auto live = std::ranges::find(bodies.states, body.name, [](const auto& state) { return state.body.name; });
-    if (live != bodies.states.end() && continues(live->body, body)) {
+    if (live != bodies.states.end() && !names(renewed, body.name) && continues(live->body, body)) {
       states.push_back(*live);
       change_soft_state(states.back(), body);
     } else {
@@ -37,14 +42,14 @@ void add_times(Profile& sum, const Profile& profile) {
 }
 
 // A solid is put where the scene says: World::scene() told its live pose, and an edit left that alone or set another.
-std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live,
-                                             const std::vector<RigidBody>& wanted) {
+std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live, const std::vector<RigidBody>& wanted,
+                                             const std::vector<std::string>& renewed) {
   std::vector<RigidState> states;
   states.reserve(wanted.size());
   for (const RigidBody& body : wanted) {
     states.push_back(make_rigid_state(body));
     const auto before = std::ranges::find(live, body.name, [](const RigidState& state) { return state.body.name; });
-    if (before != live.end()) states.back().frozen = before->frozen;
+    if (before != live.end() && !names(renewed, body.name)) states.back().frozen = before->frozen;
   }
   return states;
 }
@@ -73,7 +78,7 @@ base::Result<World> World::create(Scene scene) {
   return world;
 }
 
-base::Status World::apply(Scene scene) {
+base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) {
   assert(simulation_->substep_index == 0);
   if (base::Status status = check_scene(scene); !status.ok()) return status;
   if (scene.stepping.precision != simulation_->scene.stepping.precision) {
@@ -90,9 +95,9 @@ base::Status World::apply(Scene scene) {
   }
   sim.visit([&](auto& bodies) {
     for (const Profile& profile : bodies.profiles) add_times(sim.profile, profile);
-    apply_soft_bodies(bodies, scene.soft_bodies);
+    apply_soft_bodies(bodies, scene.soft_bodies, renewed);
   });
-  sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies);
+  sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies, renewed);
   sim.colliders = applied_colliders(scene.colliders);
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);

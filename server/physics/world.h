@@ -64,9 +64,10 @@ class World {
   ~World();
 
   /// Takes over an edited scene: bodies and solids of the same name (and mesh, or shape) go on from their live state,
-  /// and what differs between the scene so far and the new one is applied to them. Refuses a bad scene, or another
-  /// precision, and changes nothing then.
-  [[nodiscard]] base::Status apply(Scene scene);
+  /// and what differs between the scene so far and the new one is applied to them. Those named in `renewed` do not go
+  /// on: they begin anew as the scene has them, neither frozen nor grabbed. Refuses a bad scene, or another precision,
+  /// and changes nothing then.
+  [[nodiscard]] base::Status apply(Scene scene, const std::vector<std::string>& renewed = {});
   /// The scene as it is now: edits applied, gas amounts and temperatures, and the solids' motion live.
   [[nodiscard]] Scene scene() const;
 

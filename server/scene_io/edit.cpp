@@ -186,4 +186,17 @@ base::Result<v1::Scene> apply_edit(const v1::Scene& scene, const v1::SceneEdit& 
   return edited;
 }
 
+std::vector<std::string> renewed_bodies(const v1::SceneEdit& edit) {
+  std::vector<std::string> names;
+  for (const v1::SceneChange& made : edit.changes()) {
+    if (made.has_add_soft_body()) names.push_back(made.add_soft_body().name());
+    if (made.has_add_rigid_body()) names.push_back(made.add_rigid_body().name());
+    const v1::RigidBodyChange& rigid = made.change_rigid_body();
+    if (rigid.has_position() || rigid.has_orientation() || rigid.has_velocity() || rigid.has_angular_velocity()) {
+      names.push_back(rigid.name());
+    }
+  }
+  return names;
+}
+
 }  // namespace pneuma::scene_io

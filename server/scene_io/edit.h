@@ -1,6 +1,9 @@
 // Edits of a scene.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "base/status.h"
 #include "pneuma/v1/scene.pb.h"
 
@@ -10,5 +13,9 @@ namespace pneuma::scene_io {
 /// (`changes[2].change_soft_body.name: no soft body is named "x"`). Names, references and what an edit itself may not
 /// do are checked here; numbers by to_physics on the result.
 [[nodiscard]] base::Result<v1::Scene> apply_edit(const v1::Scene& scene, const v1::SceneEdit& edit);
+
+/// The names of the bodies that begin anew with the edit: those that it adds, a removed one's name given again too, and
+/// rigid bodies whose place or motion it sets.
+[[nodiscard]] std::vector<std::string> renewed_bodies(const v1::SceneEdit& edit);
 
 }  // namespace pneuma::scene_io

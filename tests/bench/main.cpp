@@ -1,8 +1,11 @@
 // Runs the benchmarks and prints, at the end, each figure beside its target, with the median where a benchmark was
 // repeated.
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <iostream>
 #include <map>
+#include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -37,7 +40,7 @@ class FigureReporter : public benchmark::ConsoleReporter {
   }
 
   void print_figures() const {
-    std::printf("\n%-64s %12s %12s  %s\n", "figure (median of runs)", "measured", "target", "held");
+    std::printf("\n%-64s %12s %12s  %s\n", "figure (median of repetitions)", "measured", "target", "held");
     for (const Figure& figure : figures()) {
       const auto benchmark = values_.find(figure.benchmark);
       if (benchmark == values_.end()) continue;
@@ -55,6 +58,17 @@ class FigureReporter : public benchmark::ConsoleReporter {
   std::map<std::string, std::map<std::string, std::vector<double>>> values_;
 };
 
+// One name a line, on standard error.
+void list_benchmarks(FigureReporter& reporter) {
+  std::string program = "pneuma-bench";
+  std::string flag = "--benchmark_list_tests";
+  std::array<char*, 3> arguments{program.data(), flag.data(), nullptr};
+  int count = 2;
+  benchmark::Initialize(&count, arguments.data());
+  reporter.SetOutputStream(&std::cerr);
+  benchmark::RunSpecifiedBenchmarks(&reporter, ".");
+}
+
 }  // namespace
 
 bool expect(Figure figure) {
@@ -69,7 +83,8 @@ int main(int argc, char** argv) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   pneuma::bench::FigureReporter reporter;
   if (benchmark::RunSpecifiedBenchmarks(&reporter) == 0) {
-    std::fprintf(stderr, "pneuma-bench: no benchmark matches\n");
+    std::fprintf(stderr, "pneuma-bench: no benchmark matches; there are:\n");
+    pneuma::bench::list_benchmarks(reporter);
     return 1;
   }
   reporter.print_figures();

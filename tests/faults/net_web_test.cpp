@@ -3,7 +3,6 @@
 // OpenSSL's own; the certificate is made anew for each run.
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -16,13 +15,9 @@
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 #include <gtest/gtest.h>
-#include <openssl/bio.h>
-#include <openssl/evp.h>
-#include <openssl/pem.h>
-#include <openssl/x509.h>
-#include <unistd.h>
 
 #include "faults/net_rig.h"
+#include "support/self_signed.h"
 
 namespace pneuma::net {
 namespace {
@@ -210,47 +205,16 @@ TEST_F(Web, GarbageInsteadOfWebSocketFrames) {
   EXPECT_EQ(server_.wait_closed(1).back().code(), base::StatusCode::malformed);
 }
 
-// A key and a certificate that it signed itself, as PEM files in a folder of their own.
-class SelfSigned {
- public:
-  SelfSigned() {
-    std::filesystem::create_directories(folder_);
-    EVP_PKEY* key = EVP_EC_gen("P-256");
-    X509* certificate = X509_new();
-    X509_gmtime_adj(X509_getm_notBefore(certificate), 0);
-    X509_gmtime_adj(X509_getm_notAfter(certificate), 3600);
-    X509_set_pubkey(certificate, key);
-    X509_NAME* name = X509_get_subject_name(certificate);
-    X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC, reinterpret_cast<const unsigned char*>("localhost"), -1, -1,
-                               0);
-    X509_set_issuer_name(certificate, name);
-    EXPECT_GT(X509_sign(certificate, key, EVP_sha256()), 0);
-    BIO* file = BIO_new_file(tls().certificate_file.c_str(), "w");
-    PEM_write_bio_X509(file, certificate);
-    BIO_free(file);
-    file = BIO_new_file(tls().key_file.c_str(), "w");
-    PEM_write_bio_PrivateKey(file, key, nullptr, nullptr, 0, nullptr, nullptr);
-    BIO_free(file);
-    X509_free(certificate);
-    EVP_PKEY_free(key);
-  }
-  ~SelfSigned() { std::filesystem::remove_all(folder_); }
-  SelfSigned(const SelfSigned&) = delete;
-  SelfSigned& operator=(const SelfSigned&) = delete;
-
-  [[nodiscard]] Tls tls() const { return {(folder_ / "certificate.pem").string(), (folder_ / "key.pem").string()}; }
-
- private:
-  std::filesystem::path folder_ =
-      std::filesystem::path(testing::TempDir()) / ("pneuma_tls_" + std::to_string(::getpid()));
-};
+Tls tls_of(const support::SelfSigned& certificate) {
+  return {certificate.certificate_file(), certificate.key_file()};
+}
 
 class OverTls : public testing::Test {
  protected:
-  OverTls() { client_context_.load_verify_file(certificate_.tls().certificate_file); }
+  OverTls() { client_context_.load_verify_file(certificate_.certificate_file()); }
 
-  SelfSigned certificate_;
-  EchoServer server_{patient_limits(), certificate_.tls()};
+  support::SelfSigned certificate_;
+  EchoServer server_{patient_limits(), tls_of(certificate_)};
   asio::io_context io_;
   asio::ssl::context client_context_{asio::ssl::context::tls_client};
 };
@@ -312,15 +276,15 @@ TEST_F(OverTls, AClientOfTls11IsRefused) {
 }
 
 TEST(TlsFiles, AMissingOrBrokenFileIsNamed) {
-  const SelfSigned good;
+  const support::SelfSigned good;
   Server server({}, {});
-  const auto missing = server.listen_tcp("127.0.0.1:0", Tls{"/no/such/file.pem", good.tls().key_file});
+  const auto missing = server.listen_tcp("127.0.0.1:0", Tls{"/no/such/file.pem", good.key_file()});
   EXPECT_NE(missing.message().find("/no/such/file.pem"), std::string::npos) << missing.message();
-  const auto swapped = server.listen_tcp("127.0.0.1:0", Tls{good.tls().key_file, good.tls().key_file});
-  EXPECT_NE(swapped.message().find(good.tls().key_file), std::string::npos) << swapped.message();
-  std::ofstream(good.tls().key_file) << "no key";
-  const auto broken = server.listen_tcp("127.0.0.1:0", good.tls());
-  EXPECT_NE(broken.message().find(good.tls().key_file), std::string::npos) << broken.message();
+  const auto swapped = server.listen_tcp("127.0.0.1:0", Tls{good.key_file(), good.key_file()});
+  EXPECT_NE(swapped.message().find(good.key_file()), std::string::npos) << swapped.message();
+  std::ofstream(good.key_file()) << "no key";
+  const auto broken = server.listen_tcp("127.0.0.1:0", tls_of(good));
+  EXPECT_NE(broken.message().find(good.key_file()), std::string::npos) << broken.message();
 }
 
 TEST(Listening, AWrongAddressIsNamed) {

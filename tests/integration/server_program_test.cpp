@@ -47,20 +47,26 @@ TEST_F(ServerProgram, VersionAndHelp) {
 }
 
 TEST_F(ServerProgram, BadUsageExitsTwo) {
-  for (const std::vector<std::string>& arguments : std::vector<std::vector<std::string>>{{"--no-such-flag"},
-                                                                                         {"--threads", "many"},
-                                                                                         {"--threads", "-1"},
-                                                                                         {"--isa", "v5"},
-                                                                                         {"--log-level", "loud"},
-                                                                                         {"--tls-cert", "x.pem"},
-                                                                                         {"--config", "/no/such/file"},
-                                                                                         {"--listen", "foo"},
-                                                                                         {"--listen", "here:70000"},
-                                                                                         {"--http", "on"},
-                                                                                         {"extra"}}) {
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"--no-such-flag"},
+                                             {"--threads", "many"},
+                                             {"--threads", "-1"},
+                                             {"--checkpoint-interval-s", "0"},
+                                             {"--commands-per-s", "nan"},
+                                             {"--ping-interval-ms", "0"},
+                                             {"--worlds-max", "0"},
+                                             {"--isa", "v5"},
+                                             {"--log-level", "loud"},
+                                             {"--tls-cert", "x.pem"},
+                                             {"--config", "/no/such/file"},
+                                             {"--listen", "foo"},
+                                             {"--listen", "here:70000"},
+                                             {"--http", "on"},
+                                             {"extra"}}) {
     const auto finished = run_program("pneuma-server", arguments);
     EXPECT_EQ(finished.exit_status, 2) << arguments[0];
     EXPECT_EQ(std::count(finished.error_output.begin(), finished.error_output.end(), '\n'), 1) << finished.error_output;
+    EXPECT_LT(finished.error_output.size(), 150U) << finished.error_output;
     const bool names_it = finished.error_output.find(arguments.front()) != std::string::npos ||
                           finished.error_output.find(arguments.back()) != std::string::npos;
     EXPECT_TRUE(names_it) << finished.error_output;
@@ -112,7 +118,13 @@ TEST_F(ServerProgram, HealthAsksTheServer) {
   const support::ClosedPort nobody;
   const auto gone = run_program("pneuma-server", {"--health", "--http", nobody.address()});
   EXPECT_EQ(gone.exit_status, 1);
-  EXPECT_NE(gone.error_output.find(nobody.address()), std::string::npos) << gone.error_output;
+  EXPECT_EQ(gone.error_output, "pneuma-server: " + nobody.address() + ": cannot connect: Connection refused\n");
+  const auto other_port = run_program("pneuma-server", {"--health", "--http", server_->tcp_address()});
+  EXPECT_EQ(other_port.exit_status, 1);
+  EXPECT_NE(other_port.error_output.find("no HTTP answer"), std::string::npos) << other_port.error_output;
+  const auto off = run_program("pneuma-server", {"--health", "--http", "off"});
+  EXPECT_EQ(off.exit_status, 1);
+  EXPECT_NE(off.error_output.find("--http is off"), std::string::npos) << off.error_output;
 }
 
 TEST_F(ServerProgram, AConfigurationFileSetsFlagsAndLimits) {

@@ -93,6 +93,17 @@ TEST_F(SimScene, CsvHoldsAFreeFallTickByTick) {
   }
 }
 
+TEST_F(SimScene, CsvOnStandardOutputIsTheRowsAlone) {
+  const std::string scene = file("fall.json", falling_ball);
+  ASSERT_EQ(sim({scene, "--seconds", "0.5", "--csv", folder_ / "out.csv"}).exit_status, 0);
+  const Finished piped = sim({scene, "--seconds", "0.5", "--csv", "-", "--hash"});
+  EXPECT_EQ(piped.exit_status, 0) << piped.error_output;
+  std::ifstream in(folder_ / "out.csv");
+  const std::string rows((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  EXPECT_EQ(piped.output, rows);
+  EXPECT_TRUE(piped.error_output.starts_with("hash 0x")) << piped.error_output;
+}
+
 TEST_F(SimScene, ObjFilesHoldTheShapeOfEachTick) {
   const Finished finished = sim({file("fall.json", falling_ball), "--seconds", "0.04", "--obj", folder_ / "shapes/of"});
   ASSERT_EQ(finished.exit_status, 0) << finished.error_output;

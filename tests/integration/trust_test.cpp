@@ -1,5 +1,6 @@
 // Shows who may speak and how often: the token, the rate limit, the connection limit.
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 
 #include <unistd.h>
@@ -26,6 +27,20 @@ TEST_F(Trust, OnlyWhoKnowsTheTokenGetsIn) {
   RawConnection none(server_->tcp_address());
   EXPECT_FALSE(none.say_hello());
   EXPECT_TRUE(none.ends());
+}
+
+TEST_F(Trust, TheTokenMayComeFromTheEnvironmentAndIsNeverEmpty) {
+  ::setenv("PNEUMA_TOKEN", "open sesame", 1);
+  start();
+  ::setenv("PNEUMA_TOKEN", "", 1);
+  const auto empty = support::run_program("pneuma-server", {"--listen", "127.0.0.1:0", "--http", "off"});
+  ::unsetenv("PNEUMA_TOKEN");
+  EXPECT_EQ(empty.exit_status, 1);
+  EXPECT_EQ(empty.error_output, "pneuma-server: PNEUMA_TOKEN: holds no token\n");
+  client::ConnectOptions options;
+  options.token = "open sesame";
+  EXPECT_TRUE(connect(options).ping().ok());
+  EXPECT_EQ(client::Client::connect(server_->tcp_address()).status().code(), base::StatusCode::unauthenticated);
 }
 
 TEST_F(Trust, PastTheRateRequestsAreRefusedAndTheConnectionIsKept) {

@@ -42,8 +42,10 @@ base::Result<std::string> read_text(const std::string& path, std::size_t bytes_m
       if (file != stdin) std::fclose(file);
     }
   };
-  const std::unique_ptr<std::FILE, Close> file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
-  if (!file) return base::not_found(std::strerror(errno), path);
+  const bool is_standard_input = path == "-";
+  const std::string name = is_standard_input ? "standard input" : path;
+  const std::unique_ptr<std::FILE, Close> file(is_standard_input ? stdin : std::fopen(path.c_str(), "rb"));
+  if (!file) return base::not_found(std::strerror(errno), name);
   std::string text;
   std::array<char, 65536> buffer{};
   std::size_t count = 0;
@@ -51,13 +53,24 @@ base::Result<std::string> read_text(const std::string& path, std::size_t bytes_m
     text.append(buffer.data(), count);
     if (text.size() > bytes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
-                          "more than the " + std::to_string(bytes_max) + " bytes that the server takes", path);
+                          "more than the " + std::to_string(bytes_max) + " bytes that are taken", name);
     }
   }
   if (std::ferror(file.get()) != 0) {
-    return base::Status(base::StatusCode::unavailable, std::strerror(errno), path);
+    return base::Status(base::StatusCode::unavailable, std::strerror(errno), name);
   }
+  if (text.empty()) return base::invalid("is empty", name);
   return text;
+}
+
+base::Result<std::string> read_token(const std::string& file) {
+  constexpr std::size_t bytes_max = 4096;  // as much as a hello may hold
+  auto text = read_text(file, bytes_max);
+  if (!text.ok()) return text.status();
+  std::string token = text->substr(0, text->find('\n'));
+  if (token.ends_with('\r')) token.pop_back();
+  if (token.empty()) return base::invalid("its first line holds no token", file);
+  return token;
 }
 
 }  // namespace pneuma::client

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "command/arguments.h"
+#include "command/json.h"
 
 namespace pneuma::client {
 
@@ -17,12 +18,10 @@ std::string vector_text(const v1::Vec3& v) {
 }
 
 base::Status print_head(Session& session, const v1::Stats& stats) {
-  std::array<char, 20> hash{};
-  std::snprintf(hash.data(), hash.size(), "0x%016llx", static_cast<unsigned long long>(stats.state_hash()));
   Table table({"world", "tick", "time_s", "state", "rate_hz", "substeps", "integrator", "hash"});
   table.add({stats.world(), std::to_string(stats.tick()), number_text(stats.time_s()),
              stats.paused() ? "paused" : "running", number_text(stats.rate_hz()), std::to_string(stats.substeps()),
-             stats.integrator(), hash.data()});
+             stats.integrator(), hash_text(stats.state_hash())});
   base::Status printed = table.print(session.output);
   if (!printed.ok()) return printed;
 
@@ -76,7 +75,7 @@ base::Status print_stages(Session& session, const v1::Stats& stats) {
 
 base::Status report(Session& session, const std::string& deed, const base::Result<v1::Done>& done) {
   if (!done.ok()) return done.status();
-  if (session.json) return session.output.line(json_text(*done, JsonForm::one_line));
+  if (session.json) return session.output.line(reply_json(*done).text());
   std::string text = deed + " " + done->world() + " at tick " + std::to_string(done->tick());
   if (!done->detail().empty()) text += ": " + done->detail();
   return session.output.line(text);
@@ -88,7 +87,7 @@ base::Status list_worlds(Session& session) {
   Table table({"world", "scene", "tick", "time_s", "state", "rate_hz", "soft", "rigid", "vertices", "subscribers"});
   for (const auto& world : worlds->worlds()) {
     if (session.json) {
-      if (base::Status done = session.output.line(json_text(world, JsonForm::one_line)); !done.ok()) return done;
+      if (base::Status done = session.output.line(reply_json(world).text()); !done.ok()) return done;
       continue;
     }
     table.add({world.name(), world.scene_name(), std::to_string(world.tick()), number_text(world.time_s()),
@@ -125,7 +124,7 @@ base::Status edit(Session& session, const std::string& world, const std::string&
 base::Status stats(Session& session, const std::string& world) {
   const auto stats = session.client.stats(world);
   if (!stats.ok()) return stats.status();
-  if (session.json) return session.output.line(json_text(*stats, JsonForm::one_line));
+  if (session.json) return session.output.line(reply_json(*stats).text());
   if (base::Status done = print_head(session, *stats); !done.ok()) return done;
   if (base::Status done = print_bodies(session, *stats); !done.ok()) return done;
   return print_stages(session, *stats);
@@ -134,8 +133,8 @@ base::Status stats(Session& session, const std::string& world) {
 base::Status scene(Session& session, const std::string& world) {
   const auto reply = session.client.scene(world);
   if (!reply.ok()) return reply.status();
-  if (session.json) return session.output.line(json_text(*reply, JsonForm::one_line));
-  return session.output.line(json_text(reply->scene(), JsonForm::for_people));
+  const SceneForm form = session.json ? SceneForm::one_line : SceneForm::for_people;
+  return session.output.line(scene_json(reply->scene(), form));
 }
 
 }  // namespace pneuma::client

@@ -41,7 +41,7 @@ struct WatchArguments {
 /// `file`: a SceneEdit as JSON, "-" for standard input.
 [[nodiscard]] base::Status edit(Session& session, const std::string& world, const std::string& file);
 [[nodiscard]] base::Status stats(Session& session, const std::string& world);
-/// For people the scene in its file form, which `create` takes.
+/// The scene in its file form, which `create` takes; with --json in one line.
 [[nodiscard]] base::Status scene(Session& session, const std::string& world);
 /// Says what a change came to: `deed`, for people, as in "paused".
 [[nodiscard]] base::Status report(Session& session, const std::string& deed, const base::Result<v1::Done>& done);

@@ -12,6 +12,7 @@
 #include <variant>
 
 #include "command/commands.h"
+#include "command/json.h"
 
 namespace pneuma::client {
 
@@ -51,6 +52,11 @@ std::size_t vertex_count(const DecodedFrame& frame) {
   std::size_t count = 0;
   for (const SoftBodyFrame& body : frame.bodies) count += body.positions_m.size() / 3;
   return count;
+}
+
+/// As in "1 frame", "2 frames".
+std::string counted(std::uint64_t count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
 std::string frame_text(const DecodedFrame& frame) {
@@ -232,10 +238,9 @@ base::Status Watch::summarise() {
                                     .add("bits_per_vertex", bits)
                                     .text());
   }
-  std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "%llu frames, %llu gaps, %.2f s, %.2f bits a vertex",
-                static_cast<unsigned long long>(frames_), static_cast<unsigned long long>(gaps_), elapsed_s(), bits);
-  return session_.output.line(text.data());
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), ", %.2f s, %.2f bits a vertex", elapsed_s(), bits);
+  return session_.output.line(counted(frames_, "frame") + ", " + counted(gaps_, "gap") + text.data());
 }
 
 }  // namespace

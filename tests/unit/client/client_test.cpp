@@ -96,6 +96,26 @@ TEST(ClientConnect, WrongTokenIsToldAsSent) {
   EXPECT_EQ(client.status().message(), "hello.token: wrong token");
 }
 
+TEST(ClientConnect, AnotherProtocolIsNamed) {
+  const std::string alert("\x15\x03\x01\x00\x02\x02\x46", 7);  // TLS: fatal, protocol version
+  for (const auto& [bytes, name] : {std::pair{alert, "TLS"}, {std::string("HTTP/1.1 400 Bad Request\r\n"), "HTTP"}}) {
+    const FakeServer server([&](FakeSession& session) {
+      session.send_bytes(bytes);
+      session.drain();
+    });
+    const auto status = Client::connect(server.address()).status();
+    EXPECT_EQ(status.code(), base::StatusCode::malformed);
+    EXPECT_NE(status.what().find(name), std::string::npos) << status.what();
+  }
+}
+
+TEST(ClientConnect, ServerThatClosesWithoutAWordMaySpeakTls) {
+  const FakeServer server([](FakeSession& session) { session.receive(); });
+  const auto status = Client::connect(server.address()).status();
+  EXPECT_EQ(status.code(), base::StatusCode::unavailable);
+  EXPECT_NE(status.what().find("TLS"), std::string::npos) << status.what();
+}
+
 TEST(ClientConnect, AddressMustBeHostAndPort) {
   for (const char* address : {"", "localhost", ":7420", "localhost:", "::1:7420", "host:0", "host:65536", "host:12a"}) {
     EXPECT_EQ(Client::connect(address).status().code(), base::StatusCode::invalid_argument) << address;

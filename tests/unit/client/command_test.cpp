@@ -1,8 +1,10 @@
 // Shows the `pneuma` command as a shell sees it, against a server that follows a script: arguments to requests, replies
 // to lines, exit codes, and its end by Ctrl-C or by a reader that goes away.
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include <google/protobuf/struct.pb.h>
@@ -11,6 +13,7 @@
 
 #include "support/closed_port.h"
 #include "support/program.h"
+#include "support/temporary_folder.h"
 #include "unit/client/fake_server.h"
 
 namespace pneuma::client {
@@ -58,7 +61,7 @@ v1::ClientMessage request_of(const std::vector<std::string>& arguments, const st
   return sent;
 }
 
-TEST(CommandUsage, BadArgumentsExitWith2AndSayWhy) {
+TEST(CommandUsage, BadArgumentsExitWith2AndOneLineSaysWhy) {
   const std::vector<std::vector<std::string>> bad = {
       {},
       {"nonsense"},
@@ -75,14 +78,30 @@ TEST(CommandUsage, BadArgumentsExitWith2AndSayWhy) {
       {"impulse", "w", "ball", "--impulse", "1,2,x"},
       {"impulse", "w", "ball", "--impulse", "1,2,inf"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--radius", "1"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "-1"},
+      {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "nan"},
+      {"worlds", "worlds"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--vertex", "1", "--at", "0,0,0"},
       {"--ca", "file", "worlds"},
   };
   for (const auto& arguments : bad) {
     const Finished finished = run_program("pneuma", arguments);
     EXPECT_EQ(finished.exit_status, 2) << testing::PrintToString(arguments);
-    EXPECT_FALSE(finished.error_output.empty());
+    ASSERT_EQ(lines(finished.error_output).size(), 1U) << finished.error_output;
+    EXPECT_TRUE(finished.error_output.starts_with("pneuma: ")) << finished.error_output;
+    EXPECT_LT(finished.error_output.size(), 150U) << finished.error_output;
     EXPECT_EQ(finished.output, "");
+  }
+}
+
+TEST(CommandUsage, WithJsonBadArgumentsAreAnErrorObject) {
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"--json"}, {"step", "w", "0", "--json"}, {"--json", "nonsense"}}) {
+    const Finished finished = run_program("pneuma", arguments);
+    EXPECT_EQ(finished.exit_status, 2) << testing::PrintToString(arguments);
+    const auto error = json(finished.error_output).fields().at("error").struct_value().fields();
+    EXPECT_EQ(error.at("code").string_value(), "INVALID_ARGUMENT");
+    EXPECT_NE(error.at("what").string_value(), "");
   }
 }
 
@@ -101,19 +120,31 @@ TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
   EXPECT_EQ(finished.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
 }
 
-TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {
-  const FakeServer server([](FakeSession& session) {
-    session.welcome();
-    session.reply([](const auto&, auto& message) {
-      message.mutable_error()->set_code(v1::Error::NOT_FOUND);
-      message.mutable_error()->set_what("no world nowhere");
-      message.mutable_error()->set_where("pause.world");
-    });
+void say_there_is_no_world(FakeSession& session) {
+  session.welcome();
+  session.reply([](const auto&, auto& message) {
+    message.mutable_error()->set_code(v1::Error::NOT_FOUND);
+    message.mutable_error()->set_what("no world \"nowhere\"");
+    message.mutable_error()->set_where("pause.world");
   });
+}
+
+TEST(CommandFailure, ErrorReplyIsOneLineWithWhatAndWhere) {
+  const FakeServer server(say_there_is_no_world);
   const Finished finished = run(server, {"pause", "nowhere"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.output, "");
-  EXPECT_EQ(finished.error_output, "pneuma: pause.world: no world nowhere\n");
+  EXPECT_EQ(finished.error_output, "pneuma: pause.world: no world \"nowhere\"\n");
+}
+
+TEST(CommandFailure, WithJsonAnErrorIsAnObjectOnStandardError) {
+  const FakeServer server(say_there_is_no_world);
+  const Finished finished = run(server, {"--json", "pause", "nowhere"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.output, "");
+  EXPECT_EQ(finished.error_output,
+            R"({"error":{"code":"NOT_FOUND","where":"pause.world","what":"no world \"nowhere\""}})"
+            "\n");
 }
 
 TEST(CommandRequests, VectorsMayBeginWithAMinus) {
@@ -166,6 +197,72 @@ TEST(CommandRequests, FileThatIsNotThereIsNamed) {
   EXPECT_EQ(finished.error_output, "pneuma: ./no-such.json: No such file or directory\n");
 }
 
+TEST(CommandRequests, NothingToReadIsSaid) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.drain();
+  });
+  const Finished finished = run(server, {"create", "-"}, "");
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: standard input: is empty\n");
+}
+
+/// The token that a command's hello holds.
+std::string token_of(std::vector<std::string> arguments) {
+  v1::Hello hello;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      hello = session.welcome();
+      session.reply([](const auto&, auto& message) { message.mutable_world_list(); });
+    });
+    arguments.emplace_back("worlds");
+    const Finished finished = run(server, arguments);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  }
+  return hello.token();
+}
+
+TEST(CommandToken, ComesFromAFlagAFileOrTheEnvironment) {
+  const support::TemporaryFolder folder;
+  const std::string file = folder / "token";
+  std::ofstream(file) << "of the file\r\nno token\n";
+  ::unsetenv("PNEUMA_TOKEN");
+  EXPECT_EQ(token_of({}), "");
+  EXPECT_EQ(token_of({"--token", "of the flag"}), "of the flag");
+  EXPECT_EQ(token_of({"--token-file", file}), "of the file");
+  ::setenv("PNEUMA_TOKEN", "of the environment", 1);
+  EXPECT_EQ(token_of({}), "of the environment");
+  EXPECT_EQ(token_of({"--token", "of the flag"}), "of the flag");
+  EXPECT_EQ(token_of({"--token-file", file}), "of the file");
+  ::unsetenv("PNEUMA_TOKEN");
+}
+
+TEST(CommandToken, FileWithoutATokenIsNamed) {
+  const support::TemporaryFolder folder;
+  std::ofstream(folder / "blank") << "\ntoken\n";
+  for (const char* name : {"blank", "none"}) {
+    const Finished finished = run_program("pneuma", {"--token-file", folder / name, "worlds"});
+    EXPECT_EQ(finished.exit_status, 1);
+    EXPECT_NE(finished.error_output.find(folder / name), std::string::npos) << finished.error_output;
+  }
+  EXPECT_EQ(run_program("pneuma", {"--token-file", folder / "blank", "--token", "t", "worlds"}).exit_status, 2);
+}
+
+TEST(CommandToken, ServerThatAsksForOneSaysHowToGiveIt) {
+  ::unsetenv("PNEUMA_TOKEN");
+  const FakeServer server([](FakeSession& session) {
+    session.reply([](const auto&, auto& message) {
+      message.mutable_error()->set_code(v1::Error::UNAUTHENTICATED);
+      message.mutable_error()->set_what("is missing");
+      message.mutable_error()->set_where("hello.token");
+    });
+  });
+  const Finished finished = run(server, {"worlds"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output,
+            "pneuma: hello.token: is missing; give it by --token-file, --token or PNEUMA_TOKEN\n");
+}
+
 TEST(CommandRequests, EachCommandAsksWhatItSays) {
   EXPECT_EQ(request_of({"destroy", "w"}).destroy_world().world(), "w");
   EXPECT_EQ(request_of({"pause", "w"}).pause().world(), "w");
@@ -200,17 +297,65 @@ TEST(CommandOutput, WorldsAreATableOrALineOfJsonEach) {
   EXPECT_EQ(world.fields().at("paused").bool_value(), false);  // shown also where it is not set
 }
 
-TEST(CommandOutput, SceneIsAFileThatCreateTakes) {
+TEST(CommandOutput, SceneIsAFileThatCreateTakesWithJsonInOneLine) {
+  for (const bool one_line : {false, true}) {
+    const FakeServer server([](FakeSession& session) {
+      session.welcome();
+      session.reply([](const auto&, auto& message) {
+        message.mutable_scene()->mutable_scene()->set_name("s");
+        message.mutable_scene()->mutable_scene()->add_soft_bodies()->set_mass_kg(2.5);
+      });
+    });
+    const std::string text = run(server, one_line ? std::vector<std::string>{"--json", "scene", "w"}
+                                                  : std::vector<std::string>{"scene", "w"})
+                                 .output;
+    EXPECT_EQ(lines(text).size() == 1, one_line) << text;
+    v1::Scene scene;
+    ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(text, &scene).ok()) << text;
+    EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
+  }
+}
+
+TEST(CommandOutput, JsonNumbersAreNumbersAndAHashIsHexadecimal) {
   const FakeServer server([](FakeSession& session) {
     session.welcome();
     session.reply([](const auto&, auto& message) {
-      message.mutable_scene()->mutable_scene()->set_name("s");
-      message.mutable_scene()->mutable_scene()->add_soft_bodies()->set_mass_kg(2.5);
+      v1::Stats& stats = *message.mutable_stats();
+      stats.set_world("a \"w\"");
+      stats.set_tick(1'234'567'890'123);
+      stats.set_state_hash(0xfedcba9876543210);
+      stats.set_time_ratio(0.1);
+      stats.set_step_time_ms(std::numeric_limits<double>::quiet_NaN());
+      stats.add_stages()->set_calls(5'000'000'000);
+      stats.add_soft_bodies()->mutable_centre_of_mass()->set_y(-2.5);
     });
   });
-  v1::Scene scene;
-  ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(run(server, {"scene", "w"}).output, &scene).ok());
-  EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
+  const std::string text = run(server, {"--json", "stats", "w"}).output;
+  ASSERT_EQ(lines(text).size(), 1U);
+  const auto fields = json(text).fields();
+  EXPECT_EQ(fields.at("world").string_value(), "a \"w\"");
+  EXPECT_EQ(fields.at("tick").number_value(), 1'234'567'890'123.0);
+  EXPECT_EQ(fields.at("state_hash").string_value(), "0xfedcba9876543210");
+  EXPECT_EQ(fields.at("time_ratio").number_value(), 0.1);
+  EXPECT_TRUE(fields.at("step_time_ms").has_null_value());
+  EXPECT_FALSE(fields.at("paused").bool_value()) << "shown also where it is not set";
+  EXPECT_TRUE(fields.at("paused").has_bool_value());
+  EXPECT_EQ(fields.at("rigid_bodies").list_value().values_size(), 0);
+  EXPECT_EQ(fields.at("stages").list_value().values(0).struct_value().fields().at("calls").number_value(), 5e9);
+  const auto body = fields.at("soft_bodies").list_value().values(0).struct_value().fields();
+  EXPECT_EQ(body.at("centre_of_mass").struct_value().fields().at("y").number_value(), -2.5);
+  EXPECT_FALSE(body.contains("momentum"));
+}
+
+TEST(CommandOutput, TickIsANumberAlsoInWhatAChangeCameTo) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      message.mutable_done()->set_world("w");
+      message.mutable_done()->set_tick(5);
+    });
+  });
+  EXPECT_EQ(run(server, {"--json", "pause", "w"}).output, "{\"tick\":5,\"world\":\"w\",\"detail\":\"\"}\n");
 }
 
 /// Subscribes the command and sends two frames, a gap, a frame and an event.
@@ -340,7 +485,7 @@ TEST(CommandWatch, DestroyedWorldFails) {
   const Finished finished = run(server, {"watch", "w"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.error_output, "pneuma: w: the world was destroyed\n");
-  EXPECT_NE(finished.output.find("3 frames, 1 gaps"), std::string::npos) << finished.output;
+  EXPECT_NE(finished.output.find("3 frames, 1 gap, "), std::string::npos) << finished.output;
 }
 
 TEST(CommandWatch, BrokenConnectionFailsWithASummary) {

@@ -1,0 +1,163 @@
+// Shows what a hosted world makes of requests that come faster than it carries them out, or that contradict each other.
+// The loop is the test's own: a drain whose time is up carries out nothing.
+#include "app/hosted_world.h"
+
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "ball_scene.h"
+#include "base/limits.h"
+
+namespace pneuma::app {
+namespace {
+
+class HostedWorldTest : public testing::Test {
+ protected:
+  using TimePoint = HostedWorld::TimePoint;
+
+  HostedWorldTest() {
+    auto live = LiveWorld::create(ball_scene());
+    EXPECT_TRUE(live.ok()) << live.status().message();
+    HostedWorld::Wiring wiring{[] { return 1U; }, [](std::uint32_t) {}, &metrics_};
+    world_.emplace("w", std::move(*live), true, nullptr, wiring);
+  }
+
+  Inbox::Post post(const v1::ClientMessage& message) { return world_->post(Request{session_, message}); }
+
+  /// What a drain with all the time it wants answers.
+  std::vector<v1::ServerMessage> drain() {
+    world_->drain(std::chrono::steady_clock::now(), TimePoint::max(), outbox_);
+    return take_replies();
+  }
+  void drain_without_time() {
+    const TimePoint now = std::chrono::steady_clock::now();
+    world_->drain(now, now, outbox_);
+  }
+  std::vector<v1::ServerMessage> tick() {
+    EXPECT_TRUE(world_->step([] { return false; }));
+    world_->encode(outbox_);
+    world_->end_tick(std::chrono::steady_clock::now(), outbox_);
+    return take_replies();
+  }
+  [[nodiscard]] bool tick_due() const { return world_->tick_due(std::chrono::steady_clock::now()); }
+
+  std::vector<v1::ServerMessage> take_replies() {
+    std::vector<v1::ServerMessage> replies;
+    for (const auto& item : outbox_.items) {
+      if (const auto* sent = std::get_if<Outbox::Send>(&item)) replies.emplace_back().ParseFromString(*sent->message);
+    }
+    outbox_ = {};
+    return replies;
+  }
+
+  Metrics metrics_;
+  std::shared_ptr<Session> session_ = std::make_shared<Session>(7);
+  Outbox outbox_;
+  std::optional<HostedWorld> world_;
+};
+
+v1::ClientMessage get_stats(std::uint64_t request_id) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_get_stats()->set_world("w");
+  return message;
+}
+
+v1::ClientMessage step(std::uint64_t request_id, std::uint32_t ticks) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_step()->set_world("w");
+  message.mutable_step()->set_ticks(ticks);
+  return message;
+}
+
+v1::ClientMessage pause(std::uint64_t request_id) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_pause()->set_world("w");
+  return message;
+}
+
+v1::ClientMessage resume(std::uint64_t request_id) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_resume()->set_world("w");
+  return message;
+}
+
+TEST_F(HostedWorldTest, WhatADrainLeavesStillCountsAgainstTheNumberOfRequests) {
+  for (std::size_t i = 0; i < base::world_inbox_requests_max; ++i) ASSERT_EQ(post(get_stats(1)), Inbox::Post::taken);
+  EXPECT_EQ(post(get_stats(1)), Inbox::Post::full);
+  drain_without_time();
+  EXPECT_EQ(post(get_stats(1)), Inbox::Post::full);
+  EXPECT_EQ(world_->post(SessionEnded{8}), Inbox::Post::taken) << "the books are kept all the same";
+  EXPECT_TRUE(world_->next_due(std::chrono::steady_clock::now()).has_value()) << "what waits brings the world back";
+}
+
+TEST_F(HostedWorldTest, WhatADrainLeavesStillCountsAgainstTheirMemory) {
+  v1::ClientMessage large;
+  large.set_request_id(1);
+  auto& mesh = *large.mutable_edit()->mutable_edit()->add_changes()->mutable_add_mesh();
+  for (int i = 0; i < 100'000; ++i) mesh.mutable_triangles()->add_positions();
+  ASSERT_LT(large.ByteSizeLong(), base::Limits().message_bytes_max);
+  const std::size_t room = base::world_inbox_bytes_max / large.SpaceUsedLong();
+  for (std::size_t i = 0; i < room; ++i) ASSERT_EQ(post(large), Inbox::Post::taken);
+  EXPECT_EQ(post(large), Inbox::Post::full);
+  drain_without_time();
+  EXPECT_EQ(post(large), Inbox::Post::full);
+  drain();
+  EXPECT_EQ(post(large), Inbox::Post::taken);
+}
+
+TEST_F(HostedWorldTest, APauseEndsTheStepsThatWait) {
+  post(step(1, 5));
+  post(step(2, 3));
+  ASSERT_TRUE(drain().empty());
+  ASSERT_TRUE(tick().empty());
+  ASSERT_TRUE(tick().empty());
+  post(pause(3));
+  const auto replies = drain();
+  ASSERT_EQ(replies.size(), 3U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(replies[i].request_id(), i + 1);
+    EXPECT_EQ(replies[i].error().code(), v1::Error::FAILED_PRECONDITION);
+    EXPECT_EQ(replies[i].error().where(), "step");
+    EXPECT_EQ(replies[i].error().what(), "a pause ended it at tick 2");
+  }
+  EXPECT_EQ(replies[2].request_id(), 3U);
+  EXPECT_EQ(replies[2].done().tick(), 2U);
+  EXPECT_FALSE(tick_due());
+}
+
+TEST_F(HostedWorldTest, AResumeEndsTheStepsThatWaitAndTheClockRules) {
+  post(step(1, 5));
+  ASSERT_TRUE(drain().empty());
+  ASSERT_TRUE(tick().empty());
+  post(resume(2));
+  const auto replies = drain();
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_EQ(replies[0].error().what(), "a resume ended it at tick 1");
+  EXPECT_EQ(replies[1].done().tick(), 2U);
+  // The first tick is due at once, the one after it a period later.
+  const TimePoint before = std::chrono::steady_clock::now();
+  ASSERT_TRUE(tick_due());
+  ASSERT_TRUE(tick().empty());
+  EXPECT_GT(*world_->next_due(before), before);
+}
+
+TEST_F(HostedWorldTest, TheStepsThatWaitAreBoundedTogether) {
+  post(step(1, base::step_ticks_max));
+  ASSERT_TRUE(drain().empty());
+  post(step(2, 1));
+  const auto full = drain();
+  ASSERT_EQ(full.size(), 1U);
+  EXPECT_EQ(full[0].error().code(), v1::Error::LIMIT_EXCEEDED);
+  EXPECT_EQ(full[0].error().where(), "step.ticks");
+  ASSERT_TRUE(tick().empty());
+  post(step(3, 1));
+  EXPECT_TRUE(drain().empty());
+}
+
+}  // namespace
+}  // namespace pneuma::app
