@@ -107,27 +107,40 @@ void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<cons
   }
 }
 
-// An explicit step of a spring much stiffer than m/dt^2 would throw the particle about, so the hands on it together
-// hold no harder than that.
+// What is left of the grabs of one vertex: an explicit step of a spring much stiffer than m/dt^2 would throw the
+// particle about, so they hold no harder than that together, each in its proportion.
+struct GrabShares {
+  double stiffness = 1.0;
+  double damping = 1.0;
+};
+
+GrabShares shares_of(std::span<const Grab> grabs, double mass_kg, double dt_s) {
+  double stiffness_n_m = 0.0;
+  double damping_n_s_m = 0.0;
+  for (const Grab& grab : grabs) {
+    stiffness_n_m += grab.stiffness_n_m;
+    damping_n_s_m += grab.damping_n_s_m;
+  }
+  const double stiffness_max = 0.25 * mass_kg / (dt_s * dt_s);
+  const double damping_max = 0.5 * mass_kg / dt_s;
+  return {stiffness_n_m > stiffness_max ? stiffness_max / stiffness_n_m : 1.0,
+          damping_n_s_m > damping_max ? damping_max / damping_n_s_m : 1.0};
+}
+
 template <class Real>
 void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
                std::span<Vec3<Real>> force) {
-  const double mass = static_cast<double>(body.vertex_mass_kg);
-  const double stiffness_max = 0.25 * mass / (dt_s * dt_s);
-  const double damping_max = 0.5 * mass / dt_s;
-  for (const Grab& grab : body.grabs) {
-    double stiffness_sum = 0.0;
-    double damping_sum = 0.0;
-    for (const Grab& other : body.grabs) {
-      if (other.vertex != grab.vertex) continue;
-      stiffness_sum += other.stiffness_n_m;
-      damping_sum += other.damping_n_s_m;
+  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
+  for (auto first = body.grabs.begin(); first != body.grabs.end();) {
+    const std::uint32_t vertex = first->vertex;
+    const auto last = std::find_if(first, body.grabs.end(), [&](const Grab& grab) { return grab.vertex != vertex; });
+    const GrabShares shares = shares_of({first, last}, mass_kg, dt_s);
+    for (; first != last; ++first) {
+      const Vec3d offset = first->target - x[vertex].template cast<double>();
+      const Vec3d pull = shares.stiffness * first->stiffness_n_m * offset -
+                         shares.damping * first->damping_n_s_m * v[vertex].template cast<double>();
+      force[vertex] += pull.cast<Real>();
     }
-    const double stiffness = grab.stiffness_n_m * (stiffness_sum > stiffness_max ? stiffness_max / stiffness_sum : 1.0);
-    const double damping = grab.damping_n_s_m * (damping_sum > damping_max ? damping_max / damping_sum : 1.0);
-    const Vec3d offset = grab.target - x[grab.vertex].template cast<double>();
-    const Vec3d pull = stiffness * offset - damping * v[grab.vertex].template cast<double>();
-    force[grab.vertex] += pull.cast<Real>();
   }
 }
 

@@ -43,7 +43,7 @@ struct SoftState {
   std::optional<GasState> gas;
   double volume_m3 = 0.0;    // by the body's own method, at the last force evaluation
   double pressure_pa = 0.0;  // over the outside, at the last force evaluation
-  std::vector<Grab> grabs;
+  std::vector<Grab> grabs;   // by vertex, those of one vertex side by side
   bool frozen = false;
 
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }
