@@ -232,7 +232,7 @@ TEST(LiveWorld, ARigidBodyThatIsSetSomewhereIsFrozenNoLonger) {
   v1::RigidBody& stone = *scene.add_rigid_bodies();
   stone.set_name("stone");
   stone.mutable_shape()->mutable_sphere()->set_radius_m(0.1);
-  stone.mutable_position()->set_x(20.0);
+  stone.mutable_position()->set_y(30.0);
   for (const bool by_velocity : {false, true}) {
     auto world = LiveWorld::create(scene);
     ASSERT_TRUE(world.ok()) << world.status().message();
@@ -252,7 +252,7 @@ TEST(LiveWorld, ARigidBodyThatIsSetSomewhereIsFrozenNoLonger) {
     if (by_velocity) {
       moved.mutable_change_rigid_body()->mutable_velocity()->set_x(3.0);
     } else {
-      moved.mutable_change_rigid_body()->mutable_position()->set_y(5.0);
+      moved.mutable_change_rigid_body()->mutable_position()->set_y(20.0);
     }
     ASSERT_TRUE(world->change(edit_of({moved})).ok());
     const physics::RigidState& state = world->physics().rigid_bodies()[0];
