@@ -4,8 +4,6 @@
 #include <functional>
 #include <ranges>
 
-#include "physics/contact_soft.h"
-
 namespace pneuma::physics {
 namespace {
 
@@ -76,29 +74,29 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
   if (pairs_.empty()) return;
 
   const StageTimer timer(profile, Stage::soft_contact);
-  const auto pairs_of = [this](std::size_t body) {
-    return std::ranges::equal_range(pairs_, static_cast<std::uint32_t>(body), {}, &SoftPair::a);
+  const auto first_of = [this](std::size_t body) {
+    const auto first = std::ranges::lower_bound(pairs_, static_cast<std::uint32_t>(body), {}, &SoftPair::a);
+    return static_cast<std::size_t>(first - pairs_.begin());
   };
+  if (near_.size() < pairs_.size()) near_.resize(pairs_.size());
   for_each_body(workers, [&](std::size_t i) {
-    if (!pairs_of(i).empty()) fit_means(soft[i], bounds_[i]);
+    if (first_of(i) < first_of(i + 1)) fit_rigid_part(soft[i], bounds_[i]);
   });
-  // Each body sees the others as they were, and changes only itself; what it does to them is handed over afterwards.
   for_each_body(workers, [&](std::size_t i) {
-    for (SoftPair& pair : pairs_of(i)) {
-      meet_bounds(soft[i], bounds_[i], soft[pair.b], bounds_[pair.b], physics.resting_m_s, physics.dt_s, pair);
+    for (std::size_t p = first_of(i); p < first_of(i + 1); ++p) {
+      near_[p].clear();
+      const std::uint32_t b = pairs_[p].b;
+      find_near_vertices(soft[i], bounds_[i], soft[b], bounds_[b], near_[p]);
     }
   });
-  for (const SoftPair& pair : pairs_) {
-    if (!pair.hit) continue;
-    bounds_[pair.a].stale = true;
-    BodyBounds& other = bounds_[pair.b];
-    other.hit = true;
-    other.impulse_n_s += pair.impulse_n_s;
-    other.shift_kg_m += pair.shift_kg_m;
+  // One pair after the other: each meets what those before it left.
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const auto [a, b] = pairs_[p];
+    meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, hits_);
   }
-  for_each_body(workers, [&](std::size_t i) {
-    if (bounds_[i].hit) take_reactions(soft[i], bounds_[i]);
-  });
+  std::size_t bytes = hits_.capacity() * sizeof(VertexHit);
+  for (const std::vector<std::uint32_t>& near : near_) bytes += near.capacity() * sizeof(std::uint32_t);
+  note_bytes(profile, Stage::soft_contact, bytes);
 }
 
 // Colliders last: they do not give way, so what a rigid body pushed into them must come back.

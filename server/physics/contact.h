@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/contact_bounds.h"
+#include "physics/contact_soft.h"
 #include "physics/contact_solid.h"
 #include "physics/contact_surface.h"
 #include "physics/profile.h"
@@ -40,6 +41,8 @@ class Contacts {
   std::vector<BodyBounds> bounds_;    // one a soft body
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
+  std::vector<std::vector<std::uint32_t>> near_;  // one a pair: the vertices of a that may touch b
+  std::vector<VertexHit> hits_;                   // of the pair under way
   std::vector<SolidMove> collider_moves_;
   std::vector<std::uint8_t> rigid_touched_;  // by a soft body in this substep
   RigidSolver rigid_solver_;

@@ -11,6 +11,8 @@ namespace {
 
 // Minima and maxima of x and x + dr by lanes: two vertices are six numbers, which a compiler keeps in vector registers.
 constexpr std::size_t lanes = 6;
+// Below this share of its cube, an inertia's determinant is round-off: the vertices are on a line.
+constexpr double turning_share_min = 1e-12;
 
 template <class Real>
 struct Extremes {
@@ -83,20 +85,41 @@ Vec3d mean_velocity(const SoftState<Real>& body) {
 }
 
 template <class Real>
-void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+void fit_rigid_part(const SoftState<Real>& body, BodyBounds& bounds) {
+  RigidPart& rigid = bounds.rigid;
+  const auto vertex_mass_kg = static_cast<double>(body.vertex_mass_kg);
+  Vec3d place = Vec3d::Zero();
   Vec3d move = Vec3d::Zero();
   std::size_t free = 0;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
+    place += body.x[i].template cast<double>();
     move += body.dr[i].template cast<double>();
     ++free;
   }
   const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
-  bounds.free_mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
-  bounds.mean_velocity = mean_velocity(body);
   bounds.mean_move = share * move;
+  rigid.mass_kg = static_cast<double>(free) * vertex_mass_kg;
+  rigid.centre = share * place;
+  rigid.velocity = mean_velocity(body);
+
+  Vec3d spin = Vec3d::Zero();                         // angular momentum over a vertex's mass
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // of the arms
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    spin += arm.cross(body.v[i].template cast<double>());
+    squares += arm * arm.transpose();
+  }
+  const double size = squares.trace();
+  const Eigen::Matrix3d inertia = size * Eigen::Matrix3d::Identity() - squares;
+  const bool turns = inertia.determinant() > turning_share_min * size * size * size;
+  rigid.inverse_inertia_1_kg_m2.setZero();
+  if (turns) rigid.inverse_inertia_1_kg_m2 = inertia.inverse() / vertex_mass_kg;
+  rigid.angular_velocity = vertex_mass_kg * (rigid.inverse_inertia_1_kg_m2 * spin);
+
   // A body about to be frozen must not take others with it.
-  bounds.active = bounds.active && bounds.mean_velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
+  bounds.active = bounds.active && rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
 
   bounds.ellipsoid = {0.5 * (bounds.moved.min + bounds.moved.max), 0.5 * (bounds.moved.max - bounds.moved.min)};
   if (body.body.collision.bounds != BoundsKind::ball) return;
@@ -143,8 +166,8 @@ template void fit_boxes(const SoftState<float>&, BodyBounds&);
 template void fit_boxes(const SoftState<double>&, BodyBounds&);
 template Vec3d mean_velocity(const SoftState<float>&);
 template Vec3d mean_velocity(const SoftState<double>&);
-template void fit_means(const SoftState<float>&, BodyBounds&);
-template void fit_means(const SoftState<double>&, BodyBounds&);
+template void fit_rigid_part(const SoftState<float>&, BodyBounds&);
+template void fit_rigid_part(const SoftState<double>&, BodyBounds&);
 template void find_soft_pairs(std::span<const SoftState<float>>, std::span<const BodyBounds>,
                               std::vector<std::uint32_t>&, std::vector<SoftPair>&);
 template void find_soft_pairs(std::span<const SoftState<double>>, std::span<const BodyBounds>,

@@ -10,30 +10,34 @@
 
 namespace pneuma::physics {
 
+/// What a body's free vertices have of a rigid body: their mean motion, about the places where the substep began. A hit
+/// on the body as a whole changes this part of their motion and leaves the rest, so it costs the energy that it would
+/// cost a rigid body, and what it hands over is momentum and angular momentum.
+struct RigidPart {
+  double mass_kg = 0.0;  // 0: every vertex is pinned
+  Vec3d centre = Vec3d::Zero();
+  Vec3d velocity = Vec3d::Zero();
+  Vec3d angular_velocity = Vec3d::Zero();
+  // 0 where the vertices lie on a line: such a body does not turn as a whole.
+  Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
+};
+
 /// What contact needs to know of a soft body as a whole in this substep.
 struct BodyBounds {
   bool active = false;  // not frozen
   bool stale = false;   // its moves were changed since the boxes were fitted
   Aabb<double> moved;   // of x + dr
   Aabb<double> swept;   // of x and x + dr
-  // Of the vertices that are not pinned; filled for bodies of a pair only.
-  double free_mass_kg = 0.0;
-  Vec3d mean_velocity = Vec3d::Zero();
-  Vec3d mean_move = Vec3d::Zero();
-  Ellipsoid<double> ellipsoid;  // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
-  // What the vertices of other bodies that hit it give back, in sum.
-  Vec3d impulse_n_s = Vec3d::Zero();
-  Vec3d shift_kg_m = Vec3d::Zero();  // mass times displacement
-  bool hit = false;
+  // Filled for bodies of a pair only.
+  RigidPart rigid;
+  Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned
+  Ellipsoid<double> ellipsoid;      // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
 };
 
-/// Vertices of `a` are tested against the bounds of `b`; what b gets in return is summed here.
+/// Vertices of `a` are tested against the bounds of `b`.
 struct SoftPair {
   std::uint32_t a = 0;
   std::uint32_t b = 0;
-  Vec3d impulse_n_s = Vec3d::Zero();  // to b
-  Vec3d shift_kg_m = Vec3d::Zero();   // to b: mass times displacement
-  bool hit = false;
 };
 
 template <class Real>
@@ -42,7 +46,7 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds);
 template <class Real>
 [[nodiscard]] Vec3d mean_velocity(const SoftState<Real>& body);
 template <class Real>
-void fit_means(const SoftState<Real>& body, BodyBounds& bounds);
+void fit_rigid_part(const SoftState<Real>& body, BodyBounds& bounds);
 
 /// Fills `pairs` with both directions of each pair of bodies whose swept boxes, grown by their thickness, overlap; in
 /// order of (a, b). Bodies that are not to meet soft bodies are left out. Sort and sweep along x.

@@ -1,19 +1,32 @@
 // Soft bodies against each other's bounding volumes: the paper's way (section 3.5).
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 #include "physics/contact_bounds.h"
+#include "physics/shape.h"
 
 namespace pneuma::physics {
 
-/// Stops the vertices of pair.a at the bounds of pair.b, and sums in the pair what b gets in return; b itself is not
-/// touched. A vertex and the free vertices of the other body share each change by their masses, so that momentum, and
-/// the common centre of mass, are kept to round-off.
+/// Appends the vertices of `a` that may touch the bounds of `b` on their way, by index: footnote 4's test.
 template <class Real>
-void meet_bounds(SoftState<Real>& a, const BodyBounds& bounds_a, const SoftState<Real>& b, const BodyBounds& bounds_b,
-                 double resting_m_s, double dt_s, SoftPair& pair);
+void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, const SoftState<Real>& b,
+                        const BodyBounds& bounds_b, std::vector<std::uint32_t>& near);
 
-/// Gives a body its sum of reactions, spread evenly over its free vertices.
+struct VertexHit {
+  std::uint32_t vertex = 0;
+  SurfaceHit hit;  // about the centre of the bounds, as they are at the end of the substep
+};
+
+/// Stops the vertices `near` of `a` at the bounds of `b`. Each meets an equal share of b as a whole (its mass and
+/// inertia split among the hits), and b goes on with the mean of its shares: so kinetic energy does not grow where no
+/// restitution is past 1, momentum and angular momentum about the places where the substep began are kept to round-off,
+/// and the moves that are cut leave the common centre of mass. Pinned vertices hold, and give back nothing. `hits` is
+/// scratch.
 template <class Real>
-void take_reactions(SoftState<Real>& body, BodyBounds& bounds);
+void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, std::vector<VertexHit>& hits);
 
 }  // namespace pneuma::physics

@@ -169,9 +169,12 @@ struct Touch {
   double inverse_vertex_mass_1_kg;
   Vec3d arm;
 
-  [[nodiscard]] double inverse_mass_along(const Vec3d& direction) const {
-    const Vec3d turn = inverse_inertia_times(rigid, arm.cross(direction));
-    return inverse_vertex_mass_1_kg + rigid.inverse_mass_1_kg + turn.cross(arm).dot(direction);
+  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg() const {
+    const Eigen::Matrix3d rotation = rigid.orientation.toRotationMatrix();
+    const Eigen::Matrix3d inverse_inertia =
+        rotation * rigid.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose();
+    return (inverse_vertex_mass_1_kg + rigid.inverse_mass_1_kg) * Eigen::Matrix3d::Identity() +
+           turning_inverse_mass(arm, inverse_inertia);
   }
   [[nodiscard]] Vec3d relative(const Vec3d& velocity) const {
     return velocity - velocity_at(rigid.velocity, rigid.angular_velocity, arm);
@@ -180,23 +183,6 @@ struct Touch {
     velocity += inverse_vertex_mass_1_kg * impulse_n_s;
     rigid.velocity -= rigid.inverse_mass_1_kg * impulse_n_s;
     rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
-  }
-  /// Restitution along the normal, then Coulomb's share of what it takes to stop the sliding.
-  Vec3d answer(Vec3d& velocity, const Vec3d& normal, double impact_m_s, const ContactSurface& surface) const {
-    const double approach_m_s = relative(velocity).dot(normal);
-    if (approach_m_s < 0.0) {
-      const double normal_n_s = (-surface.restitution * impact_m_s - approach_m_s) / inverse_mass_along(normal);
-      push(velocity, normal_n_s * normal);
-      const Vec3d now = relative(velocity);
-      const Vec3d sliding = now - now.dot(normal) * normal;
-      const double speed_m_s = sliding.norm();
-      if (speed_m_s > 0.0) {
-        const Vec3d direction = sliding / speed_m_s;
-        const double stopping_n_s = speed_m_s / inverse_mass_along(direction);
-        push(velocity, -std::min(stopping_n_s, surface.friction * normal_n_s) * direction);
-      }
-    }
-    return relative(velocity);
   }
 };
 
@@ -256,7 +242,8 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
                                     ? 0.0
                                     : impact_speed(relative.dot(normal), 0.0, physics.resting_m_s);
       if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
-      return touch.answer(velocity, normal, impact_m_s, surface);
+      touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, touch.inverse_mass_1_kg()));
+      return touch.relative(velocity);
     };
     const Vec3d start = body.x[i].template cast<double>();
     Vec3d end = start + body.dr[i].template cast<double>();

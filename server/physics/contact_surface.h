@@ -29,4 +29,15 @@ inline constexpr double touching_m = 1e-9;
 [[nodiscard]] Vec3d respond(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
                             const ContactSurface& surface);
 
+/// The impulse (N s) that contact gives to the first of two things that meet, the second gets its opposite: restitution
+/// along the normal, then Coulomb's share of what stops the sliding. `inverse_mass_1_kg` turns an impulse into the
+/// change of `relative_m_s`, the velocity of the first seen from the second; symmetric. With a restitution of at most 1
+/// neither part adds energy.
+[[nodiscard]] Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
+                                    const ContactSurface& surface, const Eigen::Matrix3d& inverse_mass_1_kg);
+
+/// What turning adds to the inverse mass at the end of `arm` of a body that turns about the arm's start: [r]^T I^-1 [r]
+/// with [r] y = r x y.
+[[nodiscard]] Eigen::Matrix3d turning_inverse_mass(const Vec3d& arm, const Eigen::Matrix3d& inverse_inertia_1_kg_m2);
+
 }  // namespace pneuma::physics

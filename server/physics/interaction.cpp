@@ -213,7 +213,8 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
     }
     const double stiffness = stiffness_n_m > 0.0 ? stiffness_n_m : state.body.springs.stiffness_n_m;
     const double critical = 2.0 * std::sqrt(stiffness * static_cast<double>(state.vertex_mass_kg));
-    state.grabs.push_back({id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});
+    const auto place = std::ranges::upper_bound(state.grabs, vertex, {}, &Grab::vertex);
+    state.grabs.insert(place, {id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});
     return Hit{state.body.name, vertex};
   });
   if (!held) return base::not_found("no soft body is named \"" + *name + "\"", "body");

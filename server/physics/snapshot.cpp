@@ -1,4 +1,5 @@
 // A world's state as bytes and as a hash: one order of fields for writing, reading and hashing.
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -93,7 +94,7 @@ bool soft_fields(Archive& archive, SoftState<Real>& body) {
   for (Grab& grab : body.grabs) {
     if (!grab_fields(archive, grab) || grab.vertex >= body.x.size()) return false;
   }
-  return true;
+  return std::ranges::is_sorted(body.grabs, {}, &Grab::vertex);
 }
 
 template <class Archive>

@@ -55,8 +55,8 @@ struct SoftState {
   double pressure_pa = 0.0;           // over the outside, at the last force evaluation
   bool inverted = false;              // the gas's volume was 0 or less then
   std::optional<GasEvent> gas_event;  // of this substep
-  std::vector<Grab> grabs;
-  bool solve_failed = false;  // the integrator found no finite answer in this substep
+  std::vector<Grab> grabs;            // by vertex, those of one vertex side by side
+  bool solve_failed = false;          // the integrator found no finite answer in this substep
   bool frozen = false;
 
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }

@@ -1,5 +1,6 @@
 // Shows what a free body must keep: momentum and angular momentum to round-off (the pressure of a closed skin has no
-// net force or torque), and the work that its gas does in its springs and its motion.
+// net force or torque), and the work that its gas does in its springs and its motion; and that bodies which meet have
+// no more energy after it.
 #include <Eigen/Geometry>
 
 #include "numerics/worlds.h"
@@ -114,6 +115,42 @@ TEST(GasFlow, PumpsAndLeaksTheMolesThatTheSceneSays) {
   EXPECT_LT(leaking.measure(0).moles, 1e-3 * scene.soft_bodies[0].gas->moles);
   const std::shared_ptr<const Mesh> rest = ball.mesh(1.0);
   EXPECT_NEAR(leaking.measure(0).volume_m3 / signed_volume_m3(rest->positions_m, rest->faces), 1.0, 1e-3);
+}
+
+// Energy of motion, springs and gas together. Up to 1 % is the integrator's: it shrinks with the step.
+TEST(SoftContact, ElasticHitsOfGasBallsAddNoEnergyFastOrSlow) {
+  const BreathingBall ball{.subdivisions = 2, .mass_kg = 1.0, .stiffness_n_m = 300.0, .nrt_j = 24.0};
+  for (const double slowness : {1.0, 10.0}) {
+    Scene scene;
+    scene.stepping = {.rate_hz = 60.0 / slowness, .substeps = 64, .integrator = Integrator::symplectic_euler};
+    for (const double side : {-1.0, 1.0}) {
+      SoftBody body = ball.body(1.0);
+      body.name = side < 0.0 ? "left" : "right";
+      body.position = Vec3d(side, 0.1 * side, 0.0);
+      body.velocity = Vec3d(-2.0 * side / slowness, 0.0, 0.0);
+      body.springs.stiffness_n_m /= slowness * slowness;
+      body.gas->moles /= slowness * slowness;
+      body.surface = {.restitution = 1.0, .friction = 0.0};
+      scene.soft_bodies.push_back(body);
+    }
+    World world = make_world(std::move(scene));
+    const auto energy_j = [&world] {
+      double sum = 0.0;
+      for (std::size_t i = 0; i < 2; ++i) {
+        const BodyMeasures body = world.measure(i);
+        sum += body.kinetic_j + body.elastic_j + body.gas_j;
+      }
+      return sum;
+    };
+    const double start_j = energy_j();
+    const double kinetic_j = 4.0 / (slowness * slowness);
+    Workers workers(1);
+    for (int tick = 0; tick < 90; ++tick) {
+      world.step_tick(workers);
+      ASSERT_LT(energy_j(), start_j + 0.01 * kinetic_j) << "tick " << tick;
+    }
+    EXPECT_LT(world.measure(0).momentum.x(), -0.5 / slowness) << "they met and parted";
+  }
 }
 
 }  // namespace

@@ -185,5 +185,83 @@ TEST(LiveWorld, AGrabGoesWithItsBody) {
   EXPECT_EQ(world.grabs(), (LiveWorld::Grabs{{first->grabbed->grab_id(), "ball"}}));
 }
 
+v1::ClientMessage edit_of(const std::vector<v1::SceneChange>& changes) {
+  v1::ClientMessage message;
+  message.mutable_edit()->set_world("w");
+  for (const v1::SceneChange& made : changes) *message.mutable_edit()->mutable_edit()->add_changes() = made;
+  return message;
+}
+
+v1::SceneChange removal_of(const std::string& body) {
+  v1::SceneChange made;
+  made.set_remove_soft_body(body);
+  return made;
+}
+
+v1::SceneChange addition_of(const v1::SoftBody& body) {
+  v1::SceneChange made;
+  *made.mutable_add_soft_body() = body;
+  return made;
+}
+
+TEST(LiveWorld, ABodyRemovedAndAddedInOneEditBeginsAnew) {
+  LiveWorld world = ball_world();
+  const auto fresh_hash = world.physics().state_hash();
+  ASSERT_TRUE(world.change(impulse_up("ball", 1e7)).ok());  // past the limit of speed
+  ASSERT_TRUE(world.change(grab_vertex(7)).ok());
+  physics::Workers workers(1);
+  world.physics().step_tick(workers);
+  ASSERT_TRUE(world.physics().is_frozen(0));
+
+  ASSERT_TRUE(world.change(edit_of({removal_of("ball"), addition_of(ball_scene().soft_bodies(0))})).ok());
+  EXPECT_FALSE(world.physics().is_frozen(0));
+  EXPECT_TRUE(world.grabs().empty());
+  EXPECT_TRUE(world.physics().measure(0).momentum.isZero());
+  LiveWorld untouched = ball_world();
+  ASSERT_EQ(untouched.physics().state_hash(), fresh_hash);
+  physics::Workers others(1);
+  for (int tick = 0; tick < 30; ++tick) {
+    world.physics().step_tick(workers);
+    untouched.physics().step_tick(others);
+  }
+  EXPECT_TRUE(world.physics().measure(0).centre_of_mass.isApprox(untouched.physics().measure(0).centre_of_mass, 0.0));
+}
+
+TEST(LiveWorld, ARigidBodyThatIsSetSomewhereIsFrozenNoLonger) {
+  v1::Scene scene = ball_scene();
+  v1::RigidBody& stone = *scene.add_rigid_bodies();
+  stone.set_name("stone");
+  stone.mutable_shape()->mutable_sphere()->set_radius_m(0.1);
+  stone.mutable_position()->set_y(30.0);
+  for (const bool by_velocity : {false, true}) {
+    auto world = LiveWorld::create(scene);
+    ASSERT_TRUE(world.ok()) << world.status().message();
+    ASSERT_TRUE(world->change(impulse_up("stone", 1e7)).ok());
+    physics::Workers workers(1);
+    world->physics().step_tick(workers);
+    ASSERT_TRUE(world->physics().rigid_bodies()[0].frozen);
+
+    v1::SceneChange heavier;
+    heavier.mutable_change_rigid_body()->set_name("stone");
+    heavier.mutable_change_rigid_body()->set_mass_kg(2.0);
+    ASSERT_TRUE(world->change(edit_of({heavier})).ok());
+    EXPECT_TRUE(world->physics().rigid_bodies()[0].frozen) << "its mass says nothing of its motion";
+
+    v1::SceneChange moved;
+    moved.mutable_change_rigid_body()->set_name("stone");
+    if (by_velocity) {
+      moved.mutable_change_rigid_body()->mutable_velocity()->set_x(3.0);
+    } else {
+      moved.mutable_change_rigid_body()->mutable_position()->set_y(20.0);
+    }
+    ASSERT_TRUE(world->change(edit_of({moved})).ok());
+    const physics::RigidState& state = world->physics().rigid_bodies()[0];
+    EXPECT_FALSE(state.frozen);
+    const double before_m = state.position.y();
+    world->physics().step_tick(workers);
+    EXPECT_LT(world->physics().rigid_bodies()[0].position.y(), before_m);
+  }
+}
+
 }  // namespace
 }  // namespace pneuma::app

@@ -30,6 +30,10 @@ SoftState<Real> make_particles(std::shared_ptr<const Mesh> mesh, const Vec3d& po
   return state;
 }
 
+inline Surface surface(double restitution, double friction, double thickness_m = 0.0) {
+  return {.restitution = restitution, .friction = friction, .thickness_m = thickness_m};
+}
+
 /// A triangle small enough that its three particles are as good as one.
 inline std::shared_ptr<const Mesh> speck() {
   return *make_mesh({Vec3d(0, 0, 0), Vec3d(0, 0, 1e-3), Vec3d(1e-3, 0, 0)}, {Face{0, 1, 2}});
@@ -107,6 +111,16 @@ struct Rig {
       for (const Vec3<Real>& v : body.v) sum += static_cast<double>(body.vertex_mass_kg) * v.template cast<double>();
     }
     for (const RigidState& body : rigid) sum += body.velocity / body.inverse_mass_1_kg;
+    return sum;
+  }
+  /// Of the soft bodies.
+  [[nodiscard]] double kinetic_j() const {
+    double sum = 0.0;
+    for (const SoftState<Real>& body : soft) {
+      for (const Vec3<Real>& v : body.v) {
+        sum += 0.5 * static_cast<double>(body.vertex_mass_kg) * v.template cast<double>().squaredNorm();
+      }
+    }
     return sum;
   }
   /// Mass times place, summed: its change is what moved the centre of mass.

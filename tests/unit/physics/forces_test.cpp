@@ -159,7 +159,7 @@ TEST(WindForce, OnAFlatSheetIsTheDragOfAPlate) {
   EXPECT_NEAR(resultant(state, force).force.x(), 0.5 * 1.25 * 0.1 * 3.0 * 36.0, 1e-12);
 }
 
-TEST(GrabForce, IsADampedSpringThatNoStepMakesUnstable) {
+TEST(GrabForce, IsADampedSpring) {
   SoftBody body;
   body.mass_kg = 162.0;
   SoftState<double> state = scattered_ball<double>(body, 1);
@@ -169,10 +169,38 @@ TEST(GrabForce, IsADampedSpringThatNoStepMakesUnstable) {
   std::vector<Vec3d> force(state.x.size());
   compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
   EXPECT_TRUE(force[5].isApprox(Vec3d(-2.0, 5.0, 0.0), 1e-12));
-  state.grabs[0].stiffness_n_m = 1e12;
-  state.grabs[0].damping_n_s_m = 1e12;
+}
+
+// The mass is 1 kg and the step 0.01 s: 0.25 m/dt^2 = 2500 N/m and 0.5 m/dt = 50 N s/m, however many hands there are.
+TEST(GrabForce, HandsOnOneVertexHoldNoHarderTogetherThanAStepBears) {
+  for (const std::size_t hands : {1U, 2U, 64U}) {
+    SoftBody body;
+    body.mass_kg = 162.0;
+    SoftState<double> state = scattered_ball<double>(body, 1);
+    const Vec3d away(0.0, 0.5, 0.0);
+    state.v[5] = Vec3d(1.0, 0.0, 0.0);
+    for (std::size_t i = 0; i < hands; ++i) {
+      state.grabs.push_back(
+          {.id = i, .vertex = 5, .target = state.x[5] + away, .stiffness_n_m = 1e9, .damping_n_s_m = 1e9});
+    }
+    state.grabs.push_back({.id = 99, .vertex = 7, .target = state.x[7] + away, .stiffness_n_m = 10.0});
+    std::vector<Vec3d> force(state.x.size());
+    compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+    EXPECT_TRUE(force[5].isApprox(Vec3d(-50.0, 0.5 * 2500.0, 0.0), 1e-12)) << hands;
+    EXPECT_TRUE(force[7].isApprox(Vec3d(0.0, 5.0, 0.0), 1e-12)) << "another vertex has a share of its own";
+  }
+}
+
+TEST(GrabForce, AHandPullsInProportionToItsStiffness) {
+  SoftBody body;
+  body.mass_kg = 162.0;
+  SoftState<double> state = scattered_ball<double>(body, 1);
+  for (Vec3d& v : state.v) v.setZero();
+  state.grabs = {{.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(1.0, 0.0, 0.0), .stiffness_n_m = 3e6},
+                 {.id = 2, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 1.0, 0.0), .stiffness_n_m = 1e6}};
+  std::vector<Vec3d> force(state.x.size());
   compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
-  EXPECT_LE(force[5].y() * 0.01 * 0.01, 0.5);  // it cannot be thrown past its target (mass 1 kg)
+  EXPECT_TRUE(force[5].isApprox(2500.0 * Vec3d(0.75, 0.25, 0.0), 1e-12));
 }
 
 }  // namespace

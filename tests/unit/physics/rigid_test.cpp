@@ -13,10 +13,6 @@
 namespace pneuma::physics {
 namespace {
 
-Surface surface(double restitution, double friction) {
-  return {.restitution = restitution, .friction = friction, .thickness_m = 0.0};
-}
-
 double angle_between(const Quatd& a, const Quatd& b) {
   return a.angularDistance(b);
 }

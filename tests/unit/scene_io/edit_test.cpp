@@ -150,5 +150,22 @@ TEST(Edit, AddsAreBounded) {
   EXPECT_EQ(scene.status().where(), "changes[256].add_soft_body");
 }
 
+TEST(RenewedBodies, AreThoseAddedAndTheRigidOnesWhoseMotionIsSet) {
+  const auto renewed = [](const std::string& changes) {
+    return renewed_bodies(*parse_edit_json("{\"changes\": [" + changes + "]}"));
+  };
+  EXPECT_EQ(
+      renewed(R"({"remove_soft_body": "a"}, {"add_soft_body": {"name": "a"}}, {"add_rigid_body": {"name": "x"}})"),
+      (std::vector<std::string>{"a", "x"}));
+  for (const char* field : {"position", "orientation", "velocity", "angular_velocity"}) {
+    EXPECT_EQ(renewed(std::string(R"({"change_rigid_body": {"name": "r", ")").append(field).append(R"(": {}}})")),
+              std::vector<std::string>{"r"})
+        << field;
+  }
+  EXPECT_TRUE(renewed(R"({"change_rigid_body": {"name": "r", "mass_kg": 2}}, {"remove_soft_body": "b"},
+    {"change_soft_body": {"name": "a", "mass_kg": 2}}, {"add_collider": {"name": "d"}}, {"set_gravity": {}})")
+                  .empty());
+}
+
 }  // namespace
 }  // namespace pneuma::scene_io
