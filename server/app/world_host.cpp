@@ -130,7 +130,8 @@ base::Status WorldHost::add_scene(const std::string& name_or_file) {
 
 void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
   const Request request{session, message};
-  const bool has_room = builder_.try_post([this, request] { create_now(request); }, base::world_builds_waiting_max);
+  constexpr BackgroundQueue::Room room{base::world_builds_waiting_max, base::world_builds_waiting_bytes_max};
+  const bool has_room = builder_.try_post([this, request] { create_now(request); }, message.SpaceUsedLong(), room);
   if (!has_room) refuse(request, {StatusCode::unavailable, "too many worlds wait to be built"}, retry_hint_s);
 }
 

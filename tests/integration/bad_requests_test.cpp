@@ -201,7 +201,7 @@ void BadRequests::add_others() {
   add("reset nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_reset()->set_world("nowhere"); });
   add("step nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_step()->set_world("nowhere"); });
   add("step nothing", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) { m.mutable_step()->set_world("w"); });
-  add("step too far", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) {
+  add("step too far", v1::Error::LIMIT_EXCEEDED, "step.ticks", [](M& m) {
     m.mutable_step()->set_world("w");
     m.mutable_step()->set_ticks(4'000'000'000U);
   });
