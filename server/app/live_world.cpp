@@ -14,34 +14,37 @@ namespace pneuma::app {
 using base::Result;
 using base::Status;
 
-namespace {
-
-Result<physics::World> build(const v1::Scene& scene) {
-  auto built = scene_io::to_physics(scene);
-  if (!built.ok()) return built.status();
-  return physics::World::create(std::move(*built));
+Result<LiveWorld::Built> LiveWorld::build(const v1::Scene& scene, const scene_io::MeshLibrary& before) {
+  auto meshes = scene_io::MeshLibrary::build(scene, before);
+  if (!meshes.ok()) return meshes.status();
+  auto checked = scene_io::to_physics(scene, *meshes);
+  if (!checked.ok()) return checked.status();
+  auto world = physics::World::create(std::move(*checked));
+  if (!world.ok()) return world.status();
+  return Built{std::move(*meshes), std::move(*world)};
 }
 
-}  // namespace
-
-LiveWorld::LiveWorld(SharedScene created, SharedScene edited, physics::World world)
-    : created_(std::move(created)), edited_(std::move(edited)), world_(std::move(world)) {
+LiveWorld::LiveWorld(SharedScene created, SharedScene edited, Built built)
+    : created_(std::move(created)),
+      edited_(std::move(edited)),
+      meshes_(std::move(built.meshes)),
+      world_(std::move(built.world)) {
   world_.set_profiling(true);
 }
 
 Result<LiveWorld> LiveWorld::create(v1::Scene scene) {
-  auto world = build(scene);
-  if (!world.ok()) return world.status();
+  auto built = build(scene);
+  if (!built.ok()) return built.status();
   const auto created = std::make_shared<const v1::Scene>(std::move(scene));
-  return LiveWorld(created, created, std::move(*world));
+  return LiveWorld(created, created, std::move(*built));
 }
 
 Result<LiveWorld> LiveWorld::restore(const Saved& saved) {
-  auto world = build(*saved.edited);
-  if (!world.ok()) return world.status().inside("saved scene");
-  if (auto status = world->restore(saved.snapshot); !status.ok()) return status.inside("saved state");
-  if (saved.tick < world->tick()) return base::invalid("is before its state's", "saved tick");
-  LiveWorld live(saved.created, saved.edited, std::move(*world));
+  auto built = build(*saved.edited);
+  if (!built.ok()) return built.status().inside("saved scene");
+  if (auto status = built->world.restore(saved.snapshot); !status.ok()) return status.inside("saved state");
+  if (saved.tick < built->world.tick()) return base::invalid("is before its state's", "saved tick");
+  LiveWorld live(saved.created, saved.edited, std::move(*built));
   live.tick_offset_ = saved.tick - live.world_.tick();
   live.next_grab_id_ = saved.next_grab_id;
   live.grabs_ = saved.grabs;
@@ -104,7 +107,9 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
   // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
   auto edited = scene_io::apply_edit(scene(), edit);
   if (!edited.ok()) return edited.status();
-  auto built = scene_io::to_physics(*edited);
+  auto meshes = scene_io::MeshLibrary::build(*edited, meshes_);
+  if (!meshes.ok()) return meshes.status();
+  auto built = scene_io::to_physics(*edited, *meshes);
   if (!built.ok()) return built.status();
   const std::vector<std::string> renewed = scene_io::renewed_bodies(edit);
   if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return status;
@@ -114,6 +119,7 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
            std::ranges::none_of(bodies, [&](const v1::SoftBody& body) { return body.name() == grab.second; });
   });
   edited_ = std::make_shared<const v1::Scene>(std::move(*edited));
+  meshes_ = std::move(*meshes);
   Effect effect;
   effect.edited = true;
   return effect;
@@ -176,10 +182,11 @@ Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request
 }
 
 Result<LiveWorld::Effect> LiveWorld::reset() {
-  auto world = build(*created_);
-  if (!world.ok()) return world.status();
+  auto built = build(*created_, meshes_);
+  if (!built.ok()) return built.status();
   tick_offset_ = tick();
-  world_ = std::move(*world);
+  meshes_ = std::move(built->meshes);
+  world_ = std::move(built->world);
   world_.set_profiling(true);
   edited_ = created_;
   grabs_.clear();

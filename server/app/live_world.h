@@ -11,6 +11,7 @@
 #include "base/status.h"
 #include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
+#include "scene_io/mesh_library.h"
 
 namespace pneuma::app {
 
@@ -59,7 +60,12 @@ class LiveWorld {
 
  private:
   using SharedScene = std::shared_ptr<const v1::Scene>;
-  LiveWorld(SharedScene created, SharedScene edited, physics::World world);
+  struct Built {
+    scene_io::MeshLibrary meshes;
+    physics::World world;
+  };
+  [[nodiscard]] static base::Result<Built> build(const v1::Scene& scene, const scene_io::MeshLibrary& before = {});
+  LiveWorld(SharedScene created, SharedScene edited, Built built);
 
   [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request);
   [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
@@ -70,6 +76,7 @@ class LiveWorld {
 
   SharedScene created_;
   SharedScene edited_;
+  scene_io::MeshLibrary meshes_;  // of the edited scene: an edit builds only what it changes
   physics::World world_;
   std::uint64_t tick_offset_ = 0;  // ticks done before the last reset
   std::uint64_t next_grab_id_ = 1;
