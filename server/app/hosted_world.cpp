@@ -6,6 +6,7 @@
 
 #include "app/protocol.h"
 #include "base/limits.h"
+#include "base/number_text.h"
 
 namespace pneuma::app {
 
@@ -129,7 +130,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
       spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", name_, live_.tick(), ratio,
                    slipped_s_);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
-                                     "simulated over real time: " + std::to_string(ratio)),
+                                     "simulated over real time: " + base::number_text(ratio)),
                        outbox);
     }
   }

@@ -70,7 +70,7 @@ void describe(const physics::World& world, v1::Stats& out) {
   out.set_rate_hz(1.0 / world.tick_period_s());
   out.set_substeps(world.substeps());
   out.set_substeps_reason(world.substeps_reason());
-  out.set_integrator(name_of(world.stepping().integrator));
+  out.set_integrator(name_of(world.integrator()));
   const physics::Profile profile = world.profile();
   for (std::size_t i = 0; i < profile.size(); ++i) {
     v1::Stats::Stage& stage = *out.add_stages();

@@ -139,11 +139,11 @@ double World::time_s() const {
 double World::tick_period_s() const {
   return simulation_->period_s();
 }
-const Stepping& World::stepping() const {
-  return simulation_->scene.stepping;
-}
 std::uint32_t World::substeps() const {
   return simulation_->choice.substeps;
+}
+Integrator World::integrator() const {
+  return simulation_->scene.stepping.integrator;
 }
 const std::string& World::substeps_reason() const {
   return simulation_->choice.reason;

@@ -73,8 +73,8 @@ class World {
   [[nodiscard]] std::uint64_t tick() const;  // ticks done
   [[nodiscard]] double time_s() const;       // simulated; tick / rate unless the rate was changed
   [[nodiscard]] double tick_period_s() const;
-  [[nodiscard]] const Stepping& stepping() const;            // as last applied
-  [[nodiscard]] std::uint32_t substeps() const;              // a tick, as chosen
+  [[nodiscard]] std::uint32_t substeps() const;  // a tick, as chosen
+  [[nodiscard]] Integrator integrator() const;
   [[nodiscard]] const std::string& substeps_reason() const;  // why that many
 
   [[nodiscard]] std::size_t soft_body_count() const;
