@@ -6,6 +6,7 @@
 #include "app/request_fields.h"
 #include "base/limits.h"
 #include "scene_io/edit.h"
+#include "scene_io/edit_path.h"
 #include "scene_io/json.h"
 #include "scene_io/translate.h"
 
@@ -13,6 +14,15 @@ namespace pneuma::app {
 
 using base::Result;
 using base::Status;
+
+namespace {
+
+Result<LiveWorld::Effect> inside(Result<LiveWorld::Effect> effect, const char* field) {
+  if (effect.ok()) return effect;
+  return effect.status().inside(field);
+}
+
+}  // namespace
 
 Result<LiveWorld::Built> LiveWorld::build(const v1::Scene& scene, const scene_io::MeshLibrary& before) {
   auto meshes = scene_io::MeshLibrary::build(scene, before);
@@ -93,26 +103,30 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request) {
 }
 
 Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
-  v1::SceneEdit edit;
-  if (request.source_case() == v1::Edit::kEditJson) {
-    auto parsed = scene_io::parse_edit_json(request.edit_json());
-    if (!parsed.ok()) return parsed.status().inside("edit.edit_json");
-    edit = std::move(*parsed);
-  } else if (request.source_case() == v1::Edit::kEdit) {
-    edit = request.edit();
-  } else {
-    return base::invalid("holds no edit", "edit.source");
+  switch (request.source_case()) {
+    case v1::Edit::kEditJson: {
+      const auto parsed = scene_io::parse_edit_json(request.edit_json());
+      return inside(parsed.ok() ? edit(*parsed) : parsed.status(), "edit.edit_json");
+    }
+    case v1::Edit::kEdit:
+      return inside(edit(request.edit()), "edit.edit");
+    case v1::Edit::SOURCE_NOT_SET:
+      break;
   }
+  return base::invalid("holds no edit", "edit.source");
+}
 
+Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
   // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
   auto edited = scene_io::apply_edit(scene(), edit);
   if (!edited.ok()) return edited.status();
+  const auto refused = [&](const Status& status) { return scene_io::by_change(status, *edited, edit); };
   auto meshes = scene_io::MeshLibrary::build(*edited, meshes_);
-  if (!meshes.ok()) return meshes.status();
+  if (!meshes.ok()) return refused(meshes.status());
   auto built = scene_io::to_physics(*edited, *meshes);
-  if (!built.ok()) return built.status();
+  if (!built.ok()) return refused(built.status());
   const std::vector<std::string> renewed = scene_io::renewed_bodies(edit);
-  if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return status;
+  if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return refused(status);
   const auto& bodies = edited->soft_bodies();
   std::erase_if(grabs_, [&](const auto& grab) {
     return std::ranges::find(renewed, grab.second) != renewed.end() ||
@@ -131,7 +145,7 @@ Result<LiveWorld::Effect> LiveWorld::impulse(const v1::Impulse& request) {
   const auto impulse_n_s = read_vector(request.impulse(), base::impulse_max_n_s, "impulse.impulse");
   if (!impulse_n_s.ok()) return impulse_n_s.status();
   const auto hit = world_.apply_impulse(request.body(), *at, *impulse_n_s);
-  if (!hit.ok()) return hit.status();
+  if (!hit.ok()) return hit.status().inside("impulse");
   Effect effect;
   effect.detail = hit->body;
   if (hit->vertex) effect.detail += " vertex " + std::to_string(*hit->vertex);
@@ -157,7 +171,7 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
   }
   const auto hit =
       world_.add_grab(next_grab_id_, request.body(), *at, *target, request.stiffness_n_m(), request.damping_n_s_m());
-  if (!hit.ok()) return hit.status();
+  if (!hit.ok()) return hit.status().inside("grab");
   grabs_.emplace(next_grab_id_, hit->body);
   Effect effect;
   effect.grabbed.emplace().set_grab_id(next_grab_id_++);
@@ -169,7 +183,7 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
 Result<LiveWorld::Effect> LiveWorld::move_grab(const v1::MoveGrab& request) {
   const auto target = read_vector(request.target(), base::coordinate_max_m, "move_grab.target");
   if (!target.ok()) return target.status();
-  if (auto status = world_.move_grab(request.grab_id(), *target); !status.ok()) return status;
+  if (auto status = world_.move_grab(request.grab_id(), *target); !status.ok()) return status.inside("move_grab");
   return Effect{};
 }
 
@@ -177,13 +191,13 @@ Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request
   // The engine lets go of a body whose mesh an edit changed; it is still ours to forget.
   const bool known = grabs_.erase(request.grab_id()) > 0;
   const Status status = world_.release_grab(request.grab_id());
-  if (!known && !status.ok()) return status;
+  if (!known && !status.ok()) return status.inside("release_grab");
   return Effect{};
 }
 
 Result<LiveWorld::Effect> LiveWorld::reset() {
   auto built = build(*created_, meshes_);
-  if (!built.ok()) return built.status();
+  if (!built.ok()) return built.status().inside("reset");
   tick_offset_ = tick();
   meshes_ = std::move(built->meshes);
   world_ = std::move(built->world);

@@ -44,8 +44,8 @@ class LiveWorld {
 
   /// True for the requests that change() takes.
   [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
-  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field, body or
-  /// grab, and nothing has changed then.
+  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field from the
+  /// request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has changed then.
   [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request);
 
   [[nodiscard]] physics::World& physics() { return world_; }
@@ -68,6 +68,7 @@ class LiveWorld {
   LiveWorld(SharedScene created, SharedScene edited, Built built);
 
   [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request);
+  [[nodiscard]] base::Result<Effect> edit(const v1::SceneEdit& edit);
   [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
   [[nodiscard]] base::Result<Effect> grab(const v1::Grab& request);
   [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);

@@ -124,8 +124,9 @@ base::Status WorldHost::add_scene(const std::string& name_or_file) {
     return {};
   }
   auto name = registry_.reserve_like(wanted);
-  if (!name.ok()) return name.status();
-  return build(*name, std::move(*scene), false);
+  if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
+  const Status built = build(*name, std::move(*scene), false);
+  return built.ok() ? built : scene_io::in_scene(built, name_or_file);
 }
 
 void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
@@ -144,15 +145,18 @@ void WorldHost::create_now(const Request& request) {
     base::Result<std::string> name = asked.name();
     if (asked.name().empty()) {
       name = registry_.reserve_like(to_world_name(scene->name()));
+      if (!name.ok()) name = name.status().inside("create_world");
     } else if (auto status = check_world_name(asked.name(), "create_world.name"); !status.ok()) {
       name = status;
     } else if (status = registry_.reserve(asked.name()); !status.ok()) {
-      name = status;
+      name = status.inside("create_world.name");
     }
     if (!name.ok()) {
       return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
     }
-    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) return refuse(request, status);
+    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) {
+      return refuse(request, status.inside(source_field(asked)));
+    }
     metrics_.count_command("create_world", "ok");
     spdlog::info("world={} session={} created", *name, request.session->id());
     server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name)));
@@ -209,8 +213,9 @@ void WorldHost::bury(HostedWorld& world) {
 
 bool WorldHost::ask(const std::string& name, Request request) {
   const auto [world, task] = registry_.find(name);
+  const std::string world_field = std::string(kind_of(request.message)) + ".world";
   if (world == nullptr) {
-    refuse(request, base::not_found("no world " + name, std::string(kind_of(request.message)) + ".world"));
+    refuse(request, base::not_found("no world " + name, world_field));
     return false;
   }
   switch (world->post(request)) {
@@ -219,7 +224,8 @@ bool WorldHost::ask(const std::string& name, Request request) {
       return true;
     case Inbox::Post::full:
       refuse(request,
-             {StatusCode::unavailable, "world " + name + " has more requests than it can take at its next tick"},
+             {StatusCode::unavailable, "world " + name + " has more requests than it can take at its next tick",
+              world_field},
              retry_hint_s);
       return false;
     case Inbox::Post::closed:
@@ -227,7 +233,7 @@ bool WorldHost::ask(const std::string& name, Request request) {
         refuse(request, going_down(), retry_hint_s);
         return false;
       }
-      refuse(request, base::not_found("no world " + name + ": it was destroyed"));
+      refuse(request, base::not_found("no world " + name + ": it was destroyed", world_field));
       return false;
   }
   return false;

@@ -86,8 +86,11 @@ TEST_F(ServerProgram, HealthReadsTheServersConfiguration) {
 TEST_F(ServerProgram, WhatCannotBeHadIsSaidInOneLine) {
   expect_failure({"--scene", "no-such-scene"}, "no-such-scene");
   const std::string open_mesh = temporary_file("typo.json", R"({"gravty": {"y": -9.81}})");
-  expect_failure({"--scene", open_mesh}, "gravty");
+  expect_failure({"--scene", open_mesh}, open_mesh + ": gravty");
   std::remove(open_mesh.c_str());
+  const std::string no_mesh = temporary_file("no-mesh.json", R"({"soft_bodies": [{"name": "b", "mesh": "m"}]})");
+  expect_failure({"--scene", no_mesh}, no_mesh + ": soft_bodies[0].mesh: no mesh is named");
+  std::remove(no_mesh.c_str());
   expect_failure({"--token-file", "/no/such/token"}, "/no/such/token");
   expect_failure({"--tls-cert", "/no/such/cert.pem", "--tls-key", "/no/such/key.pem"}, "/no/such");
   expect_failure({"--data-dir", "/dev/null/data"}, "/dev/null/data");
