@@ -1,6 +1,7 @@
 // pneuma-server: flags, wiring, signals.
 #include <csignal>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -14,6 +15,7 @@
 #include "app/service.h"
 #include "base/address.h"
 #include "base/version.h"
+#include "config_file.h"
 
 namespace {
 
@@ -25,6 +27,14 @@ struct Options {
   bool health = false;
 };
 
+/// CLI::Range would take NaN's word for it, and print six decimals.
+std::string wrong_amount(const std::string& text) {
+  constexpr double max = 2147483647.0;  // a protobuf message's size
+  double amount = 0.0;
+  if (CLI::detail::lexical_cast(text, amount) && amount >= 1.0 && amount <= max) return {};
+  return "'" + text + "' is no number from 1 to 2147483647";
+}
+
 void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
   const auto milliseconds = [&](const char* flag, std::chrono::milliseconds& value, const char* what) {
     app.add_option_function<long>(
@@ -34,8 +44,7 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
         ->group("Limits");
   };
   const auto amount = [&](const char* flag, auto& value, const char* what) {
-    // A whole number of a protobuf message's size at most; NaN is in no range.
-    app.add_option(flag, value, what)->capture_default_str()->check(CLI::Range(1.0, 2147483647.0))->group("Limits");
+    app.add_option(flag, value, what)->capture_default_str()->check(wrong_amount, "")->group("Limits");
   };
   amount("--message-bytes-max", limits.message_bytes_max, "Largest message taken of a client");
   amount("--connections-max", limits.connections_max, "Connections in all");
@@ -67,6 +76,7 @@ void add_flags(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "pneuma-server " + std::string(pneuma::base::version));
   app.set_config("--config", "", "Read flags from this file (TOML or INI)");
   app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<pneuma::ConfigFile>(app));
   app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->check(wrong_address, "")
       ->capture_default_str();
@@ -136,6 +146,10 @@ int main(int argc, char** argv) {
   add_flags(app, options);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ConfigError& error) {
+    const auto file = app.get_config_ptr()->as<std::string>();
+    std::fprintf(stderr, "pneuma-server: %s: %s\n", file.c_str(), error.what());
+    return 2;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "pneuma-server: %s\n", error.what());

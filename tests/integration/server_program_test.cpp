@@ -66,12 +66,35 @@ TEST_F(ServerProgram, BadUsageExitsTwo) {
   }
 }
 
-TEST_F(ServerProgram, AMisspeltKeyOfAConfigurationFileIsNamed) {
-  const std::string config = temporary_file("misspelt.toml", "worlds-mx = 3\n");
-  const auto finished = run_program("pneuma-server", {"--config", config});
+TEST_F(ServerProgram, WhatIsWrongInAConfigurationFileIsSaidWithItsLine) {
+  const auto refused = [](const std::string& text, const std::string& says) {
+    const std::string config = temporary_file("wrong.toml", text);
+    const auto finished = run_program("pneuma-server", {"--config", config});
+    std::remove(config.c_str());
+    EXPECT_EQ(finished.exit_status, 2) << text;
+    EXPECT_EQ(finished.error_output, "pneuma-server: " + config + ": " + says + "\n");
+  };
+  refused("# limits\nworlds-mx = 3\n", "line 2: no flag is named worlds-mx; pneuma-server --help lists them");
+  refused("listen = \"127.0.0.1:0\n", "line 1: a quote is not closed");
+  refused("scene = [\"hand\", 'five-balls]\n", "line 1: a quote is not closed");
+  refused("[server]\nlisten = \"127.0.0.1:0\"\n", "line 1: there are no sections here");
+}
+
+TEST_F(ServerProgram, AListInAConfigurationFileMayGoOnOverLines) {
+  const std::string config = temporary_file(
+      "lines.toml", "# worlds\nscene = [\"bouncing-ball\",  # the first\n  'five-balls']\nworlds-max = 2\n");
+  start({"--config", config});
   std::remove(config.c_str());
-  EXPECT_EQ(finished.exit_status, 2);
-  EXPECT_NE(finished.error_output.find("worlds-mx"), std::string::npos) << finished.error_output;
+  EXPECT_EQ(connect().list_worlds()->worlds_size(), 2);
+}
+
+TEST_F(ServerProgram, ALimitThatIsNoNumberIsSaid) {
+  for (const std::string amount : {"many", "nan", "0", "1e99"}) {
+    const auto finished = run_program("pneuma-server", {"--worlds-max", amount});
+    EXPECT_EQ(finished.exit_status, 2);
+    EXPECT_EQ(finished.error_output,
+              "pneuma-server: --worlds-max: '" + amount + "' is no number from 1 to 2147483647\n");
+  }
 }
 
 // As the container's health check does it: the same file, and no other flag.
