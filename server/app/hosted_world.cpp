@@ -25,6 +25,13 @@ std::uint32_t vertex_count(const physics::World& world) {
   return static_cast<std::uint32_t>(count);
 }
 
+std::uint32_t frozen_count(const physics::World& world) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) count += world.is_frozen(i) ? 1 : 0;
+  for (const physics::RigidState& body : world.rigid_bodies()) count += body.frozen ? 1 : 0;
+  return count;
+}
+
 }  // namespace
 
 HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
@@ -179,6 +186,7 @@ void HostedWorld::publish_status(TimePoint now) {
   listing.set_vertices(vertex_count(world));
   listing.set_rate_hz(1.0 / world.tick_period_s());
   listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  listing.set_frozen_bodies(frozen_count(world));
   status.last_active = now;
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "served.h"
+#include "support/program.h"
 
 namespace pneuma::integration {
 namespace {
@@ -52,6 +53,23 @@ TEST_F(Messages, ListNamesTheWorlds) {
   EXPECT_EQ(world.rigid_bodies(), 1U);
   EXPECT_EQ(world.vertices(), 324U);
   EXPECT_DOUBLE_EQ(world.rate_hz(), 60.0);
+}
+
+TEST_F(Messages, ListCountsTheFrozenBodies) {
+  v1::Impulse impulse;
+  impulse.set_world("w");
+  *impulse.mutable_impulse() = vec(0.0, 1e8, 0.0);  // past the limit of speed
+  for (const char* body : {"left", "stone"}) {
+    impulse.set_body(body);
+    ASSERT_TRUE(client().impulse(impulse).ok());
+  }
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 0U);
+  ASSERT_TRUE(client().step("w", 1).ok());
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 2U);
+  const auto listed = support::run_program("pneuma", {"--server", server_->tcp_address(), "worlds"});
+  EXPECT_NE(listed.output.find("paused, 2 frozen"), std::string::npos) << listed.output;
+  ASSERT_TRUE(client().reset("w").ok());
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 0U);
 }
 
 TEST_F(Messages, CreateTakesBuiltInsScenesAndJsonAndFindsNames) {
