@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "app/service.h"
 #include "base/address.h"
 #include "base/version.h"
+#include "config_file.h"
 #include "physics/isa.h"
 
 namespace {
@@ -87,6 +89,7 @@ void add_flags(CLI::App& app, Options& options) {
   app.set_version_flag("--version", "pneuma-server " + std::string(pneuma::base::version));
   app.set_config("--config", "", "Read flags from this file (TOML or INI)");
   app.allow_config_extras(CLI::config_extras_mode::error);
+  app.config_formatter(std::make_shared<pneuma::ConfigFile>(app));
   app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->check(wrong_address, "")
       ->capture_default_str();
@@ -171,6 +174,10 @@ int main(int argc, char** argv) {
   add_flags(app, options);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::ConfigError& error) {
+    const auto file = app.get_config_ptr()->as<std::string>();
+    std::fprintf(stderr, "pneuma-server: %s: %s\n", file.c_str(), error.what());
+    return 2;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::fprintf(stderr, "pneuma-server: %s\n", error.what());

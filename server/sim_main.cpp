@@ -26,6 +26,7 @@ namespace {
 using pneuma::base::Result;
 using pneuma::base::Status;
 using pneuma::physics::World;
+using pneuma::scene_io::in_scene;
 namespace v1 = pneuma::v1;
 
 constexpr int exit_done = 0;
@@ -130,12 +131,10 @@ Result<World> make_world(const Flags& flags) {
   if (flags.integrator) scene->mutable_stepping()->set_integrator(*flags.integrator);
   if (flags.substeps) scene->mutable_stepping()->set_substeps(*flags.substeps);
   if (flags.precision) scene->mutable_stepping()->set_precision(*flags.precision);
-  // As load_scene does with what it finds wrong: the scene before the field.
-  const auto in_scene = [&flags](const Status& status) { return Status(status.code(), status.message(), flags.scene); };
   auto built = pneuma::scene_io::to_physics(*scene);
-  if (!built.ok()) return in_scene(built.status());
+  if (!built.ok()) return in_scene(built.status(), flags.scene);
   auto world = World::create(std::move(*built));
-  return world.ok() ? std::move(world) : in_scene(world.status());
+  return world.ok() ? std::move(world) : in_scene(world.status(), flags.scene);
 }
 
 /// A line that counts up, where somebody watches.

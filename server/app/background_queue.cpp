@@ -1,5 +1,6 @@
 #include "app/background_queue.h"
 
+#include <algorithm>
 #include <exception>
 #include <future>
 #include <limits>
@@ -9,20 +10,25 @@
 
 namespace pneuma::app {
 
+namespace {
+
+constexpr std::size_t any_number = std::numeric_limits<std::size_t>::max();
+constexpr BackgroundQueue::Room any_room{any_number, any_number};
+
+}  // namespace
+
 void BackgroundQueue::post(std::function<void()> job) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (finishing_) return;
-    jobs_.push_back(std::move(job));
-  }
-  changed_.notify_one();
+  (void)try_post(std::move(job), 0, any_room);
 }
 
-bool BackgroundQueue::try_post(std::function<void()> job, std::size_t waiting_max) {
+bool BackgroundQueue::try_post(std::function<void()> job, std::size_t bytes, const Room& room) {
   {
     const std::lock_guard lock(mutex_);
-    if (finishing_ || jobs_.size() >= waiting_max) return false;
-    jobs_.push_back(std::move(job));
+    if (finishing_ || jobs_.size() >= room.jobs_max || bytes > room.bytes_max - std::min(bytes_, room.bytes_max)) {
+      return false;
+    }
+    jobs_.push_back({std::move(job), bytes});
+    bytes_ += bytes;
   }
   changed_.notify_one();
   return true;
@@ -30,7 +36,7 @@ bool BackgroundQueue::try_post(std::function<void()> job, std::size_t waiting_ma
 
 void BackgroundQueue::flush() {
   std::promise<void> reached;
-  if (try_post([&] { reached.set_value(); }, std::numeric_limits<std::size_t>::max())) reached.get_future().wait();
+  if (try_post([&] { reached.set_value(); }, 0, any_room)) reached.get_future().wait();
 }
 
 void BackgroundQueue::finish() {
@@ -47,14 +53,16 @@ void BackgroundQueue::work() {
   while (true) {
     changed_.wait(lock, [this] { return finishing_ || !jobs_.empty(); });
     if (jobs_.empty()) return;
-    const std::function<void()> job = std::move(jobs_.front());
+    Job job = std::move(jobs_.front());
     jobs_.pop_front();
+    bytes_ -= job.bytes;
     lock.unlock();
     try {
-      job();
+      job.work();
     } catch (const std::exception& error) {
       spdlog::error("a background job threw: {}", error.what());
     }
+    job = {};  // what it held goes before the lock is taken
     lock.lock();
   }
 }

@@ -18,19 +18,29 @@ class BackgroundQueue {
   BackgroundQueue& operator=(const BackgroundQueue&) = delete;
 
   void post(std::function<void()> job);
-  /// False, and the job is not taken, where `waiting_max` jobs wait already.
-  [[nodiscard]] bool try_post(std::function<void()> job, std::size_t waiting_max);
+  /// What may wait, in all.
+  struct Room {
+    std::size_t jobs_max;
+    std::size_t bytes_max;
+  };
+  /// False, and the job is not taken, where it would have no room among those that wait. `bytes` is what it holds.
+  [[nodiscard]] bool try_post(std::function<void()> job, std::size_t bytes, const Room& room);
   /// Returns when what is queued now is done.
   void flush();
   /// Does what is queued and ends; jobs posted later are dropped.
   void finish();
 
  private:
+  struct Job {
+    std::function<void()> work;
+    std::size_t bytes = 0;
+  };
   void work();
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::function<void()>> jobs_;
+  std::deque<Job> jobs_;
+  std::size_t bytes_ = 0;  // of the jobs that wait
   bool finishing_ = false;
   std::thread thread_;  // last: it starts when the rest is there
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "base/number_text.h"
 #include "codec/topology_hash.h"
 
 namespace pneuma::app {
@@ -18,8 +19,15 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     return base::invalid("must be 0 or more", "subscribe.rate_hz");
   }
   const double max_error_m = request.max_error_m() == 0.0 ? base::max_error_default_m : request.max_error_m();
-  if (!(max_error_m >= base::max_error_min_m && max_error_m <= base::max_error_max_m)) {
-    return base::invalid("must be 0 or from 1e-6 to 10", "subscribe.max_error_m");
+  if (!std::isfinite(max_error_m) || max_error_m < 0.0) {
+    return base::invalid("must be 0 or more", "subscribe.max_error_m");
+  }
+  if (max_error_m < base::max_error_min_m || max_error_m > base::max_error_max_m) {
+    return base::Status(base::StatusCode::limit_exceeded,
+                        "is " + base::number_text(max_error_m) + "; must be 0 or from " +
+                            base::number_text(base::max_error_min_m) + " to " +
+                            base::number_text(base::max_error_max_m),
+                        "subscribe.max_error_m");
   }
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
   // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
@@ -114,7 +122,7 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
     const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
     message.mutable_event()->set_stream_id(quality_class.stream_id);
     message.mutable_event()->set_rate_hz(rate_hz);
-    message.mutable_event()->set_detail(std::to_string(rate_hz) + " frames a second");
+    message.mutable_event()->set_detail(base::number_text(rate_hz) + " frames a second");
     const net::SharedBytes bytes = serialise(message);
     for (const auto& [session, subscriber] : quality_class.subscribers) outbox.send(session, bytes);
   }

@@ -7,6 +7,7 @@
 
 #include "app/protocol.h"
 #include "base/limits.h"
+#include "base/number_text.h"
 
 namespace pneuma::app {
 
@@ -29,6 +30,13 @@ std::uint32_t vertex_count(const physics::World& world) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) count += world.soft_body(i).mesh->positions_m.size();
   return static_cast<std::uint32_t>(count);
+}
+
+std::uint32_t frozen_count(const physics::World& world) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) count += world.is_frozen(i) ? 1 : 0;
+  for (const physics::RigidState& body : world.rigid_bodies()) count += body.frozen ? 1 : 0;
+  return count;
 }
 
 }  // namespace
@@ -142,7 +150,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
       spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", name_, live_.tick(), ratio,
                    slipped_s_);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
-                                     "simulated over real time: " + std::to_string(ratio)),
+                                     "simulated over real time: " + base::number_text(ratio)),
                        outbox);
     }
   }
@@ -191,6 +199,7 @@ void HostedWorld::publish_status(TimePoint now) {
   listing.set_vertices(vertex_count(world));
   listing.set_rate_hz(1.0 / world.tick_period_s());
   listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  listing.set_frozen_bodies(frozen_count(world));
   status.last_active = now;
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);

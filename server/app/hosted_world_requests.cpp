@@ -142,7 +142,8 @@ HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox&
 }
 
 HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox) {
-  if (halted_) return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it");
+  if (halted_)
+    return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "resume.world");
   end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
   if (paused_) {
@@ -155,7 +156,8 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
 
 std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
   const std::uint32_t ticks = request.message.step().ticks();
-  if (halted_) return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it"));
+  if (halted_)
+    return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "step.world"));
   if (!paused_) return Answer(Status(StatusCode::failed_precondition, "the world runs; pause it first", "step.world"));
   if (ticks == 0) return Answer(base::invalid("must be 1 or more", "step.ticks"));
   std::uint64_t waiting = 0;

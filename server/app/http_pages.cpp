@@ -11,32 +11,43 @@ namespace {
 // Longer than any tick of a world that is worth serving; at the slowest rate a tick comes each second.
 constexpr std::chrono::seconds tick_silence_max{10};
 
+std::string line_of(const v1::WorldList::World& world) {
+  std::string line = world.name();
+  if (world.damaged()) return line.append("  damaged");
+  line.append("  tick ").append(std::to_string(world.tick()));
+  line.append("  ").append(std::to_string(world.vertices())).append(" vertices");
+  if (world.paused()) line.append("  paused");
+  if (world.frozen_bodies() > 0) line.append("  ").append(std::to_string(world.frozen_bodies())).append(" frozen");
+  return line;
+}
+
 }  // namespace
 
 net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
-  std::string body = "pneuma-server " + std::string(base::version) + "\n\n";
+  std::string body("pneuma-server ");
+  body.append(base::version).append("\n\n");
   body += "/ws       protocol pneuma.v1, one message a WebSocket message\n";
   body += "/healthz  200 while every running world ticks\n";
   body += "/metrics  for Prometheus\n\n";
-  body += std::to_string(worlds.size()) + (worlds.size() == 1 ? " world\n" : " worlds\n");
-  for (const WorldStatus& world : worlds) {
-    body += world.listing.name() + "  tick " + std::to_string(world.listing.tick()) + "  " +
-            std::to_string(world.listing.vertices()) + " vertices" + (world.listing.paused() ? "  paused" : "") + "\n";
-  }
+  body.append(std::to_string(worlds.size())).append(worlds.size() == 1 ? " world\n" : " worlds\n");
+  for (const WorldStatus& world : worlds) body.append(line_of(world.listing)).append("\n");
   return {200, "text/plain; charset=utf-8", std::move(body)};
 }
 
 net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::steady_clock::time_point now) {
   std::string silent;
+  std::string damaged;
   for (const WorldStatus& world : worlds) {
-    if (!world.listing.paused() && world.last_active + tick_silence_max < now) {
+    if (world.listing.damaged()) {
+      damaged += "world " + world.listing.name() + " is damaged and not served\n";
+    } else if (!world.listing.paused() && world.last_active + tick_silence_max < now) {
       silent += "world " + world.listing.name() + " has not ticked for " +
                 std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - world.last_active).count()) +
                 " s\n";
     }
   }
-  if (!silent.empty()) return {503, "text/plain; charset=utf-8", std::move(silent)};
-  return {200, "text/plain; charset=utf-8", "ok\n"};
+  if (!silent.empty()) return {503, "text/plain; charset=utf-8", silent + damaged};
+  return {200, "text/plain; charset=utf-8", "ok\n" + damaged};
 }
 
 net::HttpReply metrics_page(const Metrics& metrics) {

@@ -36,15 +36,13 @@ class Inbox {
   /// A full inbox refuses requests, not what keeps its own books right. All that waits counts, in the memory that it
   /// takes: a message's empty fields are small on the wire alone.
   Post post(Command command) {
+    const auto* request = std::get_if<Request>(&command);
+    const std::size_t bytes = request == nullptr ? 0 : request->message.SpaceUsedLong();
     const std::lock_guard lock(mutex_);
     if (closed_) return Post::closed;
-    std::size_t bytes = 0;
-    if (const auto* request = std::get_if<Request>(&command)) {
-      bytes = request->message.SpaceUsedLong();
-      if (waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max) {
-        return Post::full;
-      }
-    }
+    const bool is_full =
+        waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
+    if (request != nullptr && is_full) return Post::full;
     bytes_ += bytes;
     waiting_.push_back({std::move(command), bytes});
     return Post::taken;

@@ -6,6 +6,7 @@
 #include "app/request_fields.h"
 #include "base/limits.h"
 #include "scene_io/edit.h"
+#include "scene_io/edit_path.h"
 #include "scene_io/json.h"
 #include "scene_io/translate.h"
 
@@ -16,32 +17,44 @@ using base::Status;
 
 namespace {
 
-Result<physics::World> build(const v1::Scene& scene) {
-  auto built = scene_io::to_physics(scene);
-  if (!built.ok()) return built.status();
-  return physics::World::create(std::move(*built));
+Result<LiveWorld::Effect> inside(Result<LiveWorld::Effect> effect, const char* field) {
+  if (effect.ok()) return effect;
+  return effect.status().inside(field);
 }
 
 }  // namespace
 
-LiveWorld::LiveWorld(SharedScene created, SharedScene edited, physics::World world)
-    : created_(std::move(created)), edited_(std::move(edited)), world_(std::move(world)) {
+Result<LiveWorld::Built> LiveWorld::build(const v1::Scene& scene, const scene_io::MeshLibrary& before) {
+  auto meshes = scene_io::MeshLibrary::build(scene, before);
+  if (!meshes.ok()) return meshes.status();
+  auto checked = scene_io::to_physics(scene, *meshes);
+  if (!checked.ok()) return checked.status();
+  auto world = physics::World::create(std::move(*checked));
+  if (!world.ok()) return world.status();
+  return Built{std::move(*meshes), std::move(*world)};
+}
+
+LiveWorld::LiveWorld(SharedScene created, SharedScene edited, Built built)
+    : created_(std::move(created)),
+      edited_(std::move(edited)),
+      meshes_(std::move(built.meshes)),
+      world_(std::move(built.world)) {
   world_.set_profiling(true);
 }
 
 Result<LiveWorld> LiveWorld::create(v1::Scene scene) {
-  auto world = build(scene);
-  if (!world.ok()) return world.status();
+  auto built = build(scene);
+  if (!built.ok()) return built.status();
   const auto created = std::make_shared<const v1::Scene>(std::move(scene));
-  return LiveWorld(created, created, std::move(*world));
+  return LiveWorld(created, created, std::move(*built));
 }
 
 Result<LiveWorld> LiveWorld::restore(const Saved& saved) {
-  auto world = build(*saved.edited);
-  if (!world.ok()) return world.status().inside("saved scene");
-  if (auto status = world->restore(saved.snapshot); !status.ok()) return status.inside("saved state");
-  if (saved.tick < world->tick()) return base::invalid("is before its state's", "saved tick");
-  LiveWorld live(saved.created, saved.edited, std::move(*world));
+  auto built = build(*saved.edited);
+  if (!built.ok()) return built.status().inside("saved scene");
+  if (auto status = built->world.restore(saved.snapshot); !status.ok()) return status.inside("saved state");
+  if (saved.tick < built->world.tick()) return base::invalid("is before its state's", "saved tick");
+  LiveWorld live(saved.created, saved.edited, std::move(*built));
   live.tick_offset_ = saved.tick - live.world_.tick();
   live.next_grab_id_ = saved.next_grab_id;
   live.grabs_ = saved.grabs;
@@ -90,30 +103,37 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request) {
 }
 
 Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
-  v1::SceneEdit edit;
-  if (request.source_case() == v1::Edit::kEditJson) {
-    auto parsed = scene_io::parse_edit_json(request.edit_json());
-    if (!parsed.ok()) return parsed.status().inside("edit.edit_json");
-    edit = std::move(*parsed);
-  } else if (request.source_case() == v1::Edit::kEdit) {
-    edit = request.edit();
-  } else {
-    return base::invalid("holds no edit", "edit.source");
+  switch (request.source_case()) {
+    case v1::Edit::kEditJson: {
+      const auto parsed = scene_io::parse_edit_json(request.edit_json());
+      return inside(parsed.ok() ? edit(*parsed) : parsed.status(), "edit.edit_json");
+    }
+    case v1::Edit::kEdit:
+      return inside(edit(request.edit()), "edit.edit");
+    case v1::Edit::SOURCE_NOT_SET:
+      break;
   }
+  return base::invalid("holds no edit", "edit.source");
+}
 
+Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
   // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
   auto edited = scene_io::apply_edit(scene(), edit);
   if (!edited.ok()) return edited.status();
-  auto built = scene_io::to_physics(*edited);
-  if (!built.ok()) return built.status();
+  const auto refused = [&](const Status& status) { return scene_io::by_change(status, *edited, edit); };
+  auto meshes = scene_io::MeshLibrary::build(*edited, meshes_);
+  if (!meshes.ok()) return refused(meshes.status());
+  auto built = scene_io::to_physics(*edited, *meshes);
+  if (!built.ok()) return refused(built.status());
   const std::vector<std::string> renewed = scene_io::renewed_bodies(edit);
-  if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return status;
+  if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return refused(status);
   const auto& bodies = edited->soft_bodies();
   std::erase_if(grabs_, [&](const auto& grab) {
     return std::ranges::find(renewed, grab.second) != renewed.end() ||
            std::ranges::none_of(bodies, [&](const v1::SoftBody& body) { return body.name() == grab.second; });
   });
   edited_ = std::make_shared<const v1::Scene>(std::move(*edited));
+  meshes_ = std::move(*meshes);
   Effect effect;
   effect.edited = true;
   return effect;
@@ -125,7 +145,7 @@ Result<LiveWorld::Effect> LiveWorld::impulse(const v1::Impulse& request) {
   const auto impulse_n_s = read_vector(request.impulse(), base::impulse_max_n_s, "impulse.impulse");
   if (!impulse_n_s.ok()) return impulse_n_s.status();
   const auto hit = world_.apply_impulse(request.body(), *at, *impulse_n_s);
-  if (!hit.ok()) return hit.status();
+  if (!hit.ok()) return hit.status().inside("impulse");
   Effect effect;
   effect.detail = hit->body;
   if (hit->vertex) effect.detail += " vertex " + std::to_string(*hit->vertex);
@@ -151,7 +171,7 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
   }
   const auto hit =
       world_.add_grab(next_grab_id_, request.body(), *at, *target, request.stiffness_n_m(), request.damping_n_s_m());
-  if (!hit.ok()) return hit.status();
+  if (!hit.ok()) return hit.status().inside("grab");
   grabs_.emplace(next_grab_id_, hit->body);
   Effect effect;
   effect.grabbed.emplace().set_grab_id(next_grab_id_++);
@@ -163,7 +183,7 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
 Result<LiveWorld::Effect> LiveWorld::move_grab(const v1::MoveGrab& request) {
   const auto target = read_vector(request.target(), base::coordinate_max_m, "move_grab.target");
   if (!target.ok()) return target.status();
-  if (auto status = world_.move_grab(request.grab_id(), *target); !status.ok()) return status;
+  if (auto status = world_.move_grab(request.grab_id(), *target); !status.ok()) return status.inside("move_grab");
   return Effect{};
 }
 
@@ -171,15 +191,16 @@ Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request
   // The engine lets go of a body whose mesh an edit changed; it is still ours to forget.
   const bool known = grabs_.erase(request.grab_id()) > 0;
   const Status status = world_.release_grab(request.grab_id());
-  if (!known && !status.ok()) return status;
+  if (!known && !status.ok()) return status.inside("release_grab");
   return Effect{};
 }
 
 Result<LiveWorld::Effect> LiveWorld::reset() {
-  auto world = build(*created_);
-  if (!world.ok()) return world.status();
+  auto built = build(*created_, meshes_);
+  if (!built.ok()) return built.status().inside("reset");
   tick_offset_ = tick();
-  world_ = std::move(*world);
+  meshes_ = std::move(built->meshes);
+  world_ = std::move(built->world);
   world_.set_profiling(true);
   edited_ = created_;
   grabs_.clear();

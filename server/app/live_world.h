@@ -11,6 +11,7 @@
 #include "base/status.h"
 #include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
+#include "scene_io/mesh_library.h"
 
 namespace pneuma::app {
 
@@ -43,8 +44,8 @@ class LiveWorld {
 
   /// True for the requests that change() takes.
   [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
-  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field, body or
-  /// grab, and nothing has changed then.
+  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field from the
+  /// request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has changed then.
   [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request);
 
   [[nodiscard]] physics::World& physics() { return world_; }
@@ -59,9 +60,15 @@ class LiveWorld {
 
  private:
   using SharedScene = std::shared_ptr<const v1::Scene>;
-  LiveWorld(SharedScene created, SharedScene edited, physics::World world);
+  struct Built {
+    scene_io::MeshLibrary meshes;
+    physics::World world;
+  };
+  [[nodiscard]] static base::Result<Built> build(const v1::Scene& scene, const scene_io::MeshLibrary& before = {});
+  LiveWorld(SharedScene created, SharedScene edited, Built built);
 
   [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request);
+  [[nodiscard]] base::Result<Effect> edit(const v1::SceneEdit& edit);
   [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
   [[nodiscard]] base::Result<Effect> grab(const v1::Grab& request);
   [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);
@@ -70,6 +77,7 @@ class LiveWorld {
 
   SharedScene created_;
   SharedScene edited_;
+  scene_io::MeshLibrary meshes_;  // of the edited scene: an edit builds only what it changes
   physics::World world_;
   std::uint64_t tick_offset_ = 0;  // ticks done before the last reset
   std::uint64_t next_grab_id_ = 1;

@@ -28,6 +28,7 @@ Metrics::Metrics()
                     .Help("Requests answered, by kind and result.")
                     .Register(registry_)),
       worlds(gauge(registry_, "pneuma_worlds", "Worlds hosted.")),
+      worlds_damaged(gauge(registry_, "pneuma_worlds_damaged", "Worlds kept on the disk that cannot be brought back.")),
       ticks(counter(registry_, "pneuma_ticks_total", "Ticks done, all worlds.")),
       step_seconds(histogram(registry_, "pneuma_step_seconds", "Time to step one tick.")),
       encode_seconds(histogram(registry_, "pneuma_encode_seconds", "Time to encode one tick for all its qualities.")),

@@ -22,6 +22,7 @@ class Metrics {
   Metrics();
 
   prometheus::Gauge& worlds;
+  prometheus::Gauge& worlds_damaged;
   prometheus::Counter& ticks;
   prometheus::Histogram& step_seconds;
   prometheus::Histogram& encode_seconds;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "base/number_text.h"
 
 namespace pneuma::app {
 
@@ -34,6 +35,11 @@ base::Result<physics::At> read_ray(const v1::Impulse::Ray& ray, const std::strin
   return physics::At(physics::RayPoint{*origin, *direction / length, ray.radius_m()});
 }
 
+base::Status past(double value, double limit, const std::string& field) {
+  return {base::StatusCode::limit_exceeded,
+          "is " + base::number_text(value) + "; its magnitude may be at most " + base::number_text(limit), field};
+}
+
 bool is_name_character(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' || c == '_' || c == '-';
 }
@@ -44,16 +50,16 @@ base::Result<physics::Vec3d> read_vector(const v1::Vec3& vector, double limit, c
   const std::array<std::pair<const char*, double>, 3> components{
       {{".x", vector.x()}, {".y", vector.y()}, {".z", vector.z()}}};
   for (const auto& [axis, value] : components) {
-    if (!std::isfinite(value)) return base::invalid("not finite", field + axis);
-    if (std::abs(value) > limit) return base::invalid("past the limit of " + std::to_string(limit), field + axis);
+    if (!std::isfinite(value)) return base::invalid("is not finite", field + axis);
+    if (std::abs(value) > limit) return past(value, limit, field + axis);
   }
   return physics::Vec3d(vector.x(), vector.y(), vector.z());
 }
 
 base::Status check_amount(double value, double limit, const std::string& field) {
-  if (!std::isfinite(value)) return base::invalid("not finite", field);
+  if (!std::isfinite(value)) return base::invalid("is not finite", field);
   if (value < 0.0) return base::invalid("must not be negative", field);
-  if (value > limit) return base::invalid("past the limit of " + std::to_string(limit), field);
+  if (value > limit) return past(value, limit, field);
   return {};
 }
 
@@ -88,7 +94,8 @@ base::Result<physics::At> read_at(const v1::Grab& grab) {
 base::Status check_world_name(const std::string& name, const std::string& field) {
   if (name.empty()) return base::invalid("must not be empty", field);
   if (name.size() > base::name_bytes_max) {
-    return base::invalid("longer than " + std::to_string(base::name_bytes_max) + " bytes", field);
+    return {base::StatusCode::limit_exceeded,
+            "has " + std::to_string(name.size()) + " bytes; at most " + std::to_string(base::name_bytes_max), field};
   }
   if (name.front() == '.' || !std::all_of(name.begin(), name.end(), is_name_character)) {
     return base::invalid("may hold letters, digits, '.', '_' and '-', and not begin with '.'", field);

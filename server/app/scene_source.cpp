@@ -14,6 +14,11 @@ base::Result<v1::Scene> inside(base::Result<v1::Scene> scene, const char* field)
 
 }  // namespace
 
+std::string source_field(const v1::CreateWorld& request) {
+  const auto* field = v1::CreateWorld::descriptor()->FindFieldByNumber(static_cast<int>(request.source_case()));
+  return "create_world." + (field == nullptr ? std::string("source") : field->name());
+}
+
 base::Result<v1::Scene> scene_of(const v1::CreateWorld& request) {
   switch (request.source_case()) {
     case v1::CreateWorld::kBuiltin:

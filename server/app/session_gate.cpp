@@ -87,7 +87,8 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
          "hello.protocol_version"});
   }
   if (!token_.empty() && !same_token(hello.token(), token_)) {
-    return refuse_and_shut(message.request_id(), {StatusCode::unauthenticated, "wrong token", "hello.token"});
+    const char* what = hello.token().empty() ? "is missing: this server asks for a token" : "is not this server's";
+    return refuse_and_shut(message.request_id(), {StatusCode::unauthenticated, what, "hello.token"});
   }
   open_ = true;
   client_name_ = hello.client_name().substr(0, base::name_bytes_max);

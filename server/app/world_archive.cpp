@@ -51,6 +51,9 @@ Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads) {
   if (!names.ok()) return names.status();
   std::vector<std::optional<Restored>> restored(names->size());
   physics::Workers workers(threads);
+  const auto log_damage = [](const std::string& name, const std::string& why) {
+    spdlog::error("world={} damaged, not served; its name and files stay until it is destroyed: {}", name, why);
+  };
   workers.for_each(names->size(), [&](std::size_t i) {
     const std::string& name = (*names)[i];
     try {
@@ -58,10 +61,10 @@ Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads) {
       if (world.ok()) {
         restored[i] = std::move(*world);
       } else {
-        spdlog::error("world={} not restored: {}", name, world.status().message());
+        log_damage(name, world.status().message());
       }
     } catch (const std::exception& error) {
-      spdlog::error("world={} not restored: {}", name, error.what());
+      log_damage(name, error.what());
     }
   });
 
@@ -70,7 +73,7 @@ Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads) {
     if (restored[i]) {
       found.worlds.push_back(std::move(*restored[i]));
     } else {
-      found.unreadable.push_back((*names)[i]);
+      found.damaged.push_back((*names)[i]);
     }
   }
   return found;

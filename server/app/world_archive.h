@@ -28,10 +28,13 @@ class WorldArchive {
   };
   struct Found {
     std::vector<Restored> worlds;
-    std::vector<std::string> unreadable;  // names; why was logged
+    std::vector<std::string> damaged;  // names; why was logged
   };
   /// Each world's latest good checkpoint with its commands replayed, on `threads` threads.
   [[nodiscard]] base::Result<Found> restore_all(std::size_t threads);
+
+  /// Removes what is kept of a world.
+  [[nodiscard]] base::Status remove(const std::string& name) const { return data_dir_->remove_world(name); }
 
   /// A journal for a new world.
   [[nodiscard]] std::unique_ptr<WorldJournal> begin(const std::string& name, const LiveWorld& live, bool paused);

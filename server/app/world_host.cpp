@@ -102,8 +102,9 @@ base::Status WorldHost::restore() {
   auto found = archive_->restore_all(thread_count(config_.threads));
   if (!found.ok()) return found.status();
   // Their names stay taken, so that no new world writes over what is left of them.
-  for (const std::string& name : found->unreadable) {
-    if (auto status = registry_.reserve(name); !status.ok()) return status;
+  for (const std::string& name : found->damaged) {
+    if (auto status = registry_.reserve_damaged(name); !status.ok()) return status;
+    metrics_.worlds_damaged.Increment();
     kept_.insert(name);
   }
   for (WorldArchive::Restored& restored : found->worlds) {
@@ -120,17 +121,21 @@ base::Status WorldHost::add_scene(const std::string& name_or_file) {
   if (!scene.ok()) return scene.status();
   const std::string wanted = to_world_name(scene->name());
   if (kept_.erase(wanted) > 0) {
-    spdlog::info("world={} is kept in the data directory; --scene {} adds nothing", wanted, name_or_file);
+    const bool damaged = registry_.find(wanted).damaged;
+    spdlog::info("world={} --scene {} adds nothing: the data directory keeps {} of that name", wanted, name_or_file,
+                 damaged ? "a damaged world" : "a world");
     return {};
   }
   auto name = registry_.reserve_like(wanted);
-  if (!name.ok()) return name.status();
-  return build(*name, std::move(*scene), false);
+  if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
+  const Status built = build(*name, std::move(*scene), false);
+  return built.ok() ? built : scene_io::in_scene(built, name_or_file);
 }
 
 void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
   const Request request{session, message};
-  const bool has_room = builder_.try_post([this, request] { create_now(request); }, base::world_builds_waiting_max);
+  constexpr BackgroundQueue::Room room{base::world_builds_waiting_max, base::world_builds_waiting_bytes_max};
+  const bool has_room = builder_.try_post([this, request] { create_now(request); }, message.SpaceUsedLong(), room);
   if (!has_room) refuse(request, {StatusCode::unavailable, "too many worlds wait to be built"}, retry_hint_s);
 }
 
@@ -143,15 +148,18 @@ void WorldHost::create_now(const Request& request) {
     base::Result<std::string> name = asked.name();
     if (asked.name().empty()) {
       name = registry_.reserve_like(to_world_name(scene->name()));
+      if (!name.ok()) name = name.status().inside("create_world");
     } else if (auto status = check_world_name(asked.name(), "create_world.name"); !status.ok()) {
       name = status;
     } else if (status = registry_.reserve(asked.name()); !status.ok()) {
-      name = status;
+      name = status.inside("create_world.name");
     }
     if (!name.ok()) {
       return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
     }
-    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) return refuse(request, status);
+    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) {
+      return refuse(request, status.inside(source_field(asked)));
+    }
     metrics_.count_command("create_world", "ok");
     spdlog::info("world={} session={} created", *name, request.session->id());
     server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name)));
@@ -206,10 +214,39 @@ void WorldHost::bury(HostedWorld& world) {
   });
 }
 
+// The name is free again when the files are gone.
+void WorldHost::bury_damaged(const std::string& name, const Request& request) {
+  disk_.post([this, name, request] {
+    if (!registry_.find(name).damaged)
+      return refuse(request, base::not_found("no world " + name, "destroy_world.world"));
+    if (auto status = archive_->remove(name); !status.ok()) {
+      metrics_.disk_errors.Increment();
+      spdlog::error("world={} session={} not destroyed: {}", name, request.session->id(), status.message());
+      return refuse(request, {StatusCode::internal, "its files could not be removed", "destroy_world.world"});
+    }
+    registry_.erase(name);
+    metrics_.worlds_damaged.Decrement();
+    metrics_.count_command("destroy_world", "ok");
+    spdlog::info("world={} session={} destroyed", name, request.session->id());
+    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, name)));
+  });
+}
+
 bool WorldHost::ask(const std::string& name, Request request) {
-  const auto [world, task] = registry_.find(name);
+  const auto [world, task, damaged] = registry_.find(name);
+  const std::string world_field = std::string(kind_of(request.message)) + ".world";
+  if (damaged) {
+    if (request.message.has_destroy_world()) {
+      bury_damaged(name, request);
+    } else {
+      refuse(request, {StatusCode::failed_precondition,
+                       "world " + name + " could not be brought back from the server's disk; it can only be destroyed",
+                       world_field});
+    }
+    return false;
+  }
   if (world == nullptr) {
-    refuse(request, base::not_found("no world " + name, std::string(kind_of(request.message)) + ".world"));
+    refuse(request, base::not_found("no world " + name, world_field));
     return false;
   }
   switch (world->post(request)) {
@@ -218,7 +255,8 @@ bool WorldHost::ask(const std::string& name, Request request) {
       return true;
     case Inbox::Post::full:
       refuse(request,
-             {StatusCode::unavailable, "world " + name + " has more requests than it can take at its next tick"},
+             {StatusCode::unavailable, "world " + name + " has more requests than it can take at its next tick",
+              world_field},
              retry_hint_s);
       return false;
     case Inbox::Post::closed:
@@ -226,7 +264,7 @@ bool WorldHost::ask(const std::string& name, Request request) {
         refuse(request, going_down(), retry_hint_s);
         return false;
       }
-      refuse(request, base::not_found("no world " + name + ": it was destroyed"));
+      refuse(request, base::not_found("no world " + name + ": it was destroyed", world_field));
       return false;
   }
   return false;
@@ -240,18 +278,24 @@ bool WorldHost::ask_stream(std::uint32_t stream_id, Request request) {
 }
 
 void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
-  const auto [world, task] = registry_.find_stream(stream_id);
+  const auto [world, task, damaged] = registry_.find_stream(stream_id);
   if (world != nullptr && world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(task);
 }
 
 void WorldHost::session_ended(net::SessionId session, const std::string& name) {
-  const auto [world, task] = registry_.find(name);
+  const auto [world, task, damaged] = registry_.find(name);
   if (world != nullptr && world->post(SessionEnded{session}) == Inbox::Post::taken) scheduler_.wake(task);
 }
 
 std::vector<WorldStatus> WorldHost::statuses() const {
   std::vector<WorldStatus> statuses;
   for (const auto& entry : registry_.all()) statuses.push_back(entry.world->status());
+  for (const std::string& name : registry_.damaged()) {
+    WorldStatus& status = statuses.emplace_back();
+    status.listing.set_name(name);
+    status.listing.set_damaged(true);
+  }
+  std::ranges::sort(statuses, {}, [](const WorldStatus& status) { return status.listing.name(); });
   return statuses;
 }
 

@@ -30,8 +30,8 @@ class WorldHost {
   WorldHost(const WorldHost&) = delete;
   WorldHost& operator=(const WorldHost&) = delete;
 
-  /// Brings back the worlds of the data directory. A world that cannot be brought back is logged and left as it lies
-  /// there.
+  /// Brings back the worlds of the data directory. A world that cannot be brought back is logged, listed as damaged and
+  /// left as it lies there.
   [[nodiscard]] base::Status restore();
   /// Adds a world for `--scene NAME|FILE`, unless the data directory had one of that name.
   [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
@@ -59,6 +59,7 @@ class WorldHost {
   std::optional<TimePoint> run_slice(HostedWorld& world, Outbox& outbox);
   std::optional<TimePoint> run_guarded(HostedWorld& world);
   void bury(HostedWorld& world);
+  void bury_damaged(const std::string& name, const Request& request);
   void create_now(const Request& request);
 
   void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal);

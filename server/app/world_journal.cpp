@@ -39,14 +39,15 @@ void WorldJournal::checkpoint_now(LiveWorld::Saved saved, bool paused) {
 
 std::function<void()> WorldJournal::begin(TimePoint now, LiveWorld::Saved saved, bool paused) {
   last_checkpoint_ = now;
+  auto log = persist::CommandLog::start(*wiring_.data_dir, world_, next_sequence_, persist::Sync::none);
+  report(log.status());
+  // Without a new log the old one goes on: it is replayed on the checkpoint before, which stays the latest one. The
+  // number is tried again, since a replay ends at the first log that is missing.
+  if (!log.ok()) return nullptr;
+  const std::uint64_t sequence = next_sequence_++;
+  log_ = std::move(*log);
   last_tick_ = saved.tick;
   appended_ = false;
-  const std::uint64_t sequence = next_sequence_++;
-  auto log = persist::CommandLog::start(*wiring_.data_dir, world_, sequence, persist::Sync::none);
-  report(log.status());
-  // Without a new log the old one goes on: it is replayed on the checkpoint before, which stays the latest one.
-  if (!log.ok()) return nullptr;
-  log_ = std::move(*log);
 
   *writing_ = true;
   auto world = std::make_shared<SavedWorld>(SavedWorld{std::move(saved), paused});

@@ -20,6 +20,13 @@ Status WorldRegistry::reserve(const std::string& name) {
   return {};
 }
 
+Status WorldRegistry::reserve_damaged(const std::string& name) {
+  if (auto status = reserve(name); !status.ok()) return status;
+  const std::lock_guard lock(mutex_);
+  worlds_[name].damaged = true;
+  return {};
+}
+
 base::Result<std::string> WorldRegistry::reserve_like(const std::string& wanted) {
   const std::lock_guard lock(mutex_);
   if (auto status = check_room(); !status.ok()) return status;
@@ -53,6 +60,15 @@ std::vector<WorldRegistry::Entry> WorldRegistry::all() const {
     if (entry.world != nullptr) entries.push_back(entry);
   }
   return entries;
+}
+
+std::vector<std::string> WorldRegistry::damaged() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : worlds_) {
+    if (entry.damaged) names.push_back(name);
+  }
+  return names;
 }
 
 std::uint32_t WorldRegistry::take_stream_id(const std::string& world) {

@@ -18,8 +18,9 @@ namespace pneuma::app {
 class WorldRegistry {
  public:
   struct Entry {
-    std::shared_ptr<HostedWorld> world;  // null: there is none, or it is still being built
+    std::shared_ptr<HostedWorld> world;  // null: there is none, it is still being built, or it is damaged
     std::shared_ptr<Scheduler::Task> task;
+    bool damaged = false;  // what is kept of it could not be read
   };
 
   explicit WorldRegistry(std::size_t worlds_max) : worlds_max_(worlds_max) {}
@@ -28,12 +29,16 @@ class WorldRegistry {
   [[nodiscard]] base::Status reserve(const std::string& name);
   /// Takes `wanted`, or the first free one of wanted-2, wanted-3...
   [[nodiscard]] base::Result<std::string> reserve_like(const std::string& wanted);
+  /// Takes the name of a world that cannot be brought back.
+  [[nodiscard]] base::Status reserve_damaged(const std::string& name);
   void put(Entry entry);
   void erase(const std::string& name);
 
   [[nodiscard]] Entry find(const std::string& name) const;
-  /// By name, in order; those still being built are left out.
+  /// By name, in order; those still being built, and the damaged ones, are left out.
   [[nodiscard]] std::vector<Entry> all() const;
+  /// Names, in order.
+  [[nodiscard]] std::vector<std::string> damaged() const;
 
   [[nodiscard]] std::uint32_t take_stream_id(const std::string& world);
   void drop_stream_id(std::uint32_t stream_id);

@@ -62,8 +62,9 @@ inline constexpr double max_error_max_m = 10.0;
 inline constexpr double max_error_default_m = 1e-3;
 // Replies that a world makes in one go before it hands them to the network, where the sessions' own limits count.
 inline constexpr std::size_t drain_reply_bytes_max = 1024 * 1024;
-// Each holds up to a message of message_bytes_max.
+// Worlds that wait to be built: what a room full of people asks for at once.
 inline constexpr std::size_t world_builds_waiting_max = 64;
+inline constexpr std::size_t world_builds_waiting_bytes_max = 64 * 1024 * 1024;  // and what their requests may hold
 
 // Ten minutes at 60 Hz, for all the steps together that wait on a paused world; a pause ends them sooner.
 inline constexpr std::uint32_t step_ticks_max = 36'000;

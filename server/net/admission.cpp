@@ -4,17 +4,27 @@
 
 namespace pneuma::net {
 
-std::shared_ptr<const Admission::Place> Admission::admit(const std::string& address) {
+base::Status Admission::check_room(const std::string& address) const {
+  const auto full = [](const std::string& what, std::size_t limit) {
+    return base::Status(base::StatusCode::unavailable,
+                        what + " has its " + std::to_string(limit) + " connections already; try again later");
+  };
+  if (connections_ >= limits_.connections_max) return full("the server", limits_.connections_max);
   const auto same_address = by_address_.find(address);
   const std::size_t of_address = same_address == by_address_.end() ? 0 : same_address->second;
-  const bool refused = connections_ >= limits_.connections_max || of_address >= limits_.connections_per_address_max;
-  if (refused && refusals_ >= refusals_max) return nullptr;
-  return std::make_shared<const Place>(*this, address, refused);
+  if (of_address < limits_.connections_per_address_max) return {};
+  return full("your address", limits_.connections_per_address_max);
 }
 
-Admission::Place::Place(Admission& admission, std::string address, bool refused)
-    : admission_(admission), address_(std::move(address)), refused_(refused) {
-  if (refused_) {
+std::shared_ptr<const Admission::Place> Admission::admit(const std::string& address) {
+  base::Status refusal = check_room(address);
+  if (!refusal.ok() && refusals_ >= refusals_max) return nullptr;
+  return std::make_shared<const Place>(*this, address, std::move(refusal));
+}
+
+Admission::Place::Place(Admission& admission, std::string address, base::Status refusal)
+    : admission_(admission), address_(std::move(address)), refusal_(std::move(refusal)) {
+  if (refused()) {
     ++admission_.refusals_;
   } else {
     ++admission_.connections_;
@@ -23,7 +33,7 @@ Admission::Place::Place(Admission& admission, std::string address, bool refused)
 }
 
 Admission::Place::~Place() {
-  if (refused_) {
+  if (refused()) {
     --admission_.refusals_;
     return;
   }

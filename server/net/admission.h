@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/limits.h"
+#include "base/status.h"
 
 namespace pneuma::net {
 
@@ -22,22 +23,27 @@ class Admission {
   /// A connection's place, held for as long as it lives; not longer than the Admission.
   class Place {
    public:
-    Place(Admission& admission, std::string address, bool refused);
+    /// `refusal` is OK, or why the connection gets no place.
+    Place(Admission& admission, std::string address, base::Status refusal);
     ~Place();
     Place(const Place&) = delete;
     Place& operator=(const Place&) = delete;
     /// The connection is past a limit: it is only to be told so.
-    [[nodiscard]] bool refused() const { return refused_; }
+    [[nodiscard]] bool refused() const { return !refusal_.ok(); }
+    /// Which limit.
+    [[nodiscard]] const base::Status& refusal() const { return refusal_; }
 
    private:
     Admission& admission_;
     std::string address_;
-    bool refused_;
+    base::Status refusal_;
   };
   /// Null where not even a refusal has room.
   [[nodiscard]] std::shared_ptr<const Place> admit(const std::string& address);
 
  private:
+  [[nodiscard]] base::Status check_room(const std::string& address) const;
+
   base::Limits limits_;
   std::size_t connections_ = 0;
   std::size_t refusals_ = 0;

@@ -20,8 +20,11 @@ base::Result<std::optional<std::string>> FrameReader::take(std::string_view& byt
     length_ = 0;
     for (const char byte : prefix_) length_ = (length_ << 8U) | static_cast<unsigned char>(byte);
     if (length_ == 0 || length_ > message_bytes_max_) {
-      error_ = {base::StatusCode::malformed, "a message of " + std::to_string(length_) + " bytes was announced; 1 to " +
-                                                 std::to_string(message_bytes_max_) + " are taken"};
+      const bool is_tls = prefix_[0] == 0x16 && prefix_[1] == 0x03;  // RFC 8446 5.1: a handshake record, version 3.x
+      error_ = {base::StatusCode::malformed, is_tls ? "the client speaks TLS, and this port does not"
+                                                    : "a message of " + std::to_string(length_) +
+                                                          " bytes was announced; 1 to " +
+                                                          std::to_string(message_bytes_max_) + " are taken"};
       return error_;
     }
   }

@@ -49,7 +49,7 @@ class WebSocketTransport final : public Transport {
     beast::get_lowest_layer(socket_).expires_never();  // the session keeps the time from here on
   }
 
-  asio::awaitable<error_code> open() override { co_return error_code(); }
+  asio::awaitable<base::Status> open() override { co_return base::Status(); }
 
   asio::awaitable<base::Result<std::optional<std::string>>> read(std::function<void(bool)> progressed) override {
     beast::flat_buffer buffer;

@@ -27,10 +27,6 @@ using Tcp = asio::ip::tcp;
 // Out of file descriptors: the clients we have come first, then we look again.
 constexpr std::chrono::milliseconds accept_pause{100};
 
-base::Status too_many() {
-  return {base::StatusCode::unavailable, "the server has as many connections as it takes; try again later"};
-}
-
 }  // namespace
 
 struct Server::Impl {
@@ -130,8 +126,8 @@ asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_p
                                                PeerInfo peer, PlacePtr place) {
   HttpFront front{callbacks.http, {}, limits.partial_message_timeout};
   if (place->refused())
-    front.reply = [](std::string_view) {
-      return HttpReply{503, "text/plain; charset=utf-8", too_many().what() + "\n"};
+    front.reply = [why = place->refusal().what()](std::string_view) {
+      return HttpReply{503, "text/plain; charset=utf-8", why + "\n"};
     };
   if (!place->refused()) {
     front.upgraded = [this, &peer, &place](std::unique_ptr<Transport> transport) {
@@ -144,11 +140,11 @@ asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_p
 // The session holds its place, and gives it back when it goes.
 void Server::Impl::open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place) {
   const SessionId id = next_id++;
-  const bool refused = place->refused();
+  const base::Status refusal = place->refusal();
   auto session =
       std::make_shared<Session>(id, std::move(peer), std::move(transport), limits, callbacks, io.get_executor(),
                                 [this, place = std::move(place)](SessionId ended) { end_session(ended); });
-  if (refused) return session->refuse(too_many());
+  if (!refusal.ok()) return session->refuse(refusal);
   if (stopping) return session->refuse(stop_reason);
   sessions.emplace(id, session);
   session->start();

@@ -119,13 +119,18 @@ SessionStats Session::stats() const {
 }
 
 asio::awaitable<void> Session::open() {
-  const error_code error = co_await transport_->open();
-  if (error) abort();
+  const base::Status opened = co_await transport_->open();
+  const bool can_be_told = opened.ok() || opened.code() == base::StatusCode::unsupported;
+  if (!can_be_told) abort();
   if (over_) co_return;
   if (!closing_) {
     opened_ = true;
     callbacks_.opened(id_, peer_);
-    spawn(&Session::read_messages);
+    if (opened.ok()) {
+      spawn(&Session::read_messages);
+    } else {
+      close(opened);
+    }
   }
   spawn(&Session::write_queue);
 }

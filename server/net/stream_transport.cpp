@@ -23,6 +23,9 @@ using Tcp = asio::ip::tcp;
 
 constexpr std::size_t read_bytes = 16 * 1024;
 
+// TLS, RFC 8446 5.1: the type of the record that a client begins with. No envelope within the limit before hello does.
+constexpr char tls_handshake_record = 22;
+
 auto into(error_code& error) {
   return asio::redirect_error(asio::use_awaitable, error);
 }
@@ -39,14 +42,27 @@ Tcp::socket& socket_of(asio::ssl::stream<Tcp::socket>& stream) {
   return stream.next_layer();
 }
 
-// The handshake of TLS; plain TCP has none.
-asio::awaitable<error_code> shake_hands(Tcp::socket& /*stream*/) {
-  co_return error_code();
+base::Status broken(const error_code& error) {
+  return {base::StatusCode::unavailable, error.message()};
 }
-asio::awaitable<error_code> shake_hands(asio::ssl::stream<Tcp::socket>& stream) {
+
+// The handshake of TLS; plain TCP has none.
+asio::awaitable<base::Status> shake_hands(Tcp::socket& /*stream*/) {
+  co_return base::Status();
+}
+asio::awaitable<base::Status> shake_hands(asio::ssl::stream<Tcp::socket>& stream) {
+  Tcp::socket& socket = stream.next_layer();
   error_code error;
+  co_await socket.async_wait(Tcp::socket::wait_read, into(error));
+  char first = tls_handshake_record;
+  if (!error) socket.receive(asio::buffer(&first, 1), Tcp::socket::message_peek, error);
+  if (error) co_return broken(error);
+  if (first != tls_handshake_record) {
+    co_return base::Status(base::StatusCode::unsupported, "this port speaks TLS, and the client does not");
+  }
   co_await stream.async_handshake(asio::ssl::stream_base::server, into(error));
-  co_return error;
+  if (error) co_return broken(error);
+  co_return base::Status();
 }
 
 asio::awaitable<void> end_stream(Tcp::socket& /*stream*/) {
@@ -64,7 +80,11 @@ class StreamTransport final : public Transport {
   explicit StreamTransport(std::size_t message_bytes_max, Arguments&&... arguments)
       : stream_(std::forward<Arguments>(arguments)...), reader_(message_bytes_max) {}
 
-  asio::awaitable<error_code> open() override { return shake_hands(stream_); }
+  asio::awaitable<base::Status> open() override {
+    const base::Status opened = co_await shake_hands(stream_);
+    peer_is_plain_ = opened.code() == base::StatusCode::unsupported;
+    co_return opened;
+  }
 
   asio::awaitable<base::Result<std::optional<std::string>>> read(std::function<void(bool)> progressed) override {
     error_code error;
@@ -104,7 +124,12 @@ class StreamTransport final : public Transport {
     while (first < parts.size()) {
       error_code error;
       const std::vector<asio::const_buffer> rest(parts.begin() + static_cast<std::ptrdiff_t>(first), parts.end());
-      std::size_t taken = co_await stream_.async_write_some(rest, into(error));
+      std::size_t taken = 0;
+      if (peer_is_plain_) {
+        taken = co_await socket_of(stream_).async_write_some(rest, into(error));
+      } else {
+        taken = co_await stream_.async_write_some(rest, into(error));
+      }
       if (error) co_return error;
       progressed();
       while (first < parts.size() && taken >= parts[first].size()) taken -= parts[first++].size();
@@ -119,7 +144,7 @@ class StreamTransport final : public Transport {
     error_code error;
     socket_of(stream_).cancel(error);  // a read under way would be in the way of what follows
     co_await asio::post(stream_.get_executor(), asio::use_awaitable);
-    co_await end_stream(stream_);
+    if (!peer_is_plain_) co_await end_stream(stream_);
     // What the client still sends is read and thrown away until it closes; a close with bytes unread would reset the
     // connection and lose the goodbye on its way.
     socket_of(stream_).shutdown(Tcp::socket::shutdown_send, error);
@@ -133,6 +158,7 @@ class StreamTransport final : public Transport {
 
  private:
   Stream stream_;
+  bool peer_is_plain_ = false;  // where TLS was wanted
   FrameReader reader_;
   std::array<char, read_bytes> buffer_{};
   std::string_view unread_;

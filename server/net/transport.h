@@ -23,8 +23,9 @@ class Transport {
  public:
   virtual ~Transport() = default;
 
-  /// Makes the connection ready for messages (the handshake of TLS).
-  virtual asio::awaitable<boost::system::error_code> open() = 0;
+  /// Makes the connection ready for messages (the handshake of TLS). A broken connection is StatusCode::unavailable;
+  /// plain bytes where TLS is wanted are unsupported, and what is written then goes out plain: a goodbye.
+  virtual asio::awaitable<base::Status> open() = 0;
   /// The next whole message; none where the peer sends no more. `progressed` is told after each read whether it ended
   /// in the middle of a message. A broken connection is StatusCode::unavailable; bytes that cannot be a message, or end
   /// inside one, are malformed.

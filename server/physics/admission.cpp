@@ -3,25 +3,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
 
 #include "base/limits.h"
+#include "base/number_text.h"
 
 namespace pneuma::physics {
 namespace {
 
+using base::number_text;
+
 // What normalising in double leaves is near 1e-16; a scene built in single precision is off by 1e-7.
 constexpr double unit_length_tolerance = 1e-6;
-
-std::string text(double value) {
-  std::array<char, 32> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.9g", value);
-  return buffer.data();
-}
 
 /// Checks the fields of one message; the first failure of all of them is kept.
 class Fields {
@@ -42,7 +38,7 @@ class Fields {
     if (!std::isfinite(value)) {
       fail(field, "is not finite");
     } else if (std::abs(value) > magnitude_max) {
-      fail(field, "is " + text(value) + "; its magnitude may be at most " + text(magnitude_max),
+      fail(field, "is " + number_text(value) + "; its magnitude may be at most " + number_text(magnitude_max),
            base::StatusCode::limit_exceeded);
     } else {
       return true;
@@ -53,22 +49,23 @@ class Fields {
     if (finite(field, value, max)) more_than(field, value, 0.0);
   }
   void not_negative(std::string_view field, double value, double max = base::scene_number_max) {
-    if (finite(field, value, max) && value < 0.0) fail(field, "is " + text(value) + "; must not be negative");
+    if (finite(field, value, max) && value < 0.0) fail(field, "is " + number_text(value) + "; must not be negative");
   }
   void more_than(std::string_view field, double value, double low) {
-    if (value <= low) fail(field, "is " + text(value) + "; must be greater than " + text(low));
+    if (value <= low) fail(field, "is " + number_text(value) + "; must be greater than " + number_text(low));
   }
   /// Greater than 0, and not so little that it counts as nothing.
   void at_least(std::string_view field, double value, double min, double max) {
     positive(field, value, max);
     if (value < min) {
-      fail(field, "is " + text(value) + "; must be at least " + text(min), base::StatusCode::limit_exceeded);
+      fail(field, "is " + number_text(value) + "; must be at least " + number_text(min),
+           base::StatusCode::limit_exceeded);
     }
   }
   void between(std::string_view field, double value, double low, double high) {
     if (!std::isfinite(value)) fail(field, "is not finite");
     if (value < low || value > high) {
-      fail(field, "is " + text(value) + "; must be from " + text(low) + " to " + text(high));
+      fail(field, "is " + number_text(value) + "; must be from " + number_text(low) + " to " + number_text(high));
     }
   }
   void extent_m(std::string_view field, double value) {
@@ -159,7 +156,7 @@ class Names {
 };
 
 void check_stepping(const Stepping& stepping, Fields fields) {
-  fields.between("rate_hz", stepping.rate_hz, base::rate_hz_min, base::rate_hz_max);
+  fields.at_least("rate_hz", stepping.rate_hz, base::rate_hz_min, base::rate_hz_max);
   if (stepping.substeps > base::substeps_max) {
     fields.fail("substeps",
                 "is " + std::to_string(stepping.substeps) + "; at most " + std::to_string(base::substeps_max),
@@ -235,13 +232,14 @@ void check_pins(const SoftBody& body, Fields fields) {
 void check_start_of_vertices(const SoftBody& body, Fields fields) {
   const double reach = reach_m(*body.mesh);
   if (body.position.cwiseAbs().maxCoeff() + reach > base::coordinate_max_m) {
-    fields.fail("position", "puts a vertex further than " + text(base::coordinate_max_m) + " m from the origin",
+    fields.fail("position", "puts a vertex further than " + number_text(base::coordinate_max_m) + " m from the origin",
                 base::StatusCode::limit_exceeded);
   }
   if (body.velocity.norm() + body.angular_velocity.norm() * reach > base::speed_max_m_s) {
     const bool turns = body.angular_velocity.norm() * reach > body.velocity.norm();
     fields.fail(turns ? "angular_velocity" : "velocity",
-                "makes a vertex faster than " + text(base::speed_max_m_s) + " m/s", base::StatusCode::limit_exceeded);
+                "makes a vertex faster than " + number_text(base::speed_max_m_s) + " m/s",
+                base::StatusCode::limit_exceeded);
   }
 }
 
@@ -250,16 +248,16 @@ void check_edges(const SoftBody& body, Precision precision, Fields fields) {
   const std::vector<double>& lengths_m = body.mesh->edge_lengths_m;
   const double shortest_m = *std::min_element(lengths_m.begin(), lengths_m.end());
   if (shortest_m < base::extent_min_m) {
-    fields.fail("mesh", "has an edge of " + text(shortest_m) + " m; at least " + text(base::extent_min_m),
+    fields.fail("mesh", "has an edge of " + number_text(shortest_m) + " m; at least " + number_text(base::extent_min_m),
                 base::StatusCode::limit_exceeded);
   }
   if (precision == Precision::double_precision) return;
   const double reach = body.position.cwiseAbs().maxCoeff() + reach_m(*body.mesh);
   if (reach > base::single_precision_edges_max * shortest_m) {
     fields.fail("position",
-                "puts a vertex " + text(reach) + " m from the origin, more than " +
-                    text(base::single_precision_edges_max) + " times the mesh's shortest edge of " + text(shortest_m) +
-                    " m; precision SINGLE does not hold there, DOUBLE does",
+                "puts a vertex " + number_text(reach) + " m from the origin, more than " +
+                    number_text(base::single_precision_edges_max) + " times the mesh's shortest edge of " +
+                    number_text(shortest_m) + " m; precision SINGLE does not hold there, DOUBLE does",
                 base::StatusCode::limit_exceeded);
   }
 }

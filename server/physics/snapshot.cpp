@@ -1,5 +1,6 @@
 // A world's state as bytes and as a hash: one order of fields for writing, reading and hashing.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <type_traits>
@@ -27,6 +28,23 @@ class Writer {
     return field(value);
   }
   std::string bytes;
+};
+
+/// FNV-1a, 64 bits, over what a Writer would write.
+class Hasher {
+ public:
+  template <class T>
+  bool field(T& value) {
+    std::array<unsigned char, sizeof(T)> bytes{};
+    std::memcpy(bytes.data(), &value, sizeof(T));
+    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001b3U;
+    return true;
+  }
+  bool count(std::size_t size) {
+    std::uint64_t value = size;
+    return field(value);
+  }
+  std::uint64_t hash = 0xcbf29ce484222325U;
 };
 
 class Reader {
@@ -142,9 +160,9 @@ base::Status World::restore(std::string_view snapshot) {
 }
 
 std::uint64_t World::state_hash() const {
-  std::uint64_t hash = 0xcbf29ce484222325U;  // FNV-1a, 64 bits
-  for (const char byte : snapshot()) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3U;
-  return hash;
+  Hasher hasher;
+  state_fields(hasher, *simulation_);
+  return hasher.hash;
 }
 
 }  // namespace pneuma::physics

@@ -1,5 +1,6 @@
 #include "scene_io/json.h"
 
+#include "scene_io/duplicate_keys.h"
 #include "scene_io/message_reader.h"
 
 namespace pneuma::scene_io {
@@ -9,6 +10,7 @@ template <class Message>
 base::Result<Message> parse(std::string_view text) {
   const auto value = parse_json(text);
   if (!value.ok()) return value.status();
+  if (auto status = check_keys(text); !status.ok()) return status;
   Message message;
   if (auto status = read_message(*value, message); !status.ok()) return status;
   return message;

@@ -63,11 +63,6 @@ base::Result<std::string> read_scene_file(const std::string& path) {
   return text;
 }
 
-/// A file's errors carry its path before the field's, set off by a colon: both have dots of their own.
-base::Status in_file(const base::Status& status, const std::string& path) {
-  return {status.code(), status.message(), path};
-}
-
 }  // namespace
 
 std::vector<std::string> builtin_scene_names() {
@@ -90,13 +85,17 @@ base::Result<v1::Scene> builtin_scene(const std::string& name) {
   return parse_scene_json(file->text);
 }
 
+base::Status in_scene(const base::Status& status, const std::string& name_or_file) {
+  return {status.code(), status.message(), name_or_file};
+}
+
 base::Result<v1::Scene> load_scene(const std::string& name_or_file) {
   if (name_or_file.empty()) return base::invalid("a scene's name or file is wanted", "scene");
   if (find_builtin(name_or_file) != nullptr) return builtin_scene(name_or_file);
   const auto text = read_scene_file(name_or_file);
   if (!text.ok()) return text.status();
   auto scene = parse_scene_json(*text);
-  if (!scene.ok()) return in_file(scene.status(), name_or_file);
+  if (!scene.ok()) return in_scene(scene.status(), name_or_file);
   if (scene->name().empty()) scene->set_name(fs::path(name_or_file).stem().string());
   return scene;
 }

@@ -19,4 +19,8 @@ namespace pneuma::scene_io {
 /// without a name takes the file's.
 [[nodiscard]] base::Result<v1::Scene> load_scene(const std::string& name_or_file);
 
+/// An error of a scene, as load_scene gives its own: the name or path before the field's path, set off by a colon,
+/// since both have dots of their own.
+[[nodiscard]] base::Status in_scene(const base::Status& status, const std::string& name_or_file);
+
 }  // namespace pneuma::scene_io

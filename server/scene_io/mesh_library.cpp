@@ -99,7 +99,7 @@ Status check_name(const std::string& name) {
 
 }  // namespace
 
-Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene) {
+Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene, const MeshLibrary& before) {
   if (static_cast<std::size_t>(scene.meshes_size()) > base::world_bodies_max) {
     return Status(StatusCode::limit_exceeded,
                   "are " + std::to_string(scene.meshes_size()) + "; at most " + std::to_string(base::world_bodies_max),
@@ -114,24 +114,31 @@ Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene) {
     if (library.meshes_.contains(mesh.name())) {
       return base::invalid("another mesh is named " + in_quotes(mesh.name()) + " too", path + ".name");
     }
-    auto built = build_mesh(mesh);
-    if (!built.ok()) return built.status().inside(path);
-    vertex_count += (*built)->positions_m.size();
+    Built built{mesh.SerializeAsString(), nullptr};
+    const auto known = before.meshes_.find(mesh.name());
+    if (known != before.meshes_.end() && known->second.source == built.source) {
+      built.mesh = known->second.mesh;
+    } else {
+      auto made = build_mesh(mesh);
+      if (!made.ok()) return made.status().inside(path);
+      built.mesh = std::move(*made);
+    }
+    vertex_count += built.mesh->positions_m.size();
     if (vertex_count > base::world_vertices_max) {
       return Status(
           StatusCode::limit_exceeded,
           "the meshes up to this one have more than " + std::to_string(base::world_vertices_max) + " vertices", path);
     }
-    library.meshes_.emplace(mesh.name(), std::move(*built));
+    library.meshes_.emplace(mesh.name(), std::move(built));
   }
   return library;
 }
 
 Result<MeshPointer> MeshLibrary::find(const std::string& name) const {
   const auto found = meshes_.find(name);
-  if (found != meshes_.end()) return found->second;
+  if (found != meshes_.end()) return found->second.mesh;
   std::string names;
-  for (const auto& [known, mesh] : meshes_) append_name(names, known);
+  for (const auto& [known, built] : meshes_) append_name(names, known);
   if (name.empty()) return base::invalid("is missing" + (names.empty() ? "" : "; meshes: " + names));
   return base::not_found("no mesh is named " + in_quotes(name) + "; " +
                          (names.empty() ? "there are no meshes" : "meshes: " + names));

@@ -13,14 +13,19 @@ namespace pneuma::scene_io {
 
 class MeshLibrary {
  public:
+  /// Takes over from `before` what is made of the same message, and builds the rest.
   /// Fails with the path (`meshes[0].triangles.indices[9..11]`). What all of them hold together is bounded, as each is.
-  [[nodiscard]] static base::Result<MeshLibrary> build(const v1::Scene& scene);
+  [[nodiscard]] static base::Result<MeshLibrary> build(const v1::Scene& scene, const MeshLibrary& before = {});
 
   /// Fails with not_found, listing the names there are.
   [[nodiscard]] base::Result<std::shared_ptr<const physics::Mesh>> find(const std::string& name) const;
 
  private:
-  std::map<std::string, std::shared_ptr<const physics::Mesh>> meshes_;
+  struct Built {
+    std::string source;  // the v1::Mesh, as bytes
+    std::shared_ptr<const physics::Mesh> mesh;
+  };
+  std::map<std::string, Built> meshes_;
 };
 
 }  // namespace pneuma::scene_io

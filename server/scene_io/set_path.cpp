@@ -6,6 +6,7 @@
 
 #include <google/protobuf/descriptor.h>
 
+#include "scene_io/duplicate_keys.h"
 #include "scene_io/message_reader.h"
 #include "scene_io/quoted.h"
 
@@ -93,6 +94,9 @@ base::Status set_path(v1::Scene& scene, const std::string& assignment) {
   const std::string path = assignment.substr(0, equals);
   const std::string text = assignment.substr(equals + 1);
   const auto parsed = parse_json(text);
+  if (auto status = parsed.ok() ? check_keys(text) : base::Status(); !status.ok()) {
+    return status.inside(escaped(path, shown_path_bytes_max));
+  }
   v1::Scene changed = scene;
   base::Status status = set_field(changed, path, parsed.ok() ? *parsed : boost::json::value(text));
   if (!status.ok()) return status;

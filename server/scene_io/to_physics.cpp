@@ -8,7 +8,6 @@
 
 #include "base/limits.h"
 #include "physics/admission.h"
-#include "scene_io/mesh_library.h"
 #include "scene_io/translate.h"
 
 namespace pneuma::scene_io {
@@ -269,6 +268,12 @@ Status read_list(const In& in, const char* field, std::size_t limit, std::vector
 }  // namespace
 
 Result<physics::Scene> to_physics(const v1::Scene& scene) {
+  const auto meshes = MeshLibrary::build(scene);
+  if (!meshes.ok()) return meshes.status();
+  return to_physics(scene, *meshes);
+}
+
+Result<physics::Scene> to_physics(const v1::Scene& scene, const MeshLibrary& meshes) {
   physics::Scene out;
   out.name = scene.name();
   out.gravity = to_vector(scene.gravity());
@@ -277,10 +282,8 @@ Result<physics::Scene> to_physics(const v1::Scene& scene) {
   out.atmosphere.density_kg_m3 = scene.atmosphere().density_kg_m3();
   out.atmosphere.wind = to_vector(scene.atmosphere().wind());
 
-  const auto meshes = MeshLibrary::build(scene);
-  if (!meshes.ok()) return meshes.status();
   Status status = read_list(scene.soft_bodies(), "soft_bodies", base::world_bodies_max, out.soft_bodies,
-                            [&meshes](const auto& in, auto& body) { return read_soft_body(in, *meshes, body); });
+                            [&meshes](const auto& in, auto& body) { return read_soft_body(in, meshes, body); });
   if (!status.ok()) return status;
   status = read_list(scene.rigid_bodies(), "rigid_bodies", base::world_bodies_max, out.rigid_bodies, read_rigid_body);
   if (!status.ok()) return status;

@@ -252,14 +252,15 @@ TEST_F(OverTls, WebSocketMessagesGoBothWays) {
 TEST_F(OverTls, PlainBytesEndTheConnectionAndNothingElse) {
   RawClient plain(server_.tcp_port());
   plain.send_message("hello");
-  plain.read_rest();
+  EXPECT_EQ(plain.read_rest(), framed("goodbye this port speaks TLS, and the client does not"));
+  EXPECT_EQ(server_.wait_closed(1).front().code(), base::StatusCode::unsupported);
   RawClient plain_http(server_.http_port());
   plain_http.send_bytes("GET /hello HTTP/1.1\r\n\r\n");
   plain_http.read_rest();
   asio::ssl::stream<Tcp::socket> client(io_, client_context_);
   client.next_layer().connect(loopback(server_.tcp_port()));
   client.handshake(asio::ssl::stream_base::client);
-  EXPECT_EQ(server_.wait_opened(1).size(), 1U) << "and of the others the owner never heard";
+  EXPECT_EQ(server_.wait_opened(2).size(), 2U) << "of the plain page request the owner never heard";
   server_.stop();
   EXPECT_EQ(server_.calls_out_of_order(), 0);
 }

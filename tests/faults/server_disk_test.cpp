@@ -5,11 +5,13 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <boost/asio/ip/tcp.hpp>
 #include <gtest/gtest.h>
 
 #include "pneuma_client/client.h"
@@ -85,6 +87,16 @@ class ServerDisk : public testing::Test {
     return client.impulse(impulse);
   }
 
+  /// What the HTTP address answers, head and body.
+  [[nodiscard]] std::string page(const std::string& path) const {
+    boost::asio::ip::tcp::iostream connection;
+    const std::string address = server_->http_address();
+    const std::size_t colon = address.rfind(':');
+    connection.connect(address.substr(0, colon), address.substr(colon + 1));
+    connection << "GET " << path << " HTTP/1.0\r\nHost: localhost\r\n\r\n" << std::flush;
+    return {std::istreambuf_iterator<char>(connection), {}};
+  }
+
   fs::path folder_;
   std::optional<support::ServerProcess> server_;
 };
@@ -145,11 +157,41 @@ TEST_F(ServerDisk, AWorldWithNothingWholeKeepsItsNameAndTheOthersComeBack) {
   for (const fs::path& checkpoint : files("broken", "checkpoint-")) damage(checkpoint);
   start();
   client::Client client = connect();
-  EXPECT_EQ(client.list_worlds()->worlds_size(), 1);
+  const auto list = client.list_worlds();
+  ASSERT_EQ(list->worlds_size(), 2);
+  EXPECT_EQ(list->worlds(0).name(), "broken");
+  EXPECT_TRUE(list->worlds(0).damaged());
+  EXPECT_FALSE(list->worlds(1).damaged());
   EXPECT_EQ(client.stats("whole")->state_hash(), hash);
+  const auto stats = client.stats("broken");
+  EXPECT_EQ(stats.status().code(), base::StatusCode::failed_precondition) << stats.status().message();
+  EXPECT_EQ(stats.status().where(), "get_stats.world");
   EXPECT_EQ(client.create_builtin("bouncing-ball", "broken").status().code(), base::StatusCode::already_exists);
   EXPECT_FALSE(files("broken", "checkpoint-").empty());
-  EXPECT_NE(server_->error_output().find("world=broken not restored"), std::string::npos);
+  EXPECT_NE(server_->error_output().find("world=broken damaged"), std::string::npos);
+}
+
+TEST_F(ServerDisk, ADamagedWorldIsToldOnThePagesUntilItIsDestroyed) {
+  start();
+  {
+    client::Client client = connect();
+    make_world(client, "broken");
+  }
+  server_->kill();
+  for (const fs::path& checkpoint : files("broken", "checkpoint-")) damage(checkpoint);
+  start();
+  EXPECT_NE(page("/metrics").find("pneuma_worlds_damaged 1"), std::string::npos);
+  EXPECT_NE(page("/healthz").find("ok\nworld broken is damaged and not served\n"), std::string::npos);
+  EXPECT_NE(page("/").find("broken  damaged\n"), std::string::npos);
+  const auto listed = support::run_program("pneuma", {"--server", server_->tcp_address(), "worlds"});
+  EXPECT_NE(listed.output.find("damaged"), std::string::npos) << listed.output;
+
+  client::Client client = connect();
+  ASSERT_TRUE(client.destroy_world("broken").ok());
+  EXPECT_TRUE(files("broken", "").empty());
+  EXPECT_EQ(client.destroy_world("broken").status().code(), base::StatusCode::not_found);
+  EXPECT_NE(page("/metrics").find("pneuma_worlds_damaged 0"), std::string::npos);
+  EXPECT_TRUE(client.create_builtin("bouncing-ball", "broken", true).ok());
 }
 
 TEST_F(ServerDisk, ASceneDoesNotReplaceTheWorldOfItsNameThatCannotBeRead) {
@@ -165,8 +207,9 @@ TEST_F(ServerDisk, ASceneDoesNotReplaceTheWorldOfItsNameThatCannotBeRead) {
   client::Client client = connect();
   const auto worlds = client.list_worlds();
   ASSERT_TRUE(worlds.ok());
-  ASSERT_EQ(worlds->worlds_size(), 1);
-  EXPECT_EQ(worlds->worlds(0).name(), "five-balls");
+  ASSERT_EQ(worlds->worlds_size(), 2);
+  EXPECT_TRUE(worlds->worlds(0).damaged());
+  EXPECT_EQ(worlds->worlds(1).name(), "five-balls");
   EXPECT_EQ(files("bouncing-ball", "checkpoint-"), checkpoints);
 }
 

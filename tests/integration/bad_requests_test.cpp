@@ -44,22 +44,24 @@ void BadRequests::add_impulses() {
     return *message.mutable_impulse();
   };
   using M = v1::ClientMessage;
-  add("impulse nan", v1::Error::INVALID_ARGUMENT, "impulse.impulse.x: not finite",
+  add("impulse nan", v1::Error::INVALID_ARGUMENT, "impulse.impulse.x: is not finite",
       [&](M& m) { *impulse(m).mutable_impulse() = vec(nan, 0, 0); });
   add("impulse infinite", v1::Error::INVALID_ARGUMENT, "impulse.impulse.z",
       [&](M& m) { *impulse(m).mutable_impulse() = vec(0, 0, -infinity); });
-  add("impulse absurd", v1::Error::INVALID_ARGUMENT, "impulse.impulse.y",
+  add("impulse absurd", v1::Error::LIMIT_EXCEEDED, "impulse.impulse.y: is 1e+200; its magnitude may be at most 1e+09",
       [&](M& m) { *impulse(m).mutable_impulse() = vec(0, 1e200, 0); });
-  add("impulse unknown body", v1::Error::NOT_FOUND, "nobody", [&](M& m) { impulse(m).set_body("nobody"); });
-  add("impulse no body", v1::Error::INVALID_ARGUMENT, "", [&](M& m) { impulse(m).set_body(""); });
-  add("impulse vertex", v1::Error::INVALID_ARGUMENT, "162", [&](M& m) { impulse(m).set_vertex(162); });
+  add("impulse unknown body", v1::Error::NOT_FOUND, "impulse.body: no body is named \"nobody\"",
+      [&](M& m) { impulse(m).set_body("nobody"); });
+  add("impulse no body", v1::Error::INVALID_ARGUMENT, "impulse.body", [&](M& m) { impulse(m).set_body(""); });
+  add("impulse vertex", v1::Error::INVALID_ARGUMENT, "impulse.vertex: \"left\" has 162 vertices",
+      [&](M& m) { impulse(m).set_vertex(162); });
   add("impulse near nan", v1::Error::INVALID_ARGUMENT, "impulse.near.position.y",
       [&](M& m) { *impulse(m).mutable_near()->mutable_position() = vec(0, nan, 0); });
   add("impulse near radius", v1::Error::INVALID_ARGUMENT, "impulse.near.radius_m",
       [&](M& m) { impulse(m).mutable_near()->set_radius_m(-1.0); });
   add("impulse ray without direction", v1::Error::INVALID_ARGUMENT, "impulse.ray.direction",
       [&](M& m) { impulse(m).mutable_ray(); });
-  add("impulse ray misses", v1::Error::NOT_FOUND, "", [&](M& m) {
+  add("impulse ray misses", v1::Error::NOT_FOUND, "impulse.ray", [&](M& m) {
     *impulse(m).mutable_ray()->mutable_origin() = vec(0, 100, 0);
     *impulse(m).mutable_ray()->mutable_direction() = vec(0, 1, 0);
   });
@@ -97,35 +99,48 @@ void BadRequests::add_edits() {
     return *message.mutable_edit()->mutable_edit()->add_changes();
   };
   add("edit nothing", v1::Error::INVALID_ARGUMENT, "edit.source", [](M& m) { m.mutable_edit()->set_world("w"); });
-  add("edit json", v1::Error::INVALID_ARGUMENT, "edit_json", [](M& m) {
+  add("edit json", v1::Error::INVALID_ARGUMENT, "edit.edit_json.line 1, column 2", [](M& m) {
     m.mutable_edit()->set_world("w");
     m.mutable_edit()->set_edit_json("{]");
   });
-  add("edit json unknown field", v1::Error::INVALID_ARGUMENT, "remove_everything", [](M& m) {
-    m.mutable_edit()->set_world("w");
-    m.mutable_edit()->set_edit_json(R"({"changes": [{"remove_everything": true}]})");
-  });
-  add("edit empty change", v1::Error::INVALID_ARGUMENT, "changes[0]", [&](M& m) { change(m); });
-  add("edit unknown body", v1::Error::NOT_FOUND, "nobody", [&](M& m) { change(m).set_remove_soft_body("nobody"); });
-  add("edit taken name", v1::Error::ALREADY_EXISTS, "left",
+  add("edit json unknown field", v1::Error::INVALID_ARGUMENT,
+      "edit.edit_json.changes[0].remove_everything: ", [](M& m) {
+        m.mutable_edit()->set_world("w");
+        m.mutable_edit()->set_edit_json(R"({"changes": [{"remove_everything": true}]})");
+      });
+  add("edit empty change", v1::Error::INVALID_ARGUMENT, "edit.edit.changes[0]: ", [&](M& m) { change(m); });
+  add("edit unknown body", v1::Error::NOT_FOUND,
+      "edit.edit.changes[0].remove_soft_body: ", [&](M& m) { change(m).set_remove_soft_body("nobody"); });
+  add("edit taken name", v1::Error::ALREADY_EXISTS, "edit.edit.changes[0].add_soft_body.name: \"left\"",
       [&](M& m) { *change(m).mutable_add_soft_body() = two_balls().soft_bodies(0); });
-  add("edit missing mesh", v1::Error::NOT_FOUND, "no-mesh", [&](M& m) {
-    change(m).mutable_add_soft_body()->set_name("b");
-    m.mutable_edit()->mutable_edit()->mutable_changes(0)->mutable_add_soft_body()->set_mesh("no-mesh");
-  });
-  add("edit negative mass", v1::Error::INVALID_ARGUMENT, "mass_kg", [&](M& m) {
-    auto& body = *change(m).mutable_change_soft_body();
-    body.set_name("left");
-    body.set_mass_kg(-1.0);
-  });
-  add("edit nan gravity", v1::Error::INVALID_ARGUMENT, "gravity",
+  add("edit missing mesh", v1::Error::NOT_FOUND,
+      "edit.edit.changes[0].add_soft_body.mesh: no mesh is named \"no-mesh\"", [&](M& m) {
+        change(m).mutable_add_soft_body()->set_name("b");
+        m.mutable_edit()->mutable_edit()->mutable_changes(0)->mutable_add_soft_body()->set_mesh("no-mesh");
+      });
+  add("edit negative mass", v1::Error::INVALID_ARGUMENT, "edit.edit.changes[0].change_soft_body.mass_kg: is -1",
+      [&](M& m) {
+        auto& body = *change(m).mutable_change_soft_body();
+        body.set_name("left");
+        body.set_mass_kg(-1.0);
+      });
+  add("edit nan gravity", v1::Error::INVALID_ARGUMENT, "edit.edit.changes[0].set_gravity.y: is not finite",
       [&](M& m) { *change(m).mutable_set_gravity() = vec(0, nan, 0); });
-  add("edit pin out of range", v1::Error::INVALID_ARGUMENT, "pins", [&](M& m) {
-    auto& body = *change(m).mutable_change_soft_body();
-    body.set_name("left");
-    body.mutable_pins()->add_vertices(100'000);
-  });
-  add("edit second change bad", v1::Error::NOT_FOUND, "changes[1]", [&](M& m) {
+  add("edit pin out of range", v1::Error::INVALID_ARGUMENT,
+      "edit.edit.changes[0].change_soft_body.pins.vertices[0]: names vertex 100000", [&](M& m) {
+        auto& body = *change(m).mutable_change_soft_body();
+        body.set_name("left");
+        body.mutable_pins()->add_vertices(100'000);
+      });
+  add("edit too fast a world", v1::Error::LIMIT_EXCEEDED, "edit.edit.changes[0].set_stepping.rate_hz: is 5000",
+      [&](M& m) { change(m).mutable_set_stepping()->set_rate_hz(5000.0); });
+  add("edit json of a bad gas", v1::Error::INVALID_ARGUMENT,
+      "edit.edit_json.changes[0].change_soft_body.gas.moles: ", [](M& m) {
+        m.mutable_edit()->set_world("w");
+        m.mutable_edit()->set_edit_json(
+            R"({"changes": [{"change_soft_body": {"name": "right", "gas": {"moles": -2}}}]})");
+      });
+  add("edit second change bad", v1::Error::NOT_FOUND, "edit.edit.changes[1].remove_soft_body", [&](M& m) {
     change(m).set_remove_soft_body("left");
     change(m).set_remove_soft_body("nobody");
   });
@@ -134,11 +149,18 @@ void BadRequests::add_edits() {
 void BadRequests::add_creations() {
   using M = v1::ClientMessage;
   add("create nothing", v1::Error::INVALID_ARGUMENT, "create_world.source", [](M& m) { m.mutable_create_world(); });
+  add("create long name", v1::Error::LIMIT_EXCEEDED, "create_world.name: has 129 bytes; at most 128", [](M& m) {
+    m.mutable_create_world()->set_name(std::string(129, 'w'));
+    m.mutable_create_world()->set_builtin("bouncing-ball");
+  });
+  add("create json missing mesh", v1::Error::NOT_FOUND, "create_world.scene_json.soft_bodies[0].mesh: ", [](M& m) {
+    m.mutable_create_world()->set_scene_json(R"({"soft_bodies": [{"name": "b", "mesh": "none"}]})");
+  });
   add("create unknown built-in", v1::Error::NOT_FOUND, "no-such-scene",
       [](M& m) { m.mutable_create_world()->set_builtin("no-such-scene"); });
   add("create a server's file", v1::Error::NOT_FOUND, "passwd",
       [](M& m) { m.mutable_create_world()->set_builtin("/etc/passwd"); });
-  add("create taken name", v1::Error::ALREADY_EXISTS, "w", [](M& m) {
+  add("create taken name", v1::Error::ALREADY_EXISTS, "create_world.name: there is a world w", [](M& m) {
     m.mutable_create_world()->set_name("w");
     m.mutable_create_world()->set_builtin("bouncing-ball");
   });
@@ -146,34 +168,38 @@ void BadRequests::add_creations() {
     m.mutable_create_world()->set_name("../../etc");
     m.mutable_create_world()->set_builtin("bouncing-ball");
   });
-  add("create json typo", v1::Error::INVALID_ARGUMENT, "gravty",
-      [](M& m) { m.mutable_create_world()->set_scene_json(R"({"gravty": {"y": 1}})"); });
-  add("create open mesh with gas", v1::Error::INVALID_ARGUMENT, "soft_bodies[0]", [](M& m) {
-    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
-    scene = two_balls();
-    scene.mutable_meshes(0)->mutable_grid()->set_columns(4);
-    scene.mutable_meshes(0)->mutable_grid()->set_rows(4);
+  add("create json typo", v1::Error::INVALID_ARGUMENT, "create_world.scene_json.gravty: ", [](M& m) {
+    m.mutable_create_world()->set_scene_json(R"({"gravty": {"y": 1}})");
   });
-  add("create index out of range", v1::Error::INVALID_ARGUMENT, "meshes[0]", [](M& m) {
-    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
-    scene = two_balls();
-    auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
-    for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, i * i, 0);
-    for (const std::uint32_t index : {0U, 1U, 7U}) triangles.add_indices(index);
-  });
-  add("create zero-area face", v1::Error::INVALID_ARGUMENT, "meshes[0]", [](M& m) {
-    v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
-    scene = two_balls();
-    auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
-    for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, 0, 0);
-    for (const std::uint32_t index : {0U, 1U, 2U}) triangles.add_indices(index);
-  });
-  add("create huge mesh", v1::Error::LIMIT_EXCEEDED, "meshes[0]", [](M& m) {
+  add("create open mesh with gas", v1::Error::INVALID_ARGUMENT, "create_world.scene.soft_bodies[0].mesh: gas needs",
+      [](M& m) {
+        v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+        scene = two_balls();
+        scene.mutable_meshes(0)->mutable_grid()->set_columns(4);
+        scene.mutable_meshes(0)->mutable_grid()->set_rows(4);
+      });
+  add("create index out of range", v1::Error::INVALID_ARGUMENT,
+      "create_world.scene.meshes[0].triangles.indices[0..2]: ", [](M& m) {
+        v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+        scene = two_balls();
+        auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
+        for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, i * i, 0);
+        for (const std::uint32_t index : {0U, 1U, 7U}) triangles.add_indices(index);
+      });
+  add("create zero-area face", v1::Error::INVALID_ARGUMENT,
+      "create_world.scene.meshes[0].triangles.indices[0..2]: ", [](M& m) {
+        v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
+        scene = two_balls();
+        auto& triangles = *scene.mutable_meshes(0)->mutable_triangles();
+        for (int i = 0; i < 3; ++i) *triangles.add_positions() = vec(i, 0, 0);
+        for (const std::uint32_t index : {0U, 1U, 2U}) triangles.add_indices(index);
+      });
+  add("create huge mesh", v1::Error::LIMIT_EXCEEDED, "create_world.scene.meshes[0].icosphere", [](M& m) {
     v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
     scene = two_balls();
     scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(4'000'000'000U);
   });
-  add("create bad rate", v1::Error::INVALID_ARGUMENT, "rate_hz", [](M& m) {
+  add("create bad rate", v1::Error::INVALID_ARGUMENT, "create_world.scene.stepping.rate_hz: is not finite", [](M& m) {
     v1::Scene& scene = *m.mutable_create_world()->mutable_scene();
     scene = two_balls();
     scene.mutable_stepping()->set_rate_hz(nan);
@@ -187,10 +213,11 @@ void BadRequests::add_others() {
     m.mutable_subscribe()->set_world("w");
     m.mutable_subscribe()->set_rate_hz(-5.0);
   });
-  add("subscribe error", v1::Error::INVALID_ARGUMENT, "subscribe.max_error_m", [](M& m) {
-    m.mutable_subscribe()->set_world("w");
-    m.mutable_subscribe()->set_max_error_m(1e-12);
-  });
+  add("subscribe error", v1::Error::LIMIT_EXCEEDED, "subscribe.max_error_m: is 1e-12; must be 0 or from 1e-06 to 10",
+      [](M& m) {
+        m.mutable_subscribe()->set_world("w");
+        m.mutable_subscribe()->set_max_error_m(1e-12);
+      });
   add("unsubscribe nothing", v1::Error::NOT_FOUND, "4242", [](M& m) { m.mutable_unsubscribe()->set_stream_id(4242); });
   add("destroy nowhere", v1::Error::NOT_FOUND, "nowhere",
       [](M& m) { m.mutable_destroy_world()->set_world("nowhere"); });
@@ -201,7 +228,7 @@ void BadRequests::add_others() {
   add("reset nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_reset()->set_world("nowhere"); });
   add("step nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_step()->set_world("nowhere"); });
   add("step nothing", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) { m.mutable_step()->set_world("w"); });
-  add("step too far", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) {
+  add("step too far", v1::Error::LIMIT_EXCEEDED, "step.ticks", [](M& m) {
     m.mutable_step()->set_world("w");
     m.mutable_step()->set_ticks(4'000'000'000U);
   });
@@ -211,7 +238,13 @@ void BadRequests::add_others() {
   });
   add("second hello", v1::Error::FAILED_PRECONDITION, "hello",
       [](M& m) { m.mutable_hello()->set_protocol_version(1); });
-  add("no request", v1::Error::UNSUPPORTED, "", [](M&) {});
+  add("no request", v1::Error::UNSUPPORTED, "no request that this server knows", [](M&) {});
+}
+
+/// The request's field in ClientMessage: where every path of its errors begins.
+std::string kind_of(const v1::ClientMessage& message) {
+  const auto* field = v1::ClientMessage::descriptor()->FindFieldByNumber(static_cast<int>(message.request_case()));
+  return field == nullptr ? std::string() : field->name();
 }
 
 TEST_F(BadRequests, EachIsAnsweredByNameAndNothingElseHappens) {
@@ -232,6 +265,10 @@ TEST_F(BadRequests, EachIsAnsweredByNameAndNothingElseHappens) {
     ASSERT_FALSE(reply.ok());
     EXPECT_EQ(static_cast<int>(reply.status().code()), static_cast<int>(bad.code)) << reply.status().message();
     EXPECT_NE(reply.status().message().find(bad.says), std::string::npos) << reply.status().message();
+    const std::string& where = reply.status().where();
+    EXPECT_TRUE(where.empty() || where == server_->tcp_address() || where == kind_of(bad.message) ||
+                where.starts_with(kind_of(bad.message) + "."))
+        << where;
     ASSERT_TRUE(client.ping().ok()) << "the connection is gone after: " << reply.status().message();
   }
 

@@ -1,7 +1,10 @@
 // Shows that every message does what it says, on good input: a real server, a real socket, the client library.
+#include <algorithm>
 #include <map>
+#include <string>
 
 #include "served.h"
+#include "support/program.h"
 
 namespace pneuma::integration {
 namespace {
@@ -50,6 +53,23 @@ TEST_F(Messages, ListNamesTheWorlds) {
   EXPECT_EQ(world.rigid_bodies(), 1U);
   EXPECT_EQ(world.vertices(), 324U);
   EXPECT_DOUBLE_EQ(world.rate_hz(), 60.0);
+}
+
+TEST_F(Messages, ListCountsTheFrozenBodies) {
+  v1::Impulse impulse;
+  impulse.set_world("w");
+  *impulse.mutable_impulse() = vec(0.0, 1e8, 0.0);  // past the limit of speed
+  for (const char* body : {"left", "stone"}) {
+    impulse.set_body(body);
+    ASSERT_TRUE(client().impulse(impulse).ok());
+  }
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 0U);
+  ASSERT_TRUE(client().step("w", 1).ok());
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 2U);
+  const auto listed = support::run_program("pneuma", {"--server", server_->tcp_address(), "worlds"});
+  EXPECT_NE(listed.output.find("paused, 2 frozen"), std::string::npos) << listed.output;
+  ASSERT_TRUE(client().reset("w").ok());
+  EXPECT_EQ(client().list_worlds()->worlds(0).frozen_bodies(), 0U);
 }
 
 TEST_F(Messages, CreateTakesBuiltInsScenesAndJsonAndFindsNames) {
@@ -198,6 +218,78 @@ TEST_F(Messages, EditsAddChangeAndRemove) {
   EXPECT_EQ(scene->scene().gravity().y(), -1.62);
   ASSERT_EQ(scene->scene().soft_bodies_size(), 2);
   EXPECT_EQ(scene->scene().soft_bodies(1).name(), "third");
+}
+
+TEST_F(Messages, AnAddedColliderHolds) {
+  ASSERT_TRUE(client()
+                  .edit_json("w", R"({"changes": [{"remove_rigid_body": "stone"},
+                    {"add_collider": {"name": "shelf", "shape": {"plane": {}}, "position": {"y": 1.5}}}]})")
+                  .ok());
+  ASSERT_TRUE(client().step("w", 180).ok());
+  EXPECT_GT(stats().soft_bodies(0).centre_of_mass().y(), 1.6) << "on the shelf, not on the floor under it";
+}
+
+TEST_F(Messages, AChangedColliderMovesWhatItHolds) {
+  ASSERT_TRUE(client().step("w", 30).ok());
+  EXPECT_NEAR(stats().rigid_bodies(0).position().y(), 0.5, 0.02) << "the stone lies on the floor";
+  ASSERT_TRUE(
+      client().edit_json("w", R"({"changes": [{"change_collider": {"name": "floor", "position": {"y": -1}}}]})").ok());
+  ASSERT_TRUE(client().step("w", 120).ok());
+  EXPECT_NEAR(stats().rigid_bodies(0).position().y(), -0.5, 0.02);
+}
+
+TEST_F(Messages, ARemovedColliderHoldsNoMore) {
+  ASSERT_TRUE(client().edit_json("w", R"({"changes": [{"remove_collider": "floor"}]})").ok());
+  ASSERT_TRUE(client().step("w", 60).ok());
+  const double fallen_m = 0.5 - stats().rigid_bodies(0).position().y();
+  EXPECT_NEAR(fallen_m, 0.5 * 9.81, 0.1) << "a second of free fall";
+}
+
+TEST_F(Messages, AnAddedRigidBodyFallsAndIsInTheFrames) {
+  ASSERT_TRUE(client().subscribe("w").ok());
+  ASSERT_TRUE(client()
+                  .edit_json("w", R"({"changes": [{"add_rigid_body": {"name": "crate",
+                    "shape": {"box": {"half_extents": {"x": 0.2, "y": 0.2, "z": 0.2}}}, "position": {"y": 9}}}]})")
+                  .ok());
+  ASSERT_TRUE(client().step("w", 30).ok());
+  const v1::Stats now = stats();
+  ASSERT_EQ(now.rigid_bodies_size(), 2);
+  EXPECT_EQ(now.rigid_bodies(1).name(), "crate");
+  EXPECT_NEAR(9.0 - now.rigid_bodies(1).position().y(), 0.5 * 9.81 * 0.25, 0.05);
+  EXPECT_NEAR(now.rigid_bodies(1).velocity().y(), -0.5 * 9.81, 1e-6);
+  const auto frame = await_frame(client(), [](const auto& candidate) { return candidate.tick == 30; });
+  ASSERT_TRUE(frame);
+  const auto crate =
+      std::ranges::find(frame->solids, std::string("crate"), [](const auto& solid) { return solid.name; });
+  ASSERT_NE(crate, frame->solids.end());
+  EXPECT_TRUE(crate->dynamic);
+}
+
+TEST_F(Messages, AnEditOfTheSteppingShowsInTheStats) {
+  ASSERT_TRUE(client()
+                  .edit_json("w", R"({"changes": [{"set_stepping":
+                    {"rate_hz": 30, "substeps": 24, "integrator": "SYMPLECTIC_EULER"}}]})")
+                  .ok());
+  const v1::Stats changed = stats();
+  EXPECT_EQ(changed.rate_hz(), 30.0);
+  EXPECT_EQ(changed.substeps(), 24U);
+  EXPECT_EQ(changed.integrator(), "SYMPLECTIC_EULER");
+  ASSERT_TRUE(client().step("w", 30).ok());
+  EXPECT_NEAR(stats().time_s(), 1.0, 1e-12);
+}
+
+TEST_F(Messages, WindThatIsReversedBlowsTheOtherWay) {
+  ASSERT_TRUE(client().create_builtin("wind-cloth", "cloth", true).ok());
+  const auto bulge_m = [this] {
+    const auto now = client().stats("cloth");
+    EXPECT_TRUE(now.ok()) << now.status().message();
+    return now->soft_bodies(0).centre_of_mass().z();
+  };
+  ASSERT_TRUE(client().step("cloth", 120).ok());
+  EXPECT_GT(bulge_m(), 0.05);
+  ASSERT_TRUE(client().edit_json("cloth", R"({"changes": [{"set_wind": {"z": -8}}]})").ok());
+  ASSERT_TRUE(client().step("cloth", 120).ok());
+  EXPECT_LT(bulge_m(), -0.05);
 }
 
 TEST_F(Messages, AnEditOfTheRateTellsEachStreamItsOwn) {

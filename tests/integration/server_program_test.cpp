@@ -73,12 +73,35 @@ TEST_F(ServerProgram, BadUsageExitsTwo) {
   }
 }
 
-TEST_F(ServerProgram, AMisspeltKeyOfAConfigurationFileIsNamed) {
-  const std::string config = temporary_file("misspelt.toml", "worlds-mx = 3\n");
-  const auto finished = run_program("pneuma-server", {"--config", config});
+TEST_F(ServerProgram, WhatIsWrongInAConfigurationFileIsSaidWithItsLine) {
+  const auto refused = [](const std::string& text, const std::string& says) {
+    const std::string config = temporary_file("wrong.toml", text);
+    const auto finished = run_program("pneuma-server", {"--config", config});
+    std::remove(config.c_str());
+    EXPECT_EQ(finished.exit_status, 2) << text;
+    EXPECT_EQ(finished.error_output, "pneuma-server: " + config + ": " + says + "\n");
+  };
+  refused("# limits\nworlds-mx = 3\n", "line 2: no flag is named worlds-mx; pneuma-server --help lists them");
+  refused("listen = \"127.0.0.1:0\n", "line 1: a quote is not closed");
+  refused("scene = [\"hand\", 'five-balls]\n", "line 1: a quote is not closed");
+  refused("[server]\nlisten = \"127.0.0.1:0\"\n", "line 1: there are no sections here");
+}
+
+TEST_F(ServerProgram, AListInAConfigurationFileMayGoOnOverLines) {
+  const std::string config = temporary_file(
+      "lines.toml", "# worlds\nscene = [\"bouncing-ball\",  # the first\n  'five-balls']\nworlds-max = 2\n");
+  start({"--config", config});
   std::remove(config.c_str());
-  EXPECT_EQ(finished.exit_status, 2);
-  EXPECT_NE(finished.error_output.find("worlds-mx"), std::string::npos) << finished.error_output;
+  EXPECT_EQ(connect().list_worlds()->worlds_size(), 2);
+}
+
+TEST_F(ServerProgram, ALimitThatIsNoNumberIsSaid) {
+  for (const std::string amount : {"many", "nan", "0", "1e99"}) {
+    const auto finished = run_program("pneuma-server", {"--worlds-max", amount});
+    EXPECT_EQ(finished.exit_status, 2);
+    EXPECT_EQ(finished.error_output,
+              "pneuma-server: --worlds-max: '" + amount + "' is no number from 1 to 2147483647\n");
+  }
 }
 
 // As the container's health check does it: the same file, and no other flag.
@@ -93,8 +116,11 @@ TEST_F(ServerProgram, HealthReadsTheServersConfiguration) {
 TEST_F(ServerProgram, WhatCannotBeHadIsSaidInOneLine) {
   expect_failure({"--scene", "no-such-scene"}, "no-such-scene");
   const std::string open_mesh = temporary_file("typo.json", R"({"gravty": {"y": -9.81}})");
-  expect_failure({"--scene", open_mesh}, "gravty");
+  expect_failure({"--scene", open_mesh}, open_mesh + ": gravty");
   std::remove(open_mesh.c_str());
+  const std::string no_mesh = temporary_file("no-mesh.json", R"({"soft_bodies": [{"name": "b", "mesh": "m"}]})");
+  expect_failure({"--scene", no_mesh}, no_mesh + ": soft_bodies[0].mesh: no mesh is named");
+  std::remove(no_mesh.c_str());
   expect_failure({"--token-file", "/no/such/token"}, "/no/such/token");
   expect_failure({"--tls-cert", "/no/such/cert.pem", "--tls-key", "/no/such/key.pem"}, "/no/such");
   expect_failure({"--data-dir", "/dev/null/data"}, "/dev/null/data");

@@ -17,6 +17,14 @@ std::string vector_text(const v1::Vec3& v) {
   return text.data();
 }
 
+/// "running", "paused, 2 frozen", "damaged".
+std::string state_of(const v1::WorldList::World& world) {
+  if (world.damaged()) return "damaged";
+  std::string state = world.paused() ? "paused" : "running";
+  if (world.frozen_bodies() > 0) state.append(", ").append(std::to_string(world.frozen_bodies())).append(" frozen");
+  return state;
+}
+
 base::Status print_head(Session& session, const v1::Stats& stats) {
   Table table({"world", "tick", "time_s", "state", "rate_hz", "substeps", "integrator", "hash"});
   table.add({stats.world(), std::to_string(stats.tick()), number_text(stats.time_s()),
@@ -91,7 +99,7 @@ base::Status list_worlds(Session& session) {
       continue;
     }
     table.add({world.name(), world.scene_name(), std::to_string(world.tick()), number_text(world.time_s()),
-               world.paused() ? "paused" : "running", number_text(world.rate_hz()), std::to_string(world.soft_bodies()),
+               state_of(world), number_text(world.rate_hz()), std::to_string(world.soft_bodies()),
                std::to_string(world.rigid_bodies()), std::to_string(world.vertices()),
                std::to_string(world.subscribers())});
   }

@@ -87,6 +87,37 @@ TEST(LiveWorld, AnEditLeavesTheGasAndTheSolidsThatItDoesNotNameGoingOn) {
   EXPECT_EQ(world->physics().colliders().back().orientation.coeffs(), turned.coeffs());
 }
 
+TEST(LiveWorld, AnEditOrResetOfALargeWorldKeepsTheMeshesThatItDoesNotChange) {
+  v1::Scene scene = ball_scene();
+  scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(5);
+  auto world = LiveWorld::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  const std::shared_ptr<const physics::Mesh> built = world->physics().soft_body(0).mesh;
+  ASSERT_TRUE(world->change(set_gravity(-1.0)).ok());
+  EXPECT_EQ(world->physics().soft_body(0).mesh, built);
+  ASSERT_TRUE(world->change(add_second_ball()).ok());
+  EXPECT_EQ(world->physics().soft_body(1).mesh, built);
+  ASSERT_TRUE(world->change(reset()).ok());
+  EXPECT_EQ(world->physics().soft_body(0).mesh, built);
+}
+
+TEST(LiveWorld, AnEditThatGivesAMeshesNameToAnotherOneBuildsIt) {
+  LiveWorld world = ball_world();
+  v1::ClientMessage message;
+  v1::SceneEdit& edit = *message.mutable_edit()->mutable_edit();
+  edit.add_changes()->set_remove_soft_body("ball");
+  edit.add_changes()->set_remove_mesh("sphere");
+  v1::Mesh& larger = *edit.add_changes()->mutable_add_mesh();
+  larger.set_name("sphere");
+  larger.mutable_icosphere()->set_subdivisions(2);
+  *edit.add_changes()->mutable_add_soft_body() = ball_scene().soft_bodies(0);
+  const auto effect = world.change(message);
+  ASSERT_TRUE(effect.ok()) << effect.status().message();
+  EXPECT_EQ(world.physics().soft_body(0).mesh->positions_m.size(), 162U);
+  ASSERT_TRUE(world.change(reset()).ok());
+  EXPECT_EQ(world.physics().soft_body(0).mesh->positions_m.size(), 42U);
+}
+
 TEST(LiveWorld, SavedAtAnyTickItGoesOnWithTheSameBits) {
   LiveWorld whole = ball_world();
   play(whole, 60);

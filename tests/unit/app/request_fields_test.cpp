@@ -14,7 +14,7 @@ TEST(RequestFields, AVectorsBadComponentIsNamed) {
   v1::Vec3 vector;
   EXPECT_TRUE(read_vector(vector, 1.0, "v").ok());
   vector.set_x(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(read_vector(vector, 1.0, "v").status().message(), "v.x: not finite");
+  EXPECT_EQ(read_vector(vector, 1.0, "v").status().message(), "v.x: is not finite");
   vector.set_x(1.0);
   vector.set_z(-1.5);
   EXPECT_EQ(read_vector(vector, 1.0, "v").status().where(), "v.z");

@@ -76,6 +76,8 @@ TEST(SessionGate, OnlyTheTokenOpens) {
     const auto verdict = gate.receive(hello(1, wrong), start);
     EXPECT_FALSE(verdict.authenticated) << wrong;
     EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNAUTHENTICATED);
+    EXPECT_EQ(verdict.reply->error().what(),
+              wrong.empty() ? "is missing: this server asks for a token" : "is not this server's");
     EXPECT_TRUE(verdict.close);
   }
   SessionGate gate(7, "secret", {});

@@ -23,6 +23,7 @@ TEST(Admission, AnAddressHasItsOwnLimit) {
   EXPECT_FALSE(first->refused());
   EXPECT_FALSE(second->refused());
   EXPECT_TRUE(admission.admit("a")->refused());
+  EXPECT_EQ(admission.admit("a")->refusal().what(), "your address has its 2 connections already; try again later");
   EXPECT_FALSE(admission.admit("b")->refused());
 }
 
@@ -30,6 +31,7 @@ TEST(Admission, AllAddressesTogetherHaveALimit) {
   Admission admission(small_limits());
   const std::vector places{admission.admit("a"), admission.admit("b"), admission.admit("c")};
   EXPECT_TRUE(admission.admit("d")->refused());
+  EXPECT_EQ(admission.admit("d")->refusal().what(), "the server has its 3 connections already; try again later");
 }
 
 TEST(Admission, APlaceComesBack) {

@@ -48,6 +48,14 @@ TEST(Framing, AMessageMayBeCutAtEveryByte) {
   }
 }
 
+TEST(Framing, ATlsClientsFirstBytesAreToldApart) {
+  FrameReader reader(500);
+  std::string_view hello("\x16\x03\x01\x02\x00\x01", 6);
+  const auto taken = reader.take(hello);
+  EXPECT_EQ(taken.status().code(), base::StatusCode::malformed);
+  EXPECT_EQ(taken.status().what(), "the client speaks TLS, and this port does not");
+}
+
 TEST(Framing, AnyChunksGiveTheSameMessages) {
   std::mt19937 random(7);
   for (int round = 0; round < 200; ++round) {

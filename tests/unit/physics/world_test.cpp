@@ -42,6 +42,14 @@ TEST(World, SnapshotInTheMiddleGoesOnWithTheSameBits) {
   }
 }
 
+TEST(World, TheHashIsFnv1aOverTheSnapshot) {
+  World world = make(lively_scene());
+  run(world, 7);
+  std::uint64_t hash = 0xcbf29ce484222325U;
+  for (const char byte : world.snapshot()) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3U;
+  EXPECT_EQ(world.state_hash(), hash);
+}
+
 TEST(World, DamagedSnapshotIsRefusedAndChangesNothing) {
   World world = make(lively_scene());
   run(world, 3);

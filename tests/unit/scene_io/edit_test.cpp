@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "base/limits.h"
+#include "scene_io/edit_path.h"
 #include "scene_io/json.h"
 #include "scene_io/load.h"
 
@@ -165,6 +166,58 @@ TEST(RenewedBodies, AreThoseAddedAndTheRigidOnesWhoseMotionIsSet) {
   EXPECT_TRUE(renewed(R"({"change_rigid_body": {"name": "r", "mass_kg": 2}}, {"remove_soft_body": "b"},
     {"change_soft_body": {"name": "a", "mass_kg": 2}}, {"add_collider": {"name": "d"}}, {"set_gravity": {}})")
                   .empty());
+}
+
+/// What by_change makes of an error at `where` of the edited scene.
+base::Status by_change_at(const std::string& where, const std::string& changes) {
+  const auto parsed = parse_edit_json("{\"changes\": [" + changes + "]}");
+  EXPECT_TRUE(parsed.ok()) << parsed.status().message();
+  const auto edited = apply_edit(scene_before(), *parsed);
+  EXPECT_TRUE(edited.ok()) << edited.status().message();
+  return by_change(base::invalid("is bad", where), *edited, *parsed);
+}
+
+TEST(ByChange, AnErrorOfTheSceneIsFoundInTheChangeThatBroughtIt) {
+  const std::string body = R"({"add_soft_body": {"name": "new", "mesh": "none"}})";
+  EXPECT_EQ(by_change_at("soft_bodies[2].mesh", body).message(), "changes[0].add_soft_body.mesh: is bad");
+  EXPECT_EQ(by_change_at("soft_bodies[2].mass_kg", body).where(), "changes[0].add_soft_body.mass_kg")
+      << "a default is the addition's too";
+  EXPECT_EQ(by_change_at("soft_bodies[2]", body).where(), "changes[0].add_soft_body");
+  EXPECT_EQ(
+      by_change_at("meshes[2].triangles.indices[9..11]", R"({"add_mesh": {"name": "m", "triangles": {}}})").where(),
+      "changes[0].add_mesh.triangles.indices[9..11]");
+  EXPECT_EQ(by_change_at("rigid_bodies[0].mass_kg", R"({"change_rigid_body": {"name": "r", "mass_kg": 9}})").where(),
+            "changes[0].change_rigid_body.mass_kg");
+  EXPECT_EQ(by_change_at("colliders[0].shape.sphere.radius_m",
+                         R"({"change_collider": {"name": "c", "shape": {"sphere": {}}}})")
+                .where(),
+            "changes[0].change_collider.shape.sphere.radius_m");
+  EXPECT_EQ(by_change_at("gravity.y", R"({"set_gravity": {"y": 1}})").where(), "changes[0].set_gravity.y");
+  EXPECT_EQ(by_change_at("stepping.substeps", R"({"set_stepping": {"substeps": 9}})").where(),
+            "changes[0].set_stepping.substeps");
+  EXPECT_EQ(by_change_at("atmosphere.wind.z", R"({"set_wind": {"z": 1}})").where(), "changes[0].set_wind.z");
+  EXPECT_EQ(by_change_at("atmosphere.wind.z", R"({"set_atmosphere": {"wind": {"z": 1}}})").where(),
+            "changes[0].set_atmosphere.wind.z");
+}
+
+TEST(ByChange, PinsHaveOtherNamesInAChange) {
+  const std::string pins = R"({"change_soft_body": {"name": "a", "pins": {"vertices": [1, 99], "boundary": true}}})";
+  EXPECT_EQ(by_change_at("soft_bodies[0].pins[1]", pins).where(), "changes[0].change_soft_body.pins.vertices[1]");
+  EXPECT_EQ(by_change_at("soft_bodies[0].pin_boundary", pins).where(), "changes[0].change_soft_body.pins.boundary");
+}
+
+TEST(ByChange, TheLastChangeThatSetsTheFieldIsMeant) {
+  const std::string changes = R"({"change_soft_body": {"name": "a", "mass_kg": 1}},
+                                 {"change_soft_body": {"name": "a", "mass_kg": 3}},
+                                 {"change_soft_body": {"name": "a", "drag": {"normal": 1}}},
+                                 {"change_soft_body": {"name": "b", "mass_kg": 5}})";
+  EXPECT_EQ(by_change_at("soft_bodies[0].mass_kg", changes).where(), "changes[1].change_soft_body.mass_kg");
+}
+
+TEST(ByChange, WhatNoChangeHoldsIsToldByTheScenesOwnPath) {
+  const base::Status status = by_change_at("soft_bodies[0]", R"({"set_stepping": {"rate_hz": 1}})");
+  EXPECT_EQ(status.where(), "");
+  EXPECT_EQ(status.what(), "soft_bodies[0]: is bad");
 }
 
 }  // namespace

@@ -1,0 +1,14 @@
+// JSON that says the same thing twice.
+#pragma once
+
+#include <string_view>
+
+#include "base/status.h"
+
+namespace pneuma::scene_io {
+
+/// Of well-formed JSON: refuses an object that has a key twice, by the key's path (`soft_bodies[1].mass_kg`). A parsed
+/// value cannot tell: it holds the last of them.
+[[nodiscard]] base::Status check_keys(std::string_view json);
+
+}  // namespace pneuma::scene_io

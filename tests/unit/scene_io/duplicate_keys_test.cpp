@@ -1,0 +1,37 @@
+// Shows that a scene or edit that says the same thing twice is refused, by the path of the key, however it is spelt.
+#include "scene_io/duplicate_keys.h"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "scene_io/json.h"
+#include "scene_io/set_path.h"
+
+namespace pneuma::scene_io {
+namespace {
+
+TEST(DuplicateKeys, AreNamedWithTheirPath) {
+  EXPECT_EQ(check_keys(R"({"name": "a", "name": "a"})").message(), "name: is given twice");
+  EXPECT_EQ(check_keys(R"({"bodies": [{"name": "a", "pins": [1, 2]}, {"mass": 1, "gas": {}, "mass": 2}]})").message(),
+            "bodies[1].mass: is given twice");
+  EXPECT_EQ(check_keys(R"({"a": {"b": [[{}, {"c": null, "c": true}]]}})").where(), "a.b[0][1].c");
+  EXPECT_EQ(check_keys(R"({"name": "a", "na\u006de": "b"})").where(), "name") << "however it is spelt";
+}
+
+TEST(DuplicateKeys, OfOtherObjectsAreNone) {
+  EXPECT_TRUE(check_keys(R"({"a": {"name": 1}, "b": [{"name": 1}, {"name": 2}], "name": "name"})").ok());
+  EXPECT_TRUE(check_keys(R"([1, "two", -3.5, true, null, []])").ok());
+}
+
+TEST(DuplicateKeys, NoSceneNorEditHasThem) {
+  EXPECT_EQ(parse_scene_json(R"({"soft_bodies": [{"mass_kg": 1, "mass_kg": 2}]})").status().message(),
+            "soft_bodies[0].mass_kg: is given twice");
+  EXPECT_EQ(parse_edit_json(R"({"changes": [{}, {"set_gravity": {"y": 1, "y": 2}}]})").status().message(),
+            "changes[1].set_gravity.y: is given twice");
+  v1::Scene scene;
+  EXPECT_EQ(set_path(scene, R"(gravity={"y": 1, "y": 2})").message(), "gravity.y: is given twice");
+}
+
+}  // namespace
+}  // namespace pneuma::scene_io
