@@ -62,21 +62,21 @@ void add_pressure_on_faces(const Mesh& mesh, double pressure_pa, std::span<const
 // number). We read the size of the push as a third of the area around it, which keeps it near the spread by faces.
 template <class Real>
 void add_pressure_on_normals(const Mesh& mesh, double pressure_pa, std::span<const Vec3<Real>> x,
-                             std::span<Vec3<Real>> force) {
-  std::vector<Vec3<Real>> normal_sums(x.size(), Vec3<Real>::Zero());
-  std::vector<Real> areas(x.size(), Real{0});
+                             NormalSpread<Real>& spread, std::span<Vec3<Real>> force) {
+  spread.normal_sums.assign(x.size(), Vec3<Real>::Zero());
+  spread.areas_m2.assign(x.size(), Real{0});
   for (const Face& face : mesh.faces) {
     const Vec3<Real> cross = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
     const Real twice_area = cross.norm();
     if (!(twice_area > 0)) continue;
     for (const std::uint32_t vertex : face) {
-      normal_sums[vertex] += cross / twice_area;
-      areas[vertex] += twice_area / 6;
+      spread.normal_sums[vertex] += cross / twice_area;
+      spread.areas_m2[vertex] += twice_area / 6;
     }
   }
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Real faces = static_cast<Real>(mesh.face_counts[i]);
-    force[i] += static_cast<Real>(pressure_pa) * areas[i] * (normal_sums[i] / faces);
+    force[i] += static_cast<Real>(pressure_pa) * spread.areas_m2[i] * (spread.normal_sums[i] / faces);
   }
 }
 
@@ -162,12 +162,12 @@ double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
 }
 
 template <class Real>
-void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x,
+void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec3<Real>> x,
                   std::span<Vec3<Real>> force) {
-  if (body.pressure_spread == PressureSpread::faces) {
-    add_pressure_on_faces<Real>(*body.mesh, pressure_pa, x, force);
+  if (body.body.pressure_spread == PressureSpread::faces) {
+    add_pressure_on_faces<Real>(*body.body.mesh, pressure_pa, x, force);
   } else {
-    add_pressure_on_normals<Real>(*body.mesh, pressure_pa, x, force);
+    add_pressure_on_normals<Real>(*body.body.mesh, pressure_pa, x, body.spread, force);
   }
 }
 
@@ -192,7 +192,7 @@ void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::s
     // 3: pressure
     const StageTimer timer(profile, Stage::pressure);
     body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
-    add_pressure<Real>(body.body, body.pressure_pa, x, force);
+    add_pressure<Real>(body, body.pressure_pa, x, force);
   }
   const bool has_drag = body.body.drag.normal > 0.0 || body.body.drag.tangential > 0.0;
   if (has_drag && surroundings.atmosphere.density_kg_m3 > 0.0) {
@@ -205,10 +205,10 @@ void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::s
   }
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                                 \
-  template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                            \
-  template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>); \
-  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
+#define PNEUMA_INSTANTIATE(Real)                                                                                  \
+  template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                             \
+  template void add_pressure<Real>(SoftState<Real>&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>); \
+  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>,  \
                                      const Surroundings&, double, std::span<Vec3<Real>>, Profile*);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

@@ -25,8 +25,9 @@ void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::s
                     const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile);
 
 /// Adds the pressure force alone: P A n of each face shared to its three particles, or the paper's spread by vertex
-/// normals.
+/// normals. Of `body` only its scratch changes; a second call allocates nothing.
 template <class Real>
-void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x, std::span<Vec3<Real>> force);
+void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec3<Real>> x,
+                  std::span<Vec3<Real>> force);
 
 }  // namespace pneuma::physics
