@@ -80,7 +80,7 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
   };
   if (near_.size() < pairs_.size()) near_.resize(pairs_.size());
   for_each_body(workers, [&](std::size_t i) {
-    if (first_of(i) < first_of(i + 1)) fit_rigid_part(soft[i], bounds_[i]);
+    if (first_of(i) < first_of(i + 1)) fit_means(soft[i], bounds_[i]);
   });
   for_each_body(workers, [&](std::size_t i) {
     for (std::size_t p = first_of(i); p < first_of(i + 1); ++p) {

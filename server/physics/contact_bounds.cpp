@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/limits.h"
+#include "physics/sweep.h"
 
 namespace pneuma::physics {
 namespace {
@@ -85,38 +86,23 @@ Vec3d mean_velocity(const SoftState<Real>& body) {
 }
 
 template <class Real>
-void fit_rigid_part(const SoftState<Real>& body, BodyBounds& bounds) {
-  RigidPart& rigid = bounds.rigid;
-  const auto vertex_mass_kg = static_cast<double>(body.vertex_mass_kg);
-  Vec3d place = Vec3d::Zero();
-  Vec3d move = Vec3d::Zero();
+void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+  const Vec3d near = body.x.front().template cast<double>();  // so that far from the origin no digits are lost
+  Vec3d arms = Vec3d::Zero();
+  Vec3d moves = Vec3d::Zero();
   std::size_t free = 0;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
-    place += body.x[i].template cast<double>();
-    move += body.dr[i].template cast<double>();
+    arms += body.x[i].template cast<double>() - near;
+    moves += body.dr[i].template cast<double>();
     ++free;
   }
   const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
-  bounds.mean_move = share * move;
-  rigid.mass_kg = static_cast<double>(free) * vertex_mass_kg;
-  rigid.centre = share * place;
+  RigidPart& rigid = bounds.rigid;
+  rigid.mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
+  rigid.centre = near + share * arms;
   rigid.velocity = mean_velocity(body);
-
-  Vec3d spin = Vec3d::Zero();                         // angular momentum over a vertex's mass
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();  // of the arms
-  for (std::size_t i = 0; i < body.x.size(); ++i) {
-    if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
-    spin += arm.cross(body.v[i].template cast<double>());
-    squares += arm * arm.transpose();
-  }
-  const double size = squares.trace();
-  const Eigen::Matrix3d inertia = size * Eigen::Matrix3d::Identity() - squares;
-  const bool turns = inertia.determinant() > turning_share_min * size * size * size;
-  rigid.inverse_inertia_1_kg_m2.setZero();
-  if (turns) rigid.inverse_inertia_1_kg_m2 = inertia.inverse() / vertex_mass_kg;
-  rigid.angular_velocity = vertex_mass_kg * (rigid.inverse_inertia_1_kg_m2 * spin);
+  bounds.mean_move = share * moves;
 
   // A body about to be frozen must not take others with it.
   bounds.active = bounds.active && rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
@@ -134,6 +120,31 @@ void fit_rigid_part(const SoftState<Real>& body, BodyBounds& bounds) {
 }
 
 template <class Real>
+void fit_turning(const SoftState<Real>& body, RigidPart& rigid) {
+  if (rigid.turning_is_known) return;
+  rigid.turning_is_known = true;
+  Vec3d spin = Vec3d::Zero();
+  Vec3d squares = Vec3d::Zero();   // xx, yy, zz of the arms
+  Vec3d products = Vec3d::Zero();  // xy, yz, zx
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    spin += arm.cross(body.v[i].template cast<double>());
+    squares += arm.cwiseProduct(arm);
+    products += arm.cwiseProduct(Vec3d(arm.y(), arm.z(), arm.x()));
+  }
+  const double size = squares.sum();
+  Eigen::Matrix3d inertia;                                      // over a vertex's mass, as the spin is
+  inertia << size - squares.x(), -products.x(), -products.z(),  //
+      -products.x(), size - squares.y(), -products.y(),         //
+      -products.z(), -products.y(), size - squares.z();
+  if (!(inertia.determinant() > turning_share_min * size * size * size)) return;
+  const Eigen::Matrix3d inverse = inertia.inverse();
+  rigid.inverse_inertia_1_kg_m2 = inverse / static_cast<double>(body.vertex_mass_kg);
+  rigid.angular_velocity = inverse * spin;
+}
+
+template <class Real>
 void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
                      std::vector<std::uint32_t>& order, std::vector<SoftPair>& pairs) {
   order.clear();
@@ -143,22 +154,15 @@ void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const Body
   }
   double thickest_m = 0.0;
   for (const std::uint32_t i : order) thickest_m = std::max(thickest_m, soft[i].body.surface.thickness_m);
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) {
-    const double xa = bounds[a].swept.min.x();
-    const double xb = bounds[b].swept.min.x();
-    return xa != xb ? xa < xb : a < b;
-  });
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const std::uint32_t a = order[i];
-    for (std::size_t j = i + 1; j < order.size(); ++j) {
-      const std::uint32_t b = order[j];
-      if (bounds[b].swept.min.x() > bounds[a].swept.max.x() + 2.0 * thickest_m) break;
-      const double grown_m = soft[a].body.surface.thickness_m + soft[b].body.surface.thickness_m;
-      if (!overlap(bounds[a].swept, bounds[b].swept, grown_m)) continue;
-      pairs.push_back({.a = a, .b = b});
-      pairs.push_back({.a = b, .b = a});
-    }
-  }
+  sort_and_sweep(
+      order, [&](std::uint32_t i) { return bounds[i].swept.min.x(); },
+      [&](std::uint32_t i) { return bounds[i].swept.max.x() + 2.0 * thickest_m; },
+      [&](std::uint32_t a, std::uint32_t b) {
+        const double grown_m = soft[a].body.surface.thickness_m + soft[b].body.surface.thickness_m;
+        if (!overlap(bounds[a].swept, bounds[b].swept, grown_m)) return;
+        pairs.push_back({.a = a, .b = b});
+        pairs.push_back({.a = b, .b = a});
+      });
   std::ranges::sort(pairs, [](const SoftPair& p, const SoftPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
 }
 
@@ -166,8 +170,10 @@ template void fit_boxes(const SoftState<float>&, BodyBounds&);
 template void fit_boxes(const SoftState<double>&, BodyBounds&);
 template Vec3d mean_velocity(const SoftState<float>&);
 template Vec3d mean_velocity(const SoftState<double>&);
-template void fit_rigid_part(const SoftState<float>&, BodyBounds&);
-template void fit_rigid_part(const SoftState<double>&, BodyBounds&);
+template void fit_means(const SoftState<float>&, BodyBounds&);
+template void fit_means(const SoftState<double>&, BodyBounds&);
+template void fit_turning(const SoftState<float>&, RigidPart&);
+template void fit_turning(const SoftState<double>&, RigidPart&);
 template void find_soft_pairs(std::span<const SoftState<float>>, std::span<const BodyBounds>,
                               std::vector<std::uint32_t>&, std::vector<SoftPair>&);
 template void find_soft_pairs(std::span<const SoftState<double>>, std::span<const BodyBounds>,

@@ -17,6 +17,8 @@ struct RigidPart {
   double mass_kg = 0.0;  // 0: every vertex is pinned
   Vec3d centre = Vec3d::Zero();
   Vec3d velocity = Vec3d::Zero();
+  // Of bodies that are hit only (fit_turning).
+  bool turning_is_known = false;
   Vec3d angular_velocity = Vec3d::Zero();
   // 0 where the vertices lie on a line: such a body does not turn as a whole.
   Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
@@ -46,7 +48,10 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds);
 template <class Real>
 [[nodiscard]] Vec3d mean_velocity(const SoftState<Real>& body);
 template <class Real>
-void fit_rigid_part(const SoftState<Real>& body, BodyBounds& bounds);
+void fit_means(const SoftState<Real>& body, BodyBounds& bounds);
+/// The angular velocity and inertia of the rigid part, from the velocities as they are now; nothing the second time.
+template <class Real>
+void fit_turning(const SoftState<Real>& body, RigidPart& rigid);
 
 /// Fills `pairs` with both directions of each pair of bodies whose swept boxes, grown by their thickness, overlap; in
 /// order of (a, b). Bodies that are not to meet soft bodies are left out. Sort and sweep along x.

@@ -182,6 +182,8 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   const ContactSurface surface = surface_of(a.body, b.body);
   find_hits(a, b.body.collision.bounds, bounds_b, surface, near, hits);
   if (hits.empty()) return;
+  fit_turning(a, bounds_a.rigid);
+  fit_turning(b, bounds_b.rigid);
 
   const RigidPart& other = bounds_b.rigid;
   const auto vertex_mass_kg = static_cast<double>(a.vertex_mass_kg);

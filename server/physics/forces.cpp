@@ -62,21 +62,21 @@ void add_pressure_on_faces(const Mesh& mesh, double pressure_pa, std::span<const
 // number). We read the size of the push as a third of the area around it, which keeps it near the spread by faces.
 template <class Real>
 void add_pressure_on_normals(const Mesh& mesh, double pressure_pa, std::span<const Vec3<Real>> x,
-                             std::span<Vec3<Real>> force) {
-  std::vector<Vec3<Real>> normal_sums(x.size(), Vec3<Real>::Zero());
-  std::vector<Real> areas(x.size(), Real{0});
+                             NormalSpread<Real>& spread, std::span<Vec3<Real>> force) {
+  spread.normal_sums.assign(x.size(), Vec3<Real>::Zero());
+  spread.areas_m2.assign(x.size(), Real{0});
   for (const Face& face : mesh.faces) {
     const Vec3<Real> cross = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
     const Real twice_area = cross.norm();
     if (!(twice_area > 0)) continue;
     for (const std::uint32_t vertex : face) {
-      normal_sums[vertex] += cross / twice_area;
-      areas[vertex] += twice_area / 6;
+      spread.normal_sums[vertex] += cross / twice_area;
+      spread.areas_m2[vertex] += twice_area / 6;
     }
   }
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Real faces = static_cast<Real>(mesh.face_counts[i]);
-    force[i] += static_cast<Real>(pressure_pa) * areas[i] * (normal_sums[i] / faces);
+    force[i] += static_cast<Real>(pressure_pa) * spread.areas_m2[i] * (spread.normal_sums[i] / faces);
   }
 }
 
@@ -171,12 +171,12 @@ void update_pressure(SoftState<Real>& body, const Atmosphere& atmosphere) {
 }
 
 template <class Real>
-void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x,
+void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec3<Real>> x,
                   std::span<Vec3<Real>> force) {
-  if (body.pressure_spread == PressureSpread::faces) {
-    add_pressure_on_faces<Real>(*body.mesh, pressure_pa, x, force);
+  if (body.body.pressure_spread == PressureSpread::faces) {
+    add_pressure_on_faces<Real>(*body.body.mesh, pressure_pa, x, force);
   } else {
-    add_pressure_on_normals<Real>(*body.mesh, pressure_pa, x, force);
+    add_pressure_on_normals<Real>(*body.body.mesh, pressure_pa, x, body.spread, force);
   }
 }
 
@@ -212,7 +212,7 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
     // 3: pressure
     const StageTimer timer(profile, Stage::pressure);
     update_pressure(body, surroundings.atmosphere);
-    add_pressure<Real>(body.body, body.pressure_pa, x, force);
+    add_pressure<Real>(body, body.pressure_pa, x, force);
   }
   if (has_wind(body.body, surroundings.atmosphere)) {
     const StageTimer timer(profile, Stage::wind);
@@ -228,7 +228,7 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
   template double body_volume_m3<Real>(const SoftBody&, std::span<const Vec3<Real>>);                              \
   template void add_wind<Real>(const SoftBody&, const Atmosphere&, std::span<const Vec3<Real>>,                    \
                                std::span<const Vec3<Real>>, std::span<Vec3<Real>>);                                \
-  template void add_pressure<Real>(const SoftBody&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);   \
+  template void add_pressure<Real>(SoftState<Real>&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);  \
   template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>,   \
                                      const Surroundings&, double, std::span<Vec3<Real>>, Profile*);                \
   template void add_other_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \

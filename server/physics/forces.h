@@ -44,8 +44,9 @@ void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<cons
               std::span<const Vec3<Real>> v, std::span<Vec3<Real>> force);
 
 /// Adds the pressure force alone: P A n of each face shared to its three particles, or the paper's spread by vertex
-/// normals.
+/// normals. Of `body` only its scratch changes; a second call allocates nothing.
 template <class Real>
-void add_pressure(const SoftBody& body, double pressure_pa, std::span<const Vec3<Real>> x, std::span<Vec3<Real>> force);
+void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec3<Real>> x,
+                  std::span<Vec3<Real>> force);
 
 }  // namespace pneuma::physics

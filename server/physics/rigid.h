@@ -57,6 +57,16 @@ void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std
 void find_collider_contacts(std::span<const RigidState> rigid, std::uint32_t a, const ColliderState& collider,
                             double dt_s, std::vector<RigidContact>& contacts);
 
+/// Two rigid bodies, a < b, that may have contacts.
+struct RigidPair {
+  std::uint32_t a = 0;
+  std::uint32_t b = 0;
+};
+/// Fills `pairs`, in order of (a, b), with every two active bodies of which find_rigid_contacts may have something to
+/// say; `order` is scratch.
+void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vector<std::uint32_t>& order,
+                      std::vector<RigidPair>& pairs);
+
 /// Contacts among rigid bodies and between them and colliders: sequential impulses (Catto, "Iterative Dynamics with
 /// Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no energy.
 class RigidSolver {
@@ -77,6 +87,8 @@ class RigidSolver {
   void cut_moves(std::span<RigidState> rigid, double dt_s);
   void undo_overlaps(std::span<RigidState> rigid);
 
+  std::vector<std::uint32_t> order_;  // of the sweep
+  std::vector<RigidPair> pairs_;
   std::vector<RigidContact> contacts_;
   std::vector<Push> pushes_;  // one a body
 };

@@ -5,6 +5,7 @@
 #include "physics/rigid.h"
 #include "physics/rigid_box_box.h"
 #include "physics/shape.h"
+#include "physics/sweep.h"
 
 namespace pneuma::physics {
 namespace {
@@ -156,6 +157,31 @@ class Collector {
 };
 
 }  // namespace
+
+void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vector<std::uint32_t>& order,
+                      std::vector<RigidPair>& pairs) {
+  // Each alone may reach this far from its centre, so that two of which neither reaches the other are further apart
+  // than the distance at which find_rigid_contacts gives up; a whole margin each leaves room for round-off.
+  const auto reach_m = [&](std::uint32_t i) {
+    const RigidState& body = rigid[i];
+    const double size_m = radius_about_centre(body.body.shape);
+    return size_m + margin_m + body.body.surface.thickness_m +
+           dt_s * (body.velocity.norm() + body.angular_velocity.norm() * size_m);
+  };
+  order.clear();
+  pairs.clear();
+  for (std::uint32_t i = 0; i < rigid.size(); ++i) {
+    if (is_active(rigid[i])) order.push_back(i);
+  }
+  sort_and_sweep(
+      order, [&](std::uint32_t i) { return rigid[i].position.x() - reach_m(i); },
+      [&](std::uint32_t i) { return rigid[i].position.x() + reach_m(i); },
+      [&](std::uint32_t a, std::uint32_t b) {
+        const Vec3d apart_m = (rigid[a].position - rigid[b].position).cwiseAbs();
+        if (apart_m.maxCoeff() <= reach_m(a) + reach_m(b)) pairs.push_back({std::min(a, b), std::max(a, b)});
+      });
+  std::ranges::sort(pairs, [](const RigidPair& p, const RigidPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+}
 
 void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
                          std::vector<RigidContact>& contacts) {

@@ -67,7 +67,8 @@ double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
 }  // namespace
 
 std::size_t RigidSolver::bytes() const {
-  return contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push);
+  return order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
+         contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push);
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
@@ -90,13 +91,13 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
 
 void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
                                 double dt_s) {
+  find_rigid_pairs(rigid, dt_s, order_, pairs_);
   contacts_.clear();
+  auto pair = pairs_.begin();
   for (std::uint32_t a = 0; a < rigid.size(); ++a) {
     if (!is_active(rigid[a])) continue;
     for (const ColliderState& collider : colliders) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
-    for (std::uint32_t b = a + 1; b < rigid.size(); ++b) {
-      if (is_active(rigid[b])) find_rigid_contacts(rigid, a, b, dt_s, contacts_);
-    }
+    for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
   }
 }
 

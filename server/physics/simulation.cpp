@@ -13,9 +13,10 @@ namespace pneuma::physics {
 
 namespace {
 
-constexpr const char* runaway_reason =
-    "its motion was no longer finite, tore it apart, or went past the limits of speed and place";
-
+constexpr const char* not_finite = "its motion was no longer finite";
+constexpr const char* torn_apart = "it was torn apart: a particle moved past its own body in one step";
+constexpr const char* too_fast = "it went past the limit of speed";
+constexpr const char* too_far = "it went past the limit of place";
 constexpr const char* failed_reason = "its integrator found no finite answer";
 
 std::size_t evaluations_of(Integrator integrator) {
@@ -52,6 +53,34 @@ bool is_well(const SoftState<Real>& body) {
     well &= (body.dr[i] - mean_move).squaredNorm() <= stray_max * stray_max;
   }
   return well;
+}
+
+// What made the body no longer well; the first that holds, in the order from what says most.
+template <class Real>
+const char* runaway_reason(const SoftState<Real>& body) {
+  const auto speed_max = static_cast<Real>(base::speed_max_m_s);
+  const Real stray_max = static_cast<Real>(base::runaway_body_lengths) * body.length_m;
+  const auto any = [&body](const auto& holds) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      if (holds(i)) return true;
+    }
+    return false;
+  };
+  if (any([&](std::size_t i) { return !body.v[i].allFinite() || !body.dr[i].allFinite(); })) return not_finite;
+  Vec3<Real> mean_move = Vec3<Real>::Zero();
+  for (const Vec3<Real>& move : body.dr) mean_move += move;
+  mean_move /= static_cast<Real>(body.dr.size());
+  if (any([&](std::size_t i) { return !((body.dr[i] - mean_move).squaredNorm() <= stray_max * stray_max); })) {
+    return torn_apart;
+  }
+  if (any([&](std::size_t i) { return !(body.v[i].squaredNorm() <= speed_max * speed_max); })) return too_fast;
+  return too_far;
+}
+
+const char* runaway_reason(const RigidState& body) {
+  if (!body.velocity.allFinite() || !body.angular_velocity.allFinite() || !body.position.allFinite()) return not_finite;
+  const bool fast = body.velocity.norm() > base::speed_max_m_s || body.angular_velocity.norm() > base::speed_max_m_s;
+  return fast ? too_fast : too_far;
 }
 
 }  // namespace
@@ -248,12 +277,12 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     RigidState& body = rigid[i];
     if (body.frozen || is_active(body)) continue;
+    frozen.push_back({body.body.name, runaway_reason(body)});
     body.position = rigid_before[i].position;
     body.orientation = rigid_before[i].orientation;
     body.velocity.setZero();
     body.angular_velocity.setZero();
     body.frozen = true;
-    frozen.push_back({body.body.name, runaway_reason});
   }
 }
 
@@ -281,10 +310,10 @@ void Simulation::report_gas(SoftState<Real>& body) {
 // A body that has run away keeps the place where it was last well.
 template <class Real>
 void Simulation::freeze(SoftState<Real>& body) {
+  frozen.push_back({body.body.name, body.solve_failed ? failed_reason : runaway_reason(body)});
   std::ranges::fill(body.v, Vec3<Real>::Zero());
   std::ranges::fill(body.dr, Vec3<Real>::Zero());
   body.frozen = true;
-  frozen.push_back({body.body.name, body.solve_failed ? failed_reason : runaway_reason});
 }
 
 }  // namespace pneuma::physics

@@ -39,6 +39,13 @@ struct Grab {
   double damping_n_s_m = 0.0;
 };
 
+/// Room for the spread of pressure by vertex normals; empty where it is not used.
+template <class Real>
+struct NormalSpread {
+  std::vector<Vec3<Real>> normal_sums;  // of the unit normals of a vertex's faces
+  std::vector<Real> areas_m2;           // a third of their areas
+};
+
 template <class Real>
 struct SoftState {
   SoftBody body;  // as the scene has it now
@@ -51,6 +58,7 @@ struct SoftState {
   std::vector<Vec3<Real>> v;         // velocities, m/s
   std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
   std::optional<GasState> gas;
+  NormalSpread<Real> spread;
   double volume_m3 = 0.0;             // by the body's own method, at the last force evaluation
   double pressure_pa = 0.0;           // over the outside, at the last force evaluation
   bool inverted = false;              // the gas's volume was 0 or less then

@@ -126,7 +126,7 @@ class Xpbd {
     scratch_.position.resize(count);
     for (std::size_t i = 0; i < count; ++i) scratch_.position[i] = body_.x[i] + body_.dr[i];
     scratch_.gradient.assign(count, Vec3<Real>::Zero());
-    add_pressure<Real>(body_.body, 1.0, scratch_.position, scratch_.gradient);
+    add_pressure<Real>(body_, 1.0, scratch_.position, scratch_.gradient);
     double give = 0.0;  // volume a multiplier
     double longest = 0.0;
     for (std::size_t i = 0; i < count; ++i) {

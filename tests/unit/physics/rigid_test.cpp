@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -208,6 +209,53 @@ TEST(Rigid, TurningRoomKeepsBallsAndBoxesInside) {
       ASSERT_TRUE(body.angular_velocity.allFinite());
     }
   }
+}
+
+// The contacts of all pairs, looked at one by one, bit for bit and in the same order.
+TEST(RigidPairs, GiveTheContactsOfAllPairs) {
+  std::mt19937 random(5);
+  const auto within = [&random](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto vector = [&](double size) { return Vec3d(within(-size, size), within(-size, size), within(-size, size)); };
+  std::size_t found = 0;
+  std::size_t looked_at = 0;
+  for (int round = 0; round < 100; ++round) {
+    std::vector<RigidState> rigid;
+    const double far_m = round % 10 == 0 ? 1e6 : 0.0;
+    for (int i = 0; i < 40; ++i) {
+      const Shape shape = i % 2 == 0 ? Shape(SphereShape{within(0.05, 0.4)})
+                                     : Shape(BoxShape{{within(0.05, 0.4), within(0.05, 0.4), within(0.05, 0.4)}});
+      const Surface skin{.restitution = 0.5, .friction = 0.5, .thickness_m = within(0.0, 0.05)};
+      rigid.push_back(make_rigid(shape, 1.0, vector(2.0) + Vec3d(far_m, 0, 0), vector(20.0), skin));
+      rigid.back().angular_velocity = vector(30.0);
+      rigid.back().orientation = Quatd(Eigen::AngleAxisd(within(0.0, 3.0), vector(1.0).normalized()));
+      rigid.back().frozen = i % 7 == 0;
+    }
+    std::vector<RigidContact> all;
+    for (std::uint32_t a = 0; a < rigid.size(); ++a) {
+      for (std::uint32_t b = a + 1; b < rigid.size(); ++b) {
+        if (!rigid[a].frozen && !rigid[b].frozen) find_rigid_contacts(rigid, a, b, rig_dt_s, all);
+      }
+    }
+    std::vector<std::uint32_t> order;
+    std::vector<RigidPair> pairs;
+    find_rigid_pairs(rigid, rig_dt_s, order, pairs);
+    std::vector<RigidContact> swept;
+    for (const RigidPair& pair : pairs) find_rigid_contacts(rigid, pair.a, pair.b, rig_dt_s, swept);
+    ASSERT_EQ(swept.size(), all.size());
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      ASSERT_EQ(swept[i].a, all[i].a);
+      ASSERT_EQ(swept[i].b, all[i].b);
+      ASSERT_EQ(swept[i].point, all[i].point);
+      ASSERT_EQ(swept[i].normal, all[i].normal);
+      ASSERT_EQ(swept[i].distance_m, all[i].distance_m);
+    }
+    found += all.size();
+    looked_at += pairs.size();
+  }
+  EXPECT_GT(found, 1000U);
+  EXPECT_LT(looked_at, 100U * 34U * 33U / 2U / 4U);  // a quarter of all pairs
 }
 
 }  // namespace

@@ -202,6 +202,51 @@ TEST(Runaway, BodyIsFrozenWhereItWasWellAndTheOthersGoOn) {
   EXPECT_TRUE(world.take_frozen().empty());
 }
 
+std::string frozen_reason(Scene scene, const Vec3d& impulse_n_s = Vec3d::Zero()) {
+  scene.stepping.substeps = 1;
+  World world = make(std::move(scene));
+  const std::string name = world.rigid_bodies().empty() ? world.soft_body(0).name : world.rigid_bodies()[0].body.name;
+  EXPECT_TRUE(world.apply_impulse(name, WholeBody{}, impulse_n_s).ok());
+  run(world, 60);
+  const auto frozen = world.take_frozen();
+  return frozen.size() == 1 ? frozen[0].reason : "none";
+}
+
+TEST(Runaway, ReasonIsTheOneThatHeld) {
+  const std::string torn = "it was torn apart: a particle moved past its own body in one step";
+  const std::string fast = "it went past the limit of speed";
+  const std::string far = "it went past the limit of place";
+  const auto calm = [](const Vec3d& position) {
+    SoftBody body = ball("a", position);
+    body.springs = {.stiffness_n_m = 1.0};
+    body.gas.reset();
+    return body;
+  };
+  Scene scene;
+  scene.soft_bodies = {calm(Vec3d::Zero())};
+  EXPECT_EQ(frozen_reason(scene), "none");
+  EXPECT_EQ(frozen_reason(scene, Vec3d(1e6, 0, 0)), fast);
+  scene.soft_bodies = {ball("a")};
+  scene.soft_bodies[0].springs.stiffness_n_m = 1e9;
+  EXPECT_EQ(frozen_reason(scene), torn);
+
+  scene.soft_bodies = {calm({1e7 - 100.0, 0, 0})};
+  EXPECT_EQ(frozen_reason(scene, Vec3d(1000.0, 0, 0)), far);
+  // So dense a gas in so light a skin that a stage of the step is past what the precision holds.
+  scene.soft_bodies = {ball("a")};
+  scene.soft_bodies[0].mass_kg = 1e-6;
+  scene.soft_bodies[0].gas->moles = 1e10;
+  scene.stepping.precision = Precision::single_precision;
+  scene.stepping.integrator = Integrator::rk4;
+  EXPECT_EQ(frozen_reason(scene), "its motion was no longer finite");
+
+  scene.soft_bodies.clear();
+  scene.rigid_bodies = lively_scene().rigid_bodies;
+  EXPECT_EQ(frozen_reason(scene, Vec3d(1e6, 0, 0)), fast);
+  scene.rigid_bodies[0].position.x() = 1e7 - 100.0;
+  EXPECT_EQ(frozen_reason(scene, Vec3d(1000.0, 0, 0)), far);
+}
+
 TEST(Profile, HasZeroRowsForWhatTheSceneDoesNotUse) {
   Scene scene;
   SoftBody cloth;
