@@ -31,14 +31,14 @@ struct Options {
   bool health = false;
 };
 
-/// CLI::Range prints a double with all its digits, and lets NaN pass.
+/// CLI::Range prints a double with six decimals or all its digits, and lets NaN pass.
 CLI::Validator number_between(double least, double most) {
   const auto check = [least, most](const std::string& text) -> std::string {
     double number = 0.0;
     if (CLI::detail::lexical_cast(text, number) && number >= least && number <= most) return {};
     std::array<char, 64> range{};
-    std::snprintf(range.data(), range.size(), "must be a number from %g to %g: ", least, most);
-    return range.data() + text;
+    std::snprintf(range.data(), range.size(), "' is no number from %.10g to %.10g", least, most);
+    return "'" + text + range.data();
   };
   return {check, ""};
 }
@@ -53,8 +53,11 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
         ->group("Limits");
   };
   const auto amount = [&](const char* flag, std::size_t& value, const char* what) {
-    constexpr long message_size_max = 2'147'483'647;  // of protobuf
-    app.add_option(flag, value, what)->capture_default_str()->check(CLI::Range(1L, message_size_max))->group("Limits");
+    constexpr double message_size_max = 2'147'483'647.0;  // of protobuf
+    app.add_option(flag, value, what)
+        ->capture_default_str()
+        ->check(number_between(1.0, message_size_max))
+        ->group("Limits");
   };
   const auto rate = [&](const char* flag, double& value, const char* what) {
     app.add_option(flag, value, what)->capture_default_str()->check(number_between(1.0, 1e9))->group("Limits");

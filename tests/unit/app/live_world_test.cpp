@@ -90,6 +90,7 @@ TEST(LiveWorld, AnEditLeavesTheGasAndTheSolidsThatItDoesNotNameGoingOn) {
 TEST(LiveWorld, AnEditOrResetOfALargeWorldKeepsTheMeshesThatItDoesNotChange) {
   v1::Scene scene = ball_scene();
   scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(5);
+  scene.mutable_stepping()->set_substeps(0);
   auto world = LiveWorld::create(scene);
   ASSERT_TRUE(world.ok()) << world.status().message();
   const std::shared_ptr<const physics::Mesh> built = world->physics().soft_body(0).mesh;
@@ -107,6 +108,7 @@ TEST(LiveWorld, AnEditThatGivesAMeshesNameToAnotherOneBuildsIt) {
   v1::SceneEdit& edit = *message.mutable_edit()->mutable_edit();
   edit.add_changes()->set_remove_soft_body("ball");
   edit.add_changes()->set_remove_mesh("sphere");
+  edit.add_changes()->mutable_set_stepping()->set_substeps(8);
   v1::Mesh& larger = *edit.add_changes()->mutable_add_mesh();
   larger.set_name("sphere");
   larger.mutable_icosphere()->set_subdivisions(2);

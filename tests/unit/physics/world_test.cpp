@@ -223,6 +223,7 @@ TEST(Runaway, ReasonIsTheOneThatHeld) {
     return body;
   };
   Scene scene;
+  scene.stepping.on_unstable = OnUnstable::allow;
   scene.soft_bodies = {calm(Vec3d::Zero())};
   EXPECT_EQ(frozen_reason(scene), "none");
   EXPECT_EQ(frozen_reason(scene, Vec3d(1e6, 0, 0)), fast);
