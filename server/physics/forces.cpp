@@ -37,7 +37,7 @@ void add_springs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std
     const Real length = along.norm();
     if (!(length > 0)) continue;  // two particles at one place: no direction to pull in
     const Real per_length = Real{1} / length;
-    Real tension = stiffness * (length - body.rest_lengths_m[i]);
+    Real tension = stiffness * (length - body.rest_length_m(i));
     if constexpr (Damped) tension += damping * (v[b] - v[a]).dot(along) * per_length;
     const Vec3<Real> pull = (tension * per_length) * along;
     force[a] += pull;

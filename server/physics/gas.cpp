@@ -34,6 +34,7 @@ double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_
 }
 
 void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s) {
+  if (gas.flow_mol_s == 0.0 && gas.leak_mol_s_pa == 0.0) return;
   const double inside_pa = outside_pa + pressure_over_outside_pa;
   double leaked = gas.leak_mol_s_pa * pressure_over_outside_pa * dt_s;
   if (inside_pa > 0.0) {

@@ -76,7 +76,9 @@ bool ImplicitSystem::set_up(const SoftState<Real>& body, const Surroundings& sur
     if (mesh_->closed) opposite_ = opposite_vertices(*mesh_);
   }
   constants_ = std::move(constants);
-  rest_lengths_m_.assign(body.rest_lengths_m.begin(), body.rest_lengths_m.end());
+  rest_lengths_m_.resize(mesh_->edges.size());
+  for (std::size_t i = 0; i < rest_lengths_m_.size(); ++i)
+    rest_lengths_m_[i] = static_cast<double>(body.rest_length_m(i));
   diagonal_.assign(mesh_->positions_m.size(), constants_.vertex_mass_kg);
   for (const Grab& grab : body.grabs) diagonal_[grab.vertex] += s * (grab.damping_n_s_m + s * grab.stiffness_n_m);
   factored_ = factor_.factor(preconditioner(body.hinges));

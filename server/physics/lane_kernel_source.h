@@ -176,6 +176,38 @@ void pull_pass(RingPass<Real>& pass) {
   }
 }
 
+/// Asks for what the packs ahead of `p` will need. The processor sees the rows coming, but too late, and not the far
+/// neighbours at all. Measured on 655,362 vertices: half the time. Always inline: GCC 12 drops calls of a function that
+/// does nothing else.
+template <class Real, bool Damped, bool Gas>
+[[gnu::always_inline]] inline void fetch_ahead(const RingPass<Real>& pass, std::size_t p) {
+  constexpr std::size_t rows_ahead = 48;
+  constexpr std::size_t far_ahead = 8;
+  constexpr std::size_t line = 64 / sizeof(Real);
+  const std::size_t row = 4 * (p + rows_ahead) * pack_slots;
+  if (p + rows_ahead < pass.fetch_end) {
+    const RingPack& pack = pass.packs[p + rows_ahead];
+    for (std::size_t i = 0; i < 4 * pack_slots; i += line) {
+      __builtin_prefetch(pass.x + row + i);
+      if constexpr (Damped) __builtin_prefetch(pass.v + row + i);
+      __builtin_prefetch(pass.force + row + i, 1);
+      if constexpr (Gas) __builtin_prefetch(pass.gradient + row + i, 1);
+    }
+    for (std::size_t i = 0; i < pack.degree * pack_slots; i += line)
+      __builtin_prefetch(pass.lengths_m + pack.first + i);
+    for (std::size_t i = 0; i < pack.degree * pack_slots; i += pack_slots) {
+      __builtin_prefetch(pass.neighbours + pack.first + i);
+    }
+  }
+  if (p + far_ahead < pass.fetch_end) {
+    const RingPack& pack = pass.packs[p + far_ahead];
+    for (std::size_t i = pack.far_begin; i < pack.far_end; ++i) {
+      __builtin_prefetch(pass.x + pass.far_neighbours[i]);
+      if constexpr (Damped) __builtin_prefetch(pass.v + pass.far_neighbours[i]);
+    }
+  }
+}
+
 template <class P, class Real, class Access, bool Damped, bool Gas, bool Pulled>
 void ring_pass(RingPass<Real>& pass) {
   const Spring<P> spring = spring_of<P>(pass);
@@ -183,6 +215,9 @@ void ring_pass(RingPass<Real>& pass) {
   BlockSum<P, Real, Access> volume;
   for (std::size_t p = pass.begin; p < pass.end; ++p) {
     const RingPack pack = pass.packs[p];
+    if constexpr (Access::slots > 1) {
+      fetch_ahead<Real, Damped, Gas>(pass, p);
+    }
     for (std::size_t in_pack = 0; in_pack < pack.count; in_pack += Access::slots) {
       const std::size_t slot = p * pack_slots + in_pack;
       const Vector<P> x = Access::load(pass.x, slot);
@@ -216,7 +251,7 @@ void ring_pass(RingPass<Real>& pass) {
       }
     }
   }
-  if constexpr (Gas) volume.total(pass.volumes_18_m3);
+  if constexpr (Gas) volume.total(*pass.volumes_18_m3);
 }
 
 /// Elementwise, so that both layouts are the same loop over rows of lanes: a fleet has a row for each component of a
@@ -234,14 +269,15 @@ void update_pass(UpdatePass<Real>& pass) {
     }
     gravity[row] = P::load(components);
   }
-  const P inverse_mass = P::load(pass.inverse_mass_1_kg.lanes);
-  const P pressure = P::load(pass.pressure_sixth_pa.lanes);
+  const auto per_lane = [](const PerLane<Real>& of) { return fleet ? P::load(of.lanes) : P::all(of.lanes[0]); };
+  const P inverse_mass = per_lane(pass.inverse_mass_1_kg);
+  const P pressure = per_lane(pass.pressure_sixth_pa);
   const P h = P::all(pass.dt_s);
   const P half = P::all(pass.dt_s * Real{0.5});
   const P sixth = P::all(pass.dt_s / Real{6});
   const P two = P::all(2);
-  P v_max = fleet ? P::load(pass.v_max_m_s.lanes) : P::all(pass.v_max_m_s.lanes[0]);
-  P move_max = fleet ? P::load(pass.move_max_m.lanes) : P::all(pass.move_max_m.lanes[0]);
+  P v_max = per_lane(pass.v_max_m_s);
+  P move_max = per_lane(pass.move_max_m);
 
   for (std::size_t first = pass.begin * per_slot; first < pass.end * per_slot; first += rows * P::width) {
     for (std::size_t row = 0; row < rows; ++row) {

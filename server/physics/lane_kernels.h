@@ -33,12 +33,16 @@ struct RingPass {
   const RingPack* packs = nullptr;
   std::size_t begin = 0;
   std::size_t end = 0;
-  const std::uint32_t* neighbours = nullptr;  // Rings::neighbours
-  const Real* lengths_m = nullptr;            // of the rest shape's edges there; see LaneKernels::slot_of_place
+  // Of a body alone: what packs before this one need is fetched ahead. 0 where all stays in the second cache level.
+  std::size_t fetch_end = 0;
+  const std::uint32_t* neighbours = nullptr;      // Rings::neighbours
+  const Real* lengths_m = nullptr;                // of the rest shape's edges there; see LaneKernels::slot_of_place
+  const std::uint32_t* far_neighbours = nullptr;  // Rings::far_neighbours
   const Real* x = nullptr;
   const Real* v = nullptr;  // read where damped only
   Real* force = nullptr;
-  Real* gradient = nullptr;  // 6 grad V
+  Real* gradient = nullptr;                // 6 grad V
+  PerLane<Real>* volumes_18_m3 = nullptr;  // sum of (x - x_0) . 6 grad V over these packs; of a body alone in [0]
   // Of a fleet that has its springs' pulls worked out edge by edge first: RingEdges, and a number a lane for each edge.
   const std::uint32_t* edge_ends = nullptr;
   const Real* edge_lengths_m = nullptr;
@@ -48,7 +52,6 @@ struct RingPass {
   PerLane<Real> stiffness_n_m{};
   PerLane<Real> rest_scale{};
   PerLane<Real> damping_n_s_m{};
-  PerLane<Real> volumes_18_m3{};  // out: sum of (x - x_0) . 6 grad V over these packs; of a body alone in [0]
 };
 
 /// Advances slots [begin, end) by one substage: (force + P grad V) / m + gravity on all of them.

@@ -16,6 +16,9 @@ namespace {
 // Waking other threads takes some microseconds, in which one thread does about this many slots.
 constexpr std::size_t parallel_slots_min = 4'096;
 
+// More than the second cache level holds, at about a hundred bytes a slot.
+constexpr std::size_t streaming_slots_min = 16'384;
+
 // The bodies under way in the lanes: their numbers in lane order, and the substep on them.
 template <class Real>
 class LaneStep {
@@ -84,7 +87,7 @@ class LaneStep {
   void find_well(std::uint32_t substeps, std::span<std::uint8_t> well) const {
     const auto root_3 = std::numbers::sqrt3_v<Real>;
     const auto speed_max = static_cast<Real>(base::speed_max_m_s) / root_3;
-    PerLane<Real> reach_max;
+    std::array<Real, pack_slots> reach_max{};  // one a number of a row of pack_slots; all rows are alike
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
       const Real move_max = update_.move_max_m.lanes[lane];
       // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
@@ -92,15 +95,22 @@ class LaneStep {
       well[lane] =
           update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max && eventful_[lane] == 0 ? 1
                                                                                                                    : 0;
-      reach_max.lanes[lane] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
-    }
-    // The 0 after each z of a body alone passes too.
-    for (std::size_t row = 0; row < scratch_.x.size(); row += width_) {
-      for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-        const bool near = std::abs(scratch_.x[row + lane]) <= reach_max.lanes[lane];
-        const bool slow = std::abs(scratch_.v[row + lane]) <= speed_max;
-        well[lane] = static_cast<std::uint8_t>(well[lane] & static_cast<int>(near & slow));
+      for (std::size_t i = lane; i < pack_slots; i += width_) {
+        reach_max[i] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
       }
+    }
+    std::array<std::int32_t, pack_slots> outside{};
+    for (std::size_t row = 0; row < scratch_.x.size(); row += pack_slots) {
+      const Real* x = scratch_.x.data() + row;
+      const Real* v = scratch_.v.data() + row;
+      for (std::size_t i = 0; i < pack_slots; ++i) {  // the 0 after each z of a body alone is not outside
+        const bool near = std::abs(x[i]) <= reach_max[i];
+        const bool slow = std::abs(v[i]) <= speed_max;
+        outside[i] |= static_cast<std::int32_t>(!(near & slow));
+      }
+    }
+    for (std::size_t i = 0; i < pack_slots; ++i) {
+      if (outside[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
     }
   }
 
@@ -180,6 +190,8 @@ class LaneStep {
   void set_constants() {
     ring_.packs = mesh_.rings.packs.data();
     ring_.neighbours = mesh_.rings.neighbours.data();
+    ring_.far_neighbours = mesh_.rings.far_neighbours.data();
+    if (slot_count() >= streaming_slots_min) ring_.fetch_end = mesh_.rings.packs.size();
     ring_.lengths_m = mesh_.lengths_m.data();
     ring_.edge_ends = mesh_.edges.ends.data();
     ring_.edge_lengths_m = mesh_.edges.lengths_m.data();
@@ -267,12 +279,12 @@ class LaneStep {
       const auto pass_over = [this](std::size_t block, RingPass<Real>& pass) {
         pass.begin = block * block_packs;
         pass.end = packs_end(block);
+        pass.volumes_18_m3 = &scratch_.block_volumes[block];
         if (pulled_) {
           kernels_.pulled_rings[gas_](pass);
         } else {
           kernels_(layout_, damped_, gas_, pass);
         }
-        if (gas_) scratch_.block_volumes[block] = pass.volumes_18_m3;
       };
       if (workers_ == nullptr) {
         for (std::size_t block = 0; block < block_count(); ++block) pass_over(block, ring_);
@@ -329,6 +341,7 @@ class LaneStep {
       update_pressure(*bodies_[lane], settings_.surroundings.atmosphere);
       update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane]->pressure_pa / 6.0);
     }
+    if (layout_ == LaneLayout::alone) return;
     std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),
               update_.pressure_sixth_pa.lanes[bodies_.size() - 1]);
   }
@@ -409,7 +422,7 @@ struct GasBefore {
 template <class Real>
 std::size_t LaneMesh<Real>::bytes() const {
   const std::size_t indices = rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity() +
-                              edges.ends.capacity() + edges.of_ring.capacity();
+                              edges.ends.capacity() + edges.of_ring.capacity() + rings.far_neighbours.capacity();
   return rings.packs.capacity() * sizeof(RingPack) + indices * sizeof(std::uint32_t) +
          (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real);
 }

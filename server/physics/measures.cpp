@@ -54,7 +54,7 @@ BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, c
   std::transform(state.x.begin(), state.x.end(), x.begin(), [](const auto& p) { return p.template cast<double>(); });
   for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
     const double length_m = (x[mesh.edges[e][1]] - x[mesh.edges[e][0]]).norm();
-    const double stretch_m = length_m - static_cast<double>(state.rest_lengths_m[e]);
+    const double stretch_m = length_m - static_cast<double>(state.rest_length_m(e));
     sums.elastic_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
   }
   sums.elastic_j += bending_energy_j(state.hinges, state.body.springs.bend_stiffness_n_m, x);

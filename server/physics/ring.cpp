@@ -1,7 +1,9 @@
 #include "physics/ring.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -11,6 +13,9 @@ namespace {
 
 // Wide enough to leave few slots unused where degrees are mixed, narrow enough that a window's positions stay in L1.
 constexpr std::size_t degree_window = 1'024;
+
+// Slots whose positions and velocities the second cache level holds.
+constexpr std::uint32_t near_slots = 512;
 
 constexpr int morton_bits = 21;  // an axis
 
@@ -116,6 +121,23 @@ std::size_t edge_between(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
   return static_cast<std::size_t>(std::ranges::lower_bound(mesh.edges, edge) - mesh.edges.begin());
 }
 
+void list_far_neighbours(Rings& rings) {
+  for (std::size_t p = 0; p < rings.packs.size(); ++p) {
+    RingPack& pack = rings.packs[p];
+    const auto slot = static_cast<std::uint32_t>(p * pack_slots);
+    const auto of_pack = std::span(rings.neighbours).subspan(pack.first, pack.degree * pack_slots);
+    std::set<std::uint32_t> far;
+    for (const std::uint32_t neighbour : of_pack) {
+      const std::uint32_t other = neighbour / 4;
+      if (std::max(slot, other) - std::min(slot, other) > near_slots) far.insert(neighbour);
+    }
+    pack.far_begin = static_cast<std::uint32_t>(rings.far_neighbours.size());
+    rings.far_neighbours.insert(rings.far_neighbours.end(), far.begin(), far.end());
+    pack.far_end = static_cast<std::uint32_t>(rings.far_neighbours.size());
+  }
+  rings.far_neighbours.shrink_to_fit();
+}
+
 }  // namespace
 
 Rings make_rings(const Mesh& mesh) {
@@ -147,6 +169,9 @@ Rings make_rings(const Mesh& mesh) {
       rings.packs.push_back(pack);
     }
   }
+  rings.neighbours.reserve(pack_slots * std::transform_reduce(rings.packs.begin(), rings.packs.end(), std::size_t{0},
+                                                              std::plus<>{},
+                                                              [](const RingPack& pack) { return pack.degree; }));
   for (std::size_t p = 0; p < rings.packs.size(); ++p) {
     RingPack& pack = rings.packs[p];
     pack.first = static_cast<std::uint32_t>(rings.neighbours.size());
@@ -157,6 +182,9 @@ Rings make_rings(const Mesh& mesh) {
       }
     }
   }
+  rings.vertices.shrink_to_fit();
+  rings.packs.shrink_to_fit();
+  list_far_neighbours(rings);
   return rings;
 }
 

@@ -22,6 +22,8 @@ struct Rings {
   // Four, because that is where its coordinates are in an array of x, y, z, 0. At a border the ring is a fan, from one
   // end to the other.
   std::vector<std::uint32_t> neighbours;
+  // Of them, once a pack, those that a walk over the slots in order does not come near: they have to be fetched ahead.
+  std::vector<std::uint32_t> far_neighbours;
   // Every ring is one closed fan, so that sum d_j x d_(j+1) over it is 6 grad V.
   bool encloses = false;
 

@@ -15,8 +15,10 @@ inline constexpr std::size_t block_packs = 64;
 
 struct RingPack {
   std::uint32_t degree = 0;
-  std::uint32_t count = 0;  // slots in use, the first ones; the others repeat the last vertex and count in no sum
-  std::uint32_t first = 0;  // of this pack's entries in the lists of neighbours
+  std::uint32_t count = 0;      // slots in use, the first ones; the others repeat the last vertex and count in no sum
+  std::uint32_t first = 0;      // of this pack's entries in the lists of neighbours
+  std::uint32_t far_begin = 0;  // and in the list of far neighbours
+  std::uint32_t far_end = 0;
 };
 
 }  // namespace pneuma::physics

@@ -7,15 +7,6 @@ namespace pneuma::physics {
 
 namespace {
 
-template <class Real>
-std::vector<Real> rest_lengths_m(const SoftBody& body) {
-  std::vector<Real> lengths;
-  lengths.reserve(body.mesh->edge_lengths_m.size());
-  for (const double length : body.mesh->edge_lengths_m)
-    lengths.push_back(static_cast<Real>(body.springs.rest_scale * length));
-  return lengths;
-}
-
 double body_length_m(const Mesh& mesh) {
   Vec3d low = mesh.positions_m.front();
   Vec3d high = low;
@@ -41,7 +32,6 @@ void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   state.body = body;
   state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
   state.length_m = static_cast<Real>(body_length_m(*body.mesh));
-  state.rest_lengths_m = rest_lengths_m<Real>(body);
   state.hinges = body.springs.bend_stiffness_n_m > 0.0 ? make_hinges(*body.mesh) : std::vector<Hinge>();
   state.pinned = pinned_vertices(body);
   for (std::size_t i = 0; i < state.pinned.size(); ++i) {

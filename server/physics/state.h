@@ -51,7 +51,6 @@ struct SoftState {
   SoftBody body;  // as the scene has it now
   Real vertex_mass_kg = 0;
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
-  std::vector<Real> rest_lengths_m;  // one an edge of body.mesh
   std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
   std::vector<Vec3<Real>> x;         // positions, m
@@ -67,6 +66,9 @@ struct SoftState {
   bool solve_failed = false;          // the integrator found no finite answer in this substep
   bool frozen = false;
 
+  [[nodiscard]] Real rest_length_m(std::size_t edge) const {
+    return static_cast<Real>(body.springs.rest_scale * body.mesh->edge_lengths_m[edge]);
+  }
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }
 };
 

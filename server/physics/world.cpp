@@ -209,7 +209,6 @@ Profile World::profile() const {
     for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
     for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
     for (const SoftState<Real>& state : bodies.states) {
-      add_bytes(Stage::springs, state.rest_lengths_m.capacity() * sizeof(Real));
       add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, state.pinned.capacity());
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));

@@ -60,7 +60,7 @@ class Xpbd {
       const Real length = along.norm();
       if (!(length > 0)) continue;
       const Real give = inverse_mass(a) + inverse_mass(b);
-      const Real stretch = stiffness * (length - body_.rest_lengths_m[i]) / (Real{1} + stiffness * give);
+      const Real stretch = stiffness * (length - body_.rest_length_m(i)) / (Real{1} + stiffness * give);
       const Vec3<Real> pull = stretch / length * along;
       body_.dr[a] += inverse_mass(a) * pull;
       body_.dr[b] -= inverse_mass(b) * pull;

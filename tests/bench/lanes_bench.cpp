@@ -289,6 +289,7 @@ struct HandWritten {
     ring.v = update.v = v.data();
     ring.force = force.data();
     ring.gradient = gradient.data();
+    ring.volumes_18_m3 = &volumes_18_m3;
     update.force = force.data();
     update.gradient = gradient.data();
     update.end = rings.slot_count();
@@ -306,7 +307,7 @@ struct HandWritten {
     const double nrt_j = ball.state.gas->moles * physics::gas_constant_j_mol_k * ball.state.gas->temperature_ref_k;
     for (std::uint32_t i = 0; i < substeps; ++i) {
       kernels(physics::LaneLayout::alone, true, true, ring);
-      const double volume_m3 = static_cast<double>(ring.volumes_18_m3.lanes[0]) / 18.0;
+      const double volume_m3 = static_cast<double>(volumes_18_m3.lanes[0]) / 18.0;
       const auto pressure_sixth_pa = static_cast<float>(nrt_j / volume_m3 / 6.0);
       for (float& lane : update.pressure_sixth_pa.lanes) lane = pressure_sixth_pa;
       kernels(physics::LaneLayout::alone, physics::Substage::symplectic, true, true, update);
@@ -323,6 +324,7 @@ struct HandWritten {
   const LooseBall& ball;
   const physics::LaneKernels<float>& kernels;
   physics::LaneArray<float> x, v, force, gradient;
+  physics::PerLane<float> volumes_18_m3;
   physics::RingPass<float> ring;
   physics::UpdatePass<float> update;
 };
