@@ -128,8 +128,8 @@ void print_summary(const physics::World& world, double wall_s) {
               static_cast<unsigned long long>(world.tick()), world.time_s(), wall_s,
               wall_s > 0.0 ? world.time_s() / wall_s : 0.0);
   const std::string_view integrator = physics::name_of(world.integrator());
-  std::printf("%.*s, %u substeps a tick: %s\n", static_cast<int>(integrator.size()), integrator.data(), world.substeps(),
-              world.substeps_reason().c_str());
+  std::printf("%.*s, %u substeps a tick: %s\n", static_cast<int>(integrator.size()), integrator.data(),
+              world.substeps(), world.substeps_reason().c_str());
   if (world.soft_body_count() == 0) return;
   std::printf("%-20s %9s %14s %14s %14s\n", "body", "vertices", "volume_m3", "pressure_pa", "max_speed_m_s");
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
@@ -137,7 +137,9 @@ void print_summary(const physics::World& world, double wall_s) {
     const physics::BodyMeasures measures = world.measure(i);
     std::printf("%-20s %9zu %14.6g %14.6g %14.6g%s\n", body.name.c_str(), body.mesh->positions_m.size(),
                 measures.volume_m3, measures.pressure_pa, measures.max_speed_m_s,
-                world.is_frozen(i) ? "  (frozen)" : "");
+                world.is_frozen(i)   ? "  (frozen)"
+                : world.is_asleep(i) ? "  (asleep)"
+                                     : "");
   }
 }
 

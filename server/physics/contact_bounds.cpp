@@ -131,6 +131,7 @@ void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const Body
       const std::uint32_t b = order[j];
       if (bounds[b].swept.min.x() > bounds[a].swept.max.x() + 2.0 * thickest_m) break;
       const double grown_m = soft[a].body.surface.thickness_m + soft[b].body.surface.thickness_m;
+      if (!soft[a].is_awake() && !soft[b].is_awake()) continue;
       if (!overlap(bounds[a].swept, bounds[b].swept, grown_m)) continue;
       pairs.push_back({.a = a, .b = b});
       pairs.push_back({.a = b, .b = a});

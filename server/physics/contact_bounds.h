@@ -14,6 +14,7 @@ namespace pneuma::physics {
 struct BodyBounds {
   bool active = false;  // not frozen
   bool stale = false;   // its moves were changed since the boxes were fitted
+  bool asleep = false;  // the body sleeps, so that the boxes need no other fitting
   Aabb<double> moved;   // of x + dr
   Aabb<double> swept;   // of x and x + dr
   // Of the vertices that are not pinned; filled for bodies of a pair only.
@@ -45,7 +46,8 @@ template <class Real>
 void fit_means(const SoftState<Real>& body, BodyBounds& bounds);
 
 /// Fills `pairs` with both directions of each pair of bodies whose swept boxes, grown by their thickness, overlap; in
-/// order of (a, b). Bodies that are not to meet soft bodies are left out. Sort and sweep along x.
+/// order of (a, b). Bodies that are not to meet soft bodies are left out, and pairs that both sleep. Sort and sweep
+/// along x.
 template <class Real>
 void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
                      std::vector<std::uint32_t>& order, std::vector<SoftPair>& pairs);

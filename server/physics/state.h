@@ -39,6 +39,12 @@ struct Grab {
   double damping_n_s_m = 0.0;
 };
 
+/// Whether a body sleeps, or how long it has kept its place (sleep.h).
+struct Rest {
+  bool asleep = false;
+  std::uint32_t ticks = 0;
+};
+
 template <class Real>
 struct SoftState {
   SoftBody body;  // as the scene has it now
@@ -56,9 +62,12 @@ struct SoftState {
   bool inverted = false;              // the gas's volume was 0 or less then
   std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;
-  bool solve_failed = false;  // the integrator found no finite answer in this substep
+  Rest rest;
+  std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
+  bool solve_failed = false;      // the integrator found no finite answer in this substep
   bool frozen = false;
 
+  [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }
 };
 
@@ -70,7 +79,12 @@ struct RigidState {
   Vec3d angular_velocity = Vec3d::Zero();  // rad/s, in the world's frame
   double inverse_mass_1_kg = 0.0;
   Vec3d inverse_inertia_1_kg_m2 = Vec3d::Zero();  // principal, in the body's frame
+  Rest rest;
+  Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
+  Quatd place_orientation = Quatd::Identity();
   bool frozen = false;
+
+  [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
 };
 
 struct ColliderState {

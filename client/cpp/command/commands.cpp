@@ -16,6 +16,11 @@ std::string vector_text(const v1::Vec3& v) {
   return text.data();
 }
 
+template <class Body>
+std::string state_text(const Body& body) {
+  return body.frozen() ? "frozen" : body.asleep() ? "asleep" : "live";
+}
+
 base::Status print_head(Session& session, const v1::Stats& stats) {
   std::array<char, 20> hash{};
   std::snprintf(hash.data(), hash.size(), "0x%016llx", static_cast<unsigned long long>(stats.state_hash()));
@@ -44,7 +49,7 @@ base::Status print_bodies(Session& session, const v1::Stats& stats) {
       table.add({body.name(), std::to_string(body.vertices()), number_text(body.volume_m3()),
                  number_text(body.area_m2()), number_text(body.pressure_pa()), number_text(body.kinetic_j()),
                  number_text(body.elastic_j()), number_text(body.max_speed_m_s()), vector_text(body.centre_of_mass()),
-                 body.frozen() ? "frozen" : "live"});
+                 state_text(body)});
     }
     if (base::Status done = session.output.line(""); !done.ok()) return done;
     if (base::Status done = table.print(session.output); !done.ok()) return done;
@@ -52,8 +57,7 @@ base::Status print_bodies(Session& session, const v1::Stats& stats) {
   if (stats.rigid_bodies_size() > 0) {
     Table table({"rigid body", "position_m", "velocity_m_s", "state"});
     for (const auto& body : stats.rigid_bodies()) {
-      table.add(
-          {body.name(), vector_text(body.position()), vector_text(body.velocity()), body.frozen() ? "frozen" : "live"});
+      table.add({body.name(), vector_text(body.position()), vector_text(body.velocity()), state_text(body)});
     }
     if (base::Status done = session.output.line(""); !done.ok()) return done;
     if (base::Status done = table.print(session.output); !done.ok()) return done;
