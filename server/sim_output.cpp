@@ -141,7 +141,9 @@ void print_summary(std::FILE* out, const physics::World& world, double wall_s) {
     const physics::BodyMeasures measures = world.measure(i);
     std::fprintf(out, "%-20s %9zu %14.6g %14.6g %14.6g%s\n", body.name.c_str(), body.mesh->positions_m.size(),
                  measures.volume_m3, measures.pressure_pa, measures.max_speed_m_s,
-                 world.is_frozen(i) ? "  (frozen)" : "");
+                 world.is_frozen(i)   ? "  (frozen)"
+                 : world.is_asleep(i) ? "  (asleep)"
+                                      : "");
   }
 }
 

@@ -34,6 +34,7 @@ void add_soft_body(const physics::World& world, std::size_t index, v1::Stats& ou
   set(*body.mutable_angular_momentum(), measures.angular_momentum);
   body.set_max_speed_m_s(measures.max_speed_m_s);
   body.set_frozen(world.is_frozen(index));
+  body.set_asleep(world.is_asleep(index));
   body.set_vertices(static_cast<std::uint32_t>(world.soft_body(index).mesh->positions_m.size()));
 }
 
@@ -48,6 +49,7 @@ void add_rigid_body(const physics::RigidState& state, v1::Stats& out) {
   set(*body.mutable_velocity(), state.velocity);
   set(*body.mutable_angular_velocity(), state.angular_velocity);
   body.set_frozen(state.frozen);
+  body.set_asleep(state.rest.asleep);
 }
 
 }  // namespace

@@ -10,8 +10,8 @@ namespace pneuma::physics {
 
 template <class Real>
 struct Aabb {
-  Vec3<Real> min;
-  Vec3<Real> max;
+  Vec3<Real> min = Vec3<Real>::Zero();
+  Vec3<Real> max = Vec3<Real>::Zero();
 };
 /// Centre: the mean of the points; radius: to the furthest.
 template <class Real>
@@ -22,8 +22,8 @@ struct Ball {
 /// Inscribed in the axis-aligned box: its centre and half extents. Exact for a ball that is squeezed along an axis.
 template <class Real>
 struct Ellipsoid {
-  Vec3<Real> centre;
-  Vec3<Real> radii_m;
+  Vec3<Real> centre = Vec3<Real>::Zero();
+  Vec3<Real> radii_m = Vec3<Real>::Zero();
 };
 
 template <class Real>

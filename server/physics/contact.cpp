@@ -4,14 +4,24 @@
 #include <functional>
 #include <ranges>
 
+#include "physics/sleep.h"
+
 namespace pneuma::physics {
 namespace {
 
 // Waking other threads takes some 10 us, in which one thread does about this many vertices.
 constexpr std::size_t parallel_vertices_min = 2'048;
 
-void note_bytes(Profile* profile, Stage stage, std::size_t bytes) {
-  if (profile != nullptr) (*profile)[static_cast<std::size_t>(stage)].bytes = bytes;
+// Wakes a sleeper that was touched in this substep, and its group. The rigid ones get the gravity that the others have
+// already; soft ones do not move before the next substep.
+template <class Real>
+void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::size_t body,
+                  const SubstepPhysics& physics) {
+  const bool asleep = body < soft.size() ? soft[body].rest.asleep : rigid[body - soft.size()].rest.asleep;
+  if (!asleep) return;
+  for (const std::size_t i : wake_group(soft, rigid, body)) {
+    if (i >= soft.size()) rigid[i - soft.size()].velocity += physics.dt_s * physics.gravity_m_s2;
+  }
 }
 
 }  // namespace
@@ -33,6 +43,8 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   const auto meets_soft = [](const SoftState<Real>& body) {
     return !body.frozen && body.body.collision.soft != SoftCollision::none;
   };
+  const auto is_awake = [](const auto& body) { return body.is_awake(); };
+  if (std::ranges::none_of(soft, is_awake) && std::ranges::none_of(rigid, is_awake)) return;
   const bool solids = !rigid.empty() || !colliders.empty();
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
   if (!solids && !pairs) return;
@@ -40,25 +52,25 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   const SubstepPhysics physics{gravity_m_s2, dt_s, resting_substeps * gravity_m_s2.norm() * dt_s};
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
-    bounds_.assign(soft.size(), BodyBounds{});
+    bounds_.resize(soft.size());
     vertices_ = 0;
-    for (const SoftState<Real>& body : soft) vertices_ += body.x.size();
-    for_each_body(workers, [&](std::size_t i) {
-      if (!soft[i].frozen) fit_boxes(soft[i], bounds_[i]);
-    });
-    note_bytes(profile, Stage::bounds, bounds_.capacity() * sizeof(BodyBounds));
+    for (const SoftState<Real>& body : soft) {
+      if (body.is_awake()) vertices_ += body.x.size();
+    }
+    for_each_body(workers, [&](std::size_t i) { fit(soft[i], bounds_[i]); });
   }
+  pairs_.clear();
   if (pairs) meet_soft_bodies(soft, physics, workers, profile);
+  wake_hit_pairs(soft, rigid, physics);
   rigid_touched_.assign(rigid.size(), 0);
   if (solids && !soft.empty()) {
     const StageTimer timer(profile, Stage::solid_contact);
     meet_solids(soft, rigid, colliders, physics, workers);
-    note_bytes(profile, Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
   }
   if (!rigid.empty()) {
     const StageTimer timer(profile, Stage::rigid);
+    wake_near_rigid(soft, rigid, physics);
     rigid_solver_.solve(rigid, colliders, rigid_touched_, gravity_m_s2, dt_s);
-    note_bytes(profile, Stage::rigid, rigid_solver_.bytes());
   }
 }
 
@@ -68,8 +80,6 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
   {
     const StageTimer timer(profile, Stage::broad_phase);
     find_soft_pairs<Real>(soft, bounds_, order_, pairs_);
-    note_bytes(profile, Stage::broad_phase,
-               order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
   }
   if (pairs_.empty()) return;
 
@@ -91,12 +101,11 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
   });
   // One pair after the other: each meets what those before it left.
   for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    const auto [a, b] = pairs_[p];
+    const std::uint32_t a = pairs_[p].a;
+    const std::uint32_t b = pairs_[p].b;
     meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, hits_);
+    pairs_[p].hit = !hits_.empty();
   }
-  std::size_t bytes = hits_.capacity() * sizeof(VertexHit);
-  for (const std::vector<std::uint32_t>& near : near_) bytes += near.capacity() * sizeof(std::uint32_t);
-  note_bytes(profile, Stage::soft_contact, bytes);
 }
 
 // Colliders last: they do not give way, so what a rigid body pushed into them must come back.
@@ -108,7 +117,11 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
     if (!is_active(rigid[r])) continue;
     refit_stale(soft);
     for (std::size_t i = 0; i < soft.size(); ++i) {
-      if (bounds_[i].active && meet_rigid(soft[i], bounds_[i], rigid[r], physics)) rigid_touched_[r] = 1;
+      if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], physics)) continue;
+      rigid_touched_[r] = 1;
+      wake_touched(soft, rigid, i, physics);
+      wake_touched(soft, rigid, soft.size() + r, physics);
     }
   }
   if (colliders.empty()) return;
@@ -116,7 +129,7 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
   collider_moves_.clear();
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
   for_each_body(workers, [&](std::size_t i) {
-    if (bounds_[i].active) meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics);
+    if (bounds_[i].active && soft[i].is_awake()) meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics);
   });
 }
 
@@ -125,6 +138,50 @@ void Contacts<Real>::refit_stale(std::span<SoftState<Real>> soft) {
   for (std::size_t i = 0; i < soft.size(); ++i) {
     if (bounds_[i].active && bounds_[i].stale) fit_boxes(soft[i], bounds_[i]);
   }
+}
+
+template <class Real>
+void Contacts<Real>::fit(const SoftState<Real>& body, BodyBounds& bounds) const {
+  if (body.rest.asleep && bounds.asleep) return;
+  bounds = {};
+  if (body.frozen) return;
+  fit_boxes(body, bounds);
+  bounds.asleep = body.rest.asleep;
+}
+
+template <class Real>
+void Contacts<Real>::wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                                    const SubstepPhysics& physics) {
+  for (const SoftPair& pair : pairs_) {
+    if (!pair.hit) continue;
+    wake_touched(soft, rigid, pair.a, physics);
+    wake_touched(soft, rigid, pair.b, physics);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                                     const SubstepPhysics& physics) {
+  for (std::uint32_t b = 0; b < rigid.size(); ++b) {
+    for (std::uint32_t a = 0; a < rigid.size() && rigid[b].rest.asleep; ++a) {
+      if (!rigid[a].is_awake() || !is_active(rigid[a])) continue;
+      rigid_near_.clear();
+      find_rigid_contacts(rigid, a, b, physics.dt_s, rigid_near_);
+      if (!rigid_near_.empty()) wake_touched(soft, rigid, soft.size() + b, physics);
+    }
+  }
+}
+
+template <class Real>
+void Contacts<Real>::add_bytes(Profile& profile) const {
+  const auto add = [&](Stage stage, std::size_t bytes) { profile[static_cast<std::size_t>(stage)].bytes += bytes; };
+  add(Stage::bounds, bounds_.capacity() * sizeof(BodyBounds));
+  add(Stage::broad_phase, order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
+  std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
+  for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
+  add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes);
+  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
+  add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
 }
 
 template class Contacts<float>;

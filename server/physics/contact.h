@@ -17,34 +17,42 @@
 namespace pneuma::physics {
 
 /// Finds and answers the contacts of one world. It holds nothing but scratch between substeps, so that a steady world
-/// allocates nothing; a fresh one gives the same bits.
+/// allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
 template <class Real>
 class Contacts {
  public:
   /// Cuts the moves `dr` and changes the velocities of whatever would meet in this substep. x stays; a rigid body's
   /// pose changes only to undo an overlap, to be cut at an impact, or to follow its parabola in free flight. Call
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
-  /// left out. With one soft body and no solid nothing is computed.
+  /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
+  /// with nobody awake, nothing is computed.
   void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                const Vec3d& gravity_m_s2, double dt_s, Workers& workers, Profile* profile);
 
+  /// Adds the bytes held for each stage.
+  void add_bytes(Profile& profile) const;
+
  private:
+  void fit(const SoftState<Real>& body, BodyBounds& bounds) const;
   void meet_soft_bodies(std::span<SoftState<Real>> soft, const SubstepPhysics& physics, Workers& workers,
                         Profile* profile);
   void meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
                    std::span<const ColliderState> colliders, const SubstepPhysics& physics, Workers& workers);
   void refit_stale(std::span<SoftState<Real>> soft);
+  void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
+  void wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
   /// Calls work(i) for each soft body: on the workers where there is enough to do.
   template <class Work>
   void for_each_body(Workers& workers, const Work& work);
 
-  std::vector<BodyBounds> bounds_;    // one a soft body
+  std::vector<BodyBounds> bounds_;    // one a soft body; sleepers keep theirs
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair: the vertices of a that may touch b
   std::vector<VertexHit> hits_;                   // of the pair under way
   std::vector<SolidMove> collider_moves_;
   std::vector<std::uint8_t> rigid_touched_;  // by a soft body in this substep
+  std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;
   std::size_t vertices_ = 0;
 };

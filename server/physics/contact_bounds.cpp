@@ -158,6 +158,7 @@ void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const Body
       order, [&](std::uint32_t i) { return bounds[i].swept.min.x(); },
       [&](std::uint32_t i) { return bounds[i].swept.max.x() + 2.0 * thickest_m; },
       [&](std::uint32_t a, std::uint32_t b) {
+        if (!soft[a].is_awake() && !soft[b].is_awake()) return;
         const double grown_m = soft[a].body.surface.thickness_m + soft[b].body.surface.thickness_m;
         if (!overlap(bounds[a].swept, bounds[b].swept, grown_m)) return;
         pairs.push_back({.a = a, .b = b});

@@ -28,6 +28,7 @@ struct RigidPart {
 struct BodyBounds {
   bool active = false;  // not frozen
   bool stale = false;   // its moves were changed since the boxes were fitted
+  bool asleep = false;  // the body sleeps, so that the boxes need no other fitting
   Aabb<double> moved;   // of x + dr
   Aabb<double> swept;   // of x and x + dr
   // Filled for bodies of a pair only.
@@ -40,6 +41,7 @@ struct BodyBounds {
 struct SoftPair {
   std::uint32_t a = 0;
   std::uint32_t b = 0;
+  bool hit = false;  // in this substep
 };
 
 template <class Real>
@@ -54,7 +56,8 @@ template <class Real>
 void fit_turning(const SoftState<Real>& body, RigidPart& rigid);
 
 /// Fills `pairs` with both directions of each pair of bodies whose swept boxes, grown by their thickness, overlap; in
-/// order of (a, b). Bodies that are not to meet soft bodies are left out. Sort and sweep along x.
+/// order of (a, b). Bodies that are not to meet soft bodies are left out, and pairs that both sleep. Sort and sweep
+/// along x.
 template <class Real>
 void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
                      std::vector<std::uint32_t>& order, std::vector<SoftPair>& pairs);

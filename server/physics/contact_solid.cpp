@@ -51,25 +51,6 @@ double frame_move_m(const SolidMove& solid, const Aabb<double>& box, double dt_s
   return dt_s * (solid.velocity.norm() + solid.angular_velocity.norm() * reach_m);
 }
 
-/// Whether a vertex in the boxes may touch the solid at all.
-bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m, double dt_s) {
-  const auto centre_of = [](const Aabb<double>& box) -> Vec3d { return 0.5 * (box.min + box.max); };
-  const auto half_of = [&solid](const Aabb<double>& box) -> Vec3d {
-    return solid.end.rotation.transpose().cwiseAbs() * (0.5 * (box.max - box.min));
-  };
-  if (const auto* room = std::get_if<RoomShape>(solid.shape)) {
-    const Vec3d reach = solid.end.to_local(centre_of(bounds.moved)).cwiseAbs() + half_of(bounds.moved);
-    return (reach.array() > room->half_extents_m.array() - offset_m).any();
-  }
-  if (const auto* plane = std::get_if<PlaneShape>(solid.shape)) {
-    const Vec3d centre = solid.end.to_local(centre_of(bounds.moved));
-    return plane->normal.dot(centre) - plane->normal.cwiseAbs().dot(half_of(bounds.moved)) < offset_m;
-  }
-  const Vec3d nearest = solid.end.to_local(centre_of(bounds.swept)).cwiseAbs() - half_of(bounds.swept);
-  const double grown_m = offset_m + frame_move_m(solid, bounds.swept, dt_s);
-  return (nearest.array() <= half_extents_m(*solid.shape).array() + grown_m).all();
-}
-
 /// Calls visit(i) for the vertices whose way may touch the solid: for walls its end decides, for the rest the box about
 /// the way.
 template <class Real, class Visit>
@@ -205,6 +186,24 @@ SolidMove move_of(const RigidState& state, double dt_s) {
           Frame(state.position + dt_s * state.velocity, turned(state.orientation, state.angular_velocity, dt_s)),
           state.velocity,
           state.angular_velocity};
+}
+
+bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m, double dt_s) {
+  const auto centre_of = [](const Aabb<double>& box) -> Vec3d { return 0.5 * (box.min + box.max); };
+  const auto half_of = [&solid](const Aabb<double>& box) -> Vec3d {
+    return solid.end.rotation.transpose().cwiseAbs() * (0.5 * (box.max - box.min));
+  };
+  if (const auto* room = std::get_if<RoomShape>(solid.shape)) {
+    const Vec3d reach = solid.end.to_local(centre_of(bounds.moved)).cwiseAbs() + half_of(bounds.moved);
+    return (reach.array() > room->half_extents_m.array() - offset_m).any();
+  }
+  if (const auto* plane = std::get_if<PlaneShape>(solid.shape)) {
+    const Vec3d centre = solid.end.to_local(centre_of(bounds.moved));
+    return plane->normal.dot(centre) - plane->normal.cwiseAbs().dot(half_of(bounds.moved)) < offset_m;
+  }
+  const Vec3d nearest = solid.end.to_local(centre_of(bounds.swept)).cwiseAbs() - half_of(bounds.swept);
+  const double grown_m = offset_m + frame_move_m(solid, bounds.swept, dt_s);
+  return (nearest.array() <= half_extents_m(*solid.shape).array() + grown_m).all();
 }
 
 template <class Real>

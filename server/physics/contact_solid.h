@@ -21,6 +21,9 @@ struct SolidMove {
 [[nodiscard]] SolidMove move_of(const ColliderState& collider, double dt_s);
 [[nodiscard]] SolidMove move_of(const RigidState& body, double dt_s);
 
+/// Whether a vertex in the boxes may touch the solid at all within dt_s, at `offset_m` from its surface.
+[[nodiscard]] bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m, double dt_s);
+
 struct SubstepPhysics {
   Vec3d gravity_m_s2 = Vec3d::Zero();
   double dt_s = 0.0;

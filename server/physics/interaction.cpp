@@ -186,11 +186,14 @@ base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, co
   const base::Result<std::string> name = named_body(*simulation_, body, at, true);
   if (!name.ok()) return name.status();
   auto soft = with_soft_body(*simulation_, *name, [&](auto& state) { return push(state, at, impulse_n_s); });
+  if (soft && soft->ok()) simulation_->wake(*name);
   if (soft) return std::move(*soft);
   const auto rigid =
       std::ranges::find_if(simulation_->rigid, [&](const RigidState& state) { return state.body.name == *name; });
   if (rigid == simulation_->rigid.end()) return base::not_found("no body is named \"" + *name + "\"", "body");
-  return push(*rigid, at, impulse_n_s);
+  base::Result<Hit> hit = push(*rigid, at, impulse_n_s);
+  if (hit.ok()) simulation_->wake(*name);
+  return hit;
 }
 
 base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
@@ -213,6 +216,7 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
     }
     const double stiffness = stiffness_n_m > 0.0 ? stiffness_n_m : state.body.springs.stiffness_n_m;
     const double critical = 2.0 * std::sqrt(stiffness * static_cast<double>(state.vertex_mass_kg));
+    simulation_->wake(state.body.name);
     const auto place = std::ranges::upper_bound(state.grabs, vertex, {}, &Grab::vertex);
     state.grabs.insert(place, {id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});
     return Hit{state.body.name, vertex};

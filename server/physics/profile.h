@@ -21,12 +21,13 @@ enum class Stage {
   soft_contact,
   solid_contact,
   rigid,
-  move
+  move,
+  sleep
 };
-inline constexpr std::size_t stage_count = 13;
+inline constexpr std::size_t stage_count = 14;
 inline constexpr std::array<std::string_view, stage_count> stage_names{
     "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate",
-    "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move"};
+    "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move",  "sleep"};
 
 struct StageRow {
   std::chrono::nanoseconds time{0};

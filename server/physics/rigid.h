@@ -10,8 +10,14 @@
 
 namespace pneuma::physics {
 
-/// Neither frozen nor about to be: finite, and within the limits of speed and place.
+/// Neither frozen nor about to be: finite, and within the limits of speed and place. It may be asleep.
 [[nodiscard]] bool is_active(const RigidState& body);
+
+/// Bodies at rest drift apart by round-off; what is this near still counts as a contact.
+inline constexpr double rigid_margin_m = 1e-4;
+
+/// Of a rigid body's ball about its centre.
+[[nodiscard]] double radius_about_centre(const Shape& shape);
 
 /// Moves the rigid bodies' velocities on by gravity.
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
@@ -62,13 +68,14 @@ struct RigidPair {
   std::uint32_t a = 0;
   std::uint32_t b = 0;
 };
-/// Fills `pairs`, in order of (a, b), with every two active bodies of which find_rigid_contacts may have something to
-/// say; `order` is scratch.
+/// Fills `pairs`, in order of (a, b), with every two bodies that are active and awake of which find_rigid_contacts may
+/// have something to say; `order` is scratch.
 void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vector<std::uint32_t>& order,
                       std::vector<RigidPair>& pairs);
 
-/// Contacts among rigid bodies and between them and colliders: sequential impulses (Catto, "Iterative Dynamics with
-/// Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no energy.
+/// Contacts among rigid bodies that are awake and between them and colliders: sequential impulses (Catto, "Iterative
+/// Dynamics with Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no
+/// energy.
 class RigidSolver {
  public:
   /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then).
@@ -83,6 +90,7 @@ class RigidSolver {
   };
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
+  void find_groups(std::size_t bodies);
   void solve_velocities(std::span<RigidState> rigid);
   void cut_moves(std::span<RigidState> rigid, double dt_s);
   void undo_overlaps(std::span<RigidState> rigid);
@@ -90,7 +98,10 @@ class RigidSolver {
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<RigidPair> pairs_;
   std::vector<RigidContact> contacts_;
-  std::vector<Push> pushes_;  // one a body
+  std::vector<Push> pushes_;           // one a body
+  std::vector<std::uint32_t> groups_;  // one a body: the first of those that it is in contact with, itself included
+  std::vector<double> changes_m_s_;    // of a group in this round, at its first body
+  std::vector<std::uint8_t> settled_;  // likewise
 };
 
 }  // namespace pneuma::physics

@@ -10,8 +10,6 @@
 namespace pneuma::physics {
 namespace {
 
-// Bodies at rest drift apart by round-off; what is this near still counts as a contact.
-constexpr double margin_m = 1e-4;
 // Steps to the deepest point of a box in a round solid: each halves, so the last is a thousandth of the box.
 constexpr int descent_steps_max = 10;
 
@@ -33,11 +31,6 @@ Solid solid_of(const ColliderState& state) {
   return {c.shape, c.surface, Frame(state.position, state.orientation), c.velocity, c.angular_velocity};
 }
 
-double radius_about_centre(const Shape& shape) {
-  const auto* sphere = std::get_if<SphereShape>(&shape);
-  return sphere != nullptr ? sphere->radius_m : std::get<BoxShape>(shape).half_extents_m.norm();
-}
-
 /// Collects the contacts of body `a` with one other solid.
 class Collector {
  public:
@@ -51,7 +44,7 @@ class Collector {
         contacts_(contacts) {
     const double size_m = radius_about_centre(a.shape);
     const double arm_m = (a.frame.origin - b.frame.origin).norm() + size_m;
-    reach_m_ = margin_m + surface_.thickness_m +
+    reach_m_ = rigid_margin_m + surface_.thickness_m +
                dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * size_m +
                        b.angular_velocity.norm() * arm_m);
   }
@@ -165,13 +158,13 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
   const auto reach_m = [&](std::uint32_t i) {
     const RigidState& body = rigid[i];
     const double size_m = radius_about_centre(body.body.shape);
-    return size_m + margin_m + body.body.surface.thickness_m +
+    return size_m + rigid_margin_m + body.body.surface.thickness_m +
            dt_s * (body.velocity.norm() + body.angular_velocity.norm() * size_m);
   };
   order.clear();
   pairs.clear();
   for (std::uint32_t i = 0; i < rigid.size(); ++i) {
-    if (is_active(rigid[i])) order.push_back(i);
+    if (rigid[i].is_awake() && is_active(rigid[i])) order.push_back(i);
   }
   sort_and_sweep(
       order, [&](std::uint32_t i) { return rigid[i].position.x() - reach_m(i); },
@@ -183,6 +176,11 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
   std::ranges::sort(pairs, [](const RigidPair& p, const RigidPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
 }
 
+double radius_about_centre(const Shape& shape) {
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  return sphere != nullptr ? sphere->radius_m : std::get<BoxShape>(shape).half_extents_m.norm();
+}
+
 void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
                          std::vector<RigidContact>& contacts) {
   // A ball comes first: the other's surface is looked up from its centre.
@@ -192,7 +190,7 @@ void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std
   const double apart_m = (first.frame.origin - second.frame.origin).norm();
   const double spin_m_s = first.angular_velocity.norm() * radius_about_centre(first.shape) +
                           second.angular_velocity.norm() * radius_about_centre(second.shape);
-  const double reach_m = radius_about_centre(first.shape) + radius_about_centre(second.shape) + margin_m +
+  const double reach_m = radius_about_centre(first.shape) + radius_about_centre(second.shape) + rigid_margin_m +
                          first.surface.thickness_m + second.surface.thickness_m +
                          dt_s * ((first.velocity - second.velocity).norm() + spin_m_s);
   if (apart_m <= reach_m) Collector(first, a, second, b, dt_s, contacts).find();

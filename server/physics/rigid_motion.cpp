@@ -40,13 +40,13 @@ Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x) {
 
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s) {
   for (RigidState& body : rigid) {
-    if (!body.frozen) body.velocity += dt_s * gravity_m_s2;
+    if (body.is_awake()) body.velocity += dt_s * gravity_m_s2;
   }
 }
 
 void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s) {
   for (RigidState& body : rigid) {
-    if (body.frozen) continue;
+    if (!body.is_awake()) continue;
     body.position += dt_s * body.velocity;
     if (std::holds_alternative<SphereShape>(body.body.shape)) {
       body.orientation = turned(body.orientation, body.angular_velocity, dt_s);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "physics/rigid.h"
 #include "physics/shape.h"
@@ -68,12 +69,14 @@ double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
 
 std::size_t RigidSolver::bytes() const {
   return order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
-         contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push);
+         contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push) +
+         groups_.capacity() * sizeof(std::uint32_t) + changes_m_s_.capacity() * sizeof(double) + settled_.capacity();
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                         std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
   find_contacts(rigid, colliders, dt_s);
+  find_groups(rigid.size());
   prepare(rigid, gravity_m_s2, dt_s);
   solve_velocities(rigid);
   cut_moves(rigid, dt_s);
@@ -85,20 +88,39 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
     return touched[i] == 0 && std::ranges::none_of(contacts_, holds);
   };
   for (std::uint32_t i = 0; i < rigid.size(); ++i) {
-    if (is_active(rigid[i]) && in_flight(i)) rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
+    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight(i))
+      rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
   }
 }
 
 void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
                                 double dt_s) {
   find_rigid_pairs(rigid, dt_s, order_, pairs_);
+  const auto takes_part = [&](std::uint32_t i) { return rigid[i].is_awake() && is_active(rigid[i]); };
   contacts_.clear();
   auto pair = pairs_.begin();
   for (std::uint32_t a = 0; a < rigid.size(); ++a) {
-    if (!is_active(rigid[a])) continue;
+    if (!takes_part(a)) continue;
     for (const ColliderState& collider : colliders) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
     for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
   }
+}
+
+// A group ends its rounds by itself, so that it has the same bits whoever else there is.
+void RigidSolver::find_groups(std::size_t bodies) {
+  groups_.resize(bodies);
+  std::iota(groups_.begin(), groups_.end(), 0U);
+  const auto first_of = [this](std::uint32_t body) {
+    while (groups_[body] != body) body = groups_[body] = groups_[groups_[body]];
+    return body;
+  };
+  for (const RigidContact& c : contacts_) {
+    if (c.b == no_body) continue;
+    const std::uint32_t a = first_of(c.a);
+    const std::uint32_t b = first_of(c.b);
+    groups_[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = first_of(i);
 }
 
 void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s) {
@@ -133,10 +155,20 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
 }
 
 void RigidSolver::solve_velocities(std::span<RigidState> rigid) {
-  for (int round = 0; round < velocity_rounds_max; ++round) {
-    double change_m_s = 0.0;
-    for (RigidContact& c : contacts_) change_m_s = std::max(change_m_s, solve_contact(rigid, c));
-    if (change_m_s < settled_m_s) break;
+  settled_.assign(rigid.size(), 0);
+  bool going_on = true;
+  for (int round = 0; round < velocity_rounds_max && going_on; ++round) {
+    changes_m_s_.assign(rigid.size(), 0.0);
+    for (RigidContact& c : contacts_) {
+      const std::uint32_t group = groups_[c.a];
+      if (settled_[group] == 0) changes_m_s_[group] = std::max(changes_m_s_[group], solve_contact(rigid, c));
+    }
+    going_on = false;
+    for (const RigidContact& c : contacts_) {
+      const bool settled = changes_m_s_[groups_[c.a]] < settled_m_s;
+      settled_[groups_[c.a]] = settled ? 1 : 0;
+      going_on |= !settled;
+    }
   }
 }
 

@@ -37,6 +37,7 @@ struct Stepping {
   double error_target = 0.01;
   std::uint32_t newton_iterations = 1;  // of implicit_euler and tr_bdf2
   OnUnstable on_unstable = OnUnstable::refuse;
+  bool sleep = true;  // bodies at rest do (sleep.h)
   bool operator==(const Stepping&) const = default;
 };
 
@@ -44,6 +45,7 @@ struct Atmosphere {
   double pressure_pa = 0.0;
   double density_kg_m3 = 0.0;
   Vec3d wind = Vec3d::Zero();  // m/s
+  bool operator==(const Atmosphere&) const = default;
 };
 
 struct Springs {
@@ -75,11 +77,13 @@ struct Surface {
   std::optional<double> restitution;
   std::optional<double> friction;
   double thickness_m = 0.0;
+  bool operator==(const Surface&) const = default;
 };
 
 struct Drag {
   double normal = 0.0;
   double tangential = 0.0;
+  bool operator==(const Drag&) const = default;
 };
 
 enum class SoftCollision { none, bounds };
@@ -88,6 +92,7 @@ enum class BoundsKind { box, ball, ellipsoid };
 struct Collision {
   SoftCollision soft = SoftCollision::bounds;
   BoundsKind bounds = BoundsKind::ellipsoid;
+  bool operator==(const Collision&) const = default;
 };
 
 struct SoftBody {
@@ -111,22 +116,28 @@ struct SoftBody {
 
 struct PlaneShape {
   Vec3d normal = Vec3d::UnitY();  // unit length, in the shape's own frame
+  bool operator==(const PlaneShape&) const = default;
 };
 struct SphereShape {
   double radius_m = 0.0;
+  bool operator==(const SphereShape&) const = default;
 };
 struct BoxShape {
   Vec3d half_extents_m = Vec3d::Zero();
+  bool operator==(const BoxShape&) const = default;
 };
 struct EllipsoidShape {
   Vec3d radii_m = Vec3d::Zero();
+  bool operator==(const EllipsoidShape&) const = default;
 };
 struct CapsuleShape {
   double radius_m = 0.0;
   double half_height_m = 0.0;
+  bool operator==(const CapsuleShape&) const = default;
 };
 struct RoomShape {
   Vec3d half_extents_m = Vec3d::Zero();
+  bool operator==(const RoomShape&) const = default;
 };
 using Shape = std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape>;
 

@@ -7,6 +7,7 @@
 
 #include "base/limits.h"
 #include "physics/gas.h"
+#include "physics/sleep.h"
 #include "physics/soft_setup.h"
 
 namespace pneuma::physics {
@@ -133,6 +134,7 @@ void Simulation::make_plan() {
 
 bool Simulation::substep(Workers& workers) {
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
+    if (is_at_rest()) return choice.substeps - substep_index;
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, workers);
     substep_bodies(bodies, workers);
     return std::uint32_t{1};
@@ -140,9 +142,36 @@ bool Simulation::substep(Workers& workers) {
   substep_index += substeps_done;
   if (plan_is_stale_ && substeps_done > 0) make_plan();
   if (substep_index < choice.substeps) return false;
+  end_tick();
+  return true;
+}
+
+void Simulation::end_tick() {
   substep_index = 0;
   ++tick;
-  return true;
+  if (!scene.stepping.sleep || is_at_rest()) return;
+  const StageTimer timer(profiling ? &profile : nullptr, Stage::sleep);
+  visit([&]<class Real>(SoftBodies<Real>& bodies) {
+    settle<Real>(bodies.states, rigid, colliders, {scene.gravity, scene.atmosphere}, period_s());
+  });
+}
+
+// Nobody is awake, and nothing moves that could wake anybody.
+bool Simulation::is_at_rest() const {
+  const auto is_awake = [](const auto& body) { return body.is_awake(); };
+  const auto moves = [](const ColliderState& state) { return is_moving(state.collider); };
+  return std::ranges::none_of(rigid, is_awake) && std::ranges::none_of(colliders, moves) &&
+         visit([&](const auto& bodies) { return std::ranges::none_of(bodies.states, is_awake); });
+}
+
+void Simulation::wake(const std::string& body) {
+  visit([&]<class Real>(SoftBodies<Real>& bodies) {
+    const auto soft = std::ranges::find(bodies.states, body, [](const auto& state) { return state.body.name; });
+    const auto solid = std::ranges::find(rigid, body, [](const RigidState& state) { return state.body.name; });
+    auto index = static_cast<std::size_t>(soft - bodies.states.begin());
+    if (soft == bodies.states.end()) index += static_cast<std::size_t>(solid - rigid.begin());
+    (void)wake_group<Real>(bodies.states, rigid, index);
+  });
 }
 
 // Nothing can touch anything: each body, or fleet of bodies, runs through its substeps by itself, and stays in cache.
@@ -221,7 +250,7 @@ void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
   const LaneSettings settings = lane_settings();
   std::vector<std::uint32_t> active;
   for (std::uint32_t i = 0; i < bodies.states.size(); ++i) {
-    if (!bodies.states[i].frozen) active.push_back(i);
+    if (bodies.states[i].is_awake()) active.push_back(i);
   }
   if (!is_explicit(choice.integrator)) return solve(bodies, active, workers);
   const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
@@ -270,7 +299,7 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
 
   const StageTimer timer(shared_profile, Stage::move);
   for (SoftState<Real>& body : bodies.states) {
-    if (body.frozen) continue;
+    if (!body.is_awake()) continue;
     for (std::size_t i = 0; i < body.x.size(); ++i) body.x[i] += body.dr[i];
   }
   move_solids(rigid, colliders, dt_s);
@@ -283,13 +312,14 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
     body.velocity.setZero();
     body.angular_velocity.setZero();
     body.frozen = true;
+    body.rest = {};
   }
 }
 
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
   for (SoftState<Real>& body : bodies.states) {
-    if (!body.frozen && (body.solve_failed || !is_well(body))) freeze(body);
+    if (body.is_awake() && (body.solve_failed || !is_well(body))) freeze(body);
   }
 }
 
@@ -314,6 +344,8 @@ void Simulation::freeze(SoftState<Real>& body) {
   std::ranges::fill(body.v, Vec3<Real>::Zero());
   std::ranges::fill(body.dr, Vec3<Real>::Zero());
   body.frozen = true;
+  body.rest = {};
+  body.place.clear();
 }
 
 }  // namespace pneuma::physics

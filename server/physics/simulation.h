@@ -33,6 +33,8 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
+  /// Wakes the body of that name, if it sleeps, and its group.
+  void wake(const std::string& body);
   /// After the scene or what it says of the bodies has changed.
   void make_plan();
 
@@ -84,6 +86,8 @@ class Simulation {
   void integrate(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
   void solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers);
+  [[nodiscard]] bool is_at_rest() const;
+  void end_tick();
   template <class Real>
   void freeze_runaways(SoftBodies<Real>& bodies);
   template <class Real>

@@ -86,17 +86,50 @@ bool grab_fields(Archive& archive, Grab& grab) {
          archive.field(grab.stiffness_n_m) && archive.field(grab.damping_n_s_m);
 }
 
+// One byte a body: what it is about. Most are under way, and have nothing else to keep.
+enum class Standing : std::uint8_t { moving, frozen, asleep, resting };
+
+template <class Body>
+Standing standing_of(const Body& body) {
+  if (body.frozen) return Standing::frozen;
+  if (body.rest.asleep) return Standing::asleep;
+  return body.rest.ticks > 0 ? Standing::resting : Standing::moving;
+}
+
+// `place_fields` handles the place that a resting body has kept.
+template <class Archive, class Body, class PlaceFields>
+bool standing_fields(Archive& archive, Body& body, const PlaceFields& place_fields) {
+  Standing standing = standing_of(body);
+  if (!archive.field(standing) || standing > Standing::resting) return false;
+  body.frozen = standing == Standing::frozen;
+  body.rest.asleep = standing == Standing::asleep;
+  if (standing != Standing::resting) {
+    body.rest.ticks = 0;
+    return true;
+  }
+  return archive.field(body.rest.ticks) && place_fields();
+}
+
+template <class Archive, class Real>
+bool points_fields(Archive& archive, std::vector<Vec3<Real>>& points) {
+  for (Vec3<Real>& point : points) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!archive.field(point[axis])) return false;
+    }
+  }
+  return true;
+}
+
 template <class Archive, class Real>
 bool soft_fields(Archive& archive, SoftState<Real>& body) {
   if (!archive.count(body.x.size())) return false;
-  for (auto* points : {&body.x, &body.v}) {
-    for (Vec3<Real>& point : *points) {
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!archive.field(point[axis])) return false;
-      }
-    }
-  }
-  if (!archive.field(body.frozen) || !archive.field(body.volume_m3) || !archive.field(body.pressure_pa)) return false;
+  if (!points_fields(archive, body.x) || !points_fields(archive, body.v)) return false;
+  const auto place_fields = [&] {
+    body.place.resize(body.x.size());
+    return points_fields(archive, body.place);
+  };
+  if (!standing_fields(archive, body, place_fields)) return false;
+  if (!archive.field(body.volume_m3) || !archive.field(body.pressure_pa)) return false;
   // A body may have lost the gas that its scene gave it, but not come by one.
   bool has_gas = body.gas.has_value();
   if (!archive.field(has_gas) || (has_gas && !body.gas)) return false;
@@ -127,8 +160,9 @@ bool state_fields(Archive& archive, Simulation& sim) {
   });
   if (!soft_done || !archive.count(sim.rigid.size())) return false;
   for (RigidState& body : sim.rigid) {
+    const auto place_fields = [&] { return pose_fields(archive, body.place, body.place_orientation); };
     if (!pose_fields(archive, body.position, body.orientation) || !vector_field(archive, body.velocity) ||
-        !vector_field(archive, body.angular_velocity) || !archive.field(body.frozen)) {
+        !vector_field(archive, body.angular_velocity) || !standing_fields(archive, body, place_fields)) {
       return false;
     }
   }
@@ -154,7 +188,10 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
-  restored->visit([](auto& bodies) { bodies.next_task = 0; });
+  restored->visit([](auto& bodies) {
+    bodies.next_task = 0;
+    bodies.contacts = {};
+  });
   simulation_ = std::move(restored);
   return {};
 }

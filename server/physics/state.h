@@ -46,6 +46,12 @@ struct NormalSpread {
   std::vector<Real> areas_m2;           // a third of their areas
 };
 
+/// Whether a body sleeps, or how long it has kept its place (sleep.h).
+struct Rest {
+  bool asleep = false;
+  std::uint32_t ticks = 0;
+};
+
 template <class Real>
 struct SoftState {
   SoftBody body;  // as the scene has it now
@@ -63,9 +69,12 @@ struct SoftState {
   bool inverted = false;              // the gas's volume was 0 or less then
   std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;            // by vertex, those of one vertex side by side
-  bool solve_failed = false;          // the integrator found no finite answer in this substep
+  Rest rest;
+  std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
+  bool solve_failed = false;      // the integrator found no finite answer in this substep
   bool frozen = false;
 
+  [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
   [[nodiscard]] Real rest_length_m(std::size_t edge) const {
     return static_cast<Real>(body.springs.rest_scale * body.mesh->edge_lengths_m[edge]);
   }
@@ -80,7 +89,12 @@ struct RigidState {
   Vec3d angular_velocity = Vec3d::Zero();  // rad/s, in the world's frame
   double inverse_mass_1_kg = 0.0;
   Vec3d inverse_inertia_1_kg_m2 = Vec3d::Zero();  // principal, in the body's frame
+  Rest rest;
+  Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
+  Quatd place_orientation = Quatd::Identity();
   bool frozen = false;
+
+  [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
 };
 
 struct ColliderState {

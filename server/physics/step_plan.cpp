@@ -89,7 +89,7 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
         rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(settings.integrator, gas);
     std::vector<std::uint32_t> abreast;
     for (const std::uint32_t i : group.members) {
-      if (bodies[i].frozen) continue;
+      if (!bodies[i].is_awake()) continue;
       if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, settings.surroundings.atmosphere)) {
         tasks.push_back({group.mesh, {i}});
       } else {

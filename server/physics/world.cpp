@@ -6,6 +6,7 @@
 
 #include "physics/admission.h"
 #include "physics/simulation.h"
+#include "physics/sleep.h"
 #include "physics/soft_setup.h"
 
 namespace pneuma::physics {
@@ -32,6 +33,7 @@ void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wa
   }
   bodies.states = std::move(states);
   bodies.profiles.clear();
+  bodies.contacts = {};
 }
 
 void add_times(Profile& sum, const Profile& profile) {
@@ -49,7 +51,11 @@ std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live
   for (const RigidBody& body : wanted) {
     states.push_back(make_rigid_state(body));
     const auto before = std::ranges::find(live, body.name, [](const RigidState& state) { return state.body.name; });
-    if (before != live.end() && !names(renewed, body.name)) states.back().frozen = before->frozen;
+    if (before == live.end() || names(renewed, body.name)) continue;
+    states.back().frozen = before->frozen;
+    states.back().rest = before->rest;
+    states.back().place = before->place;
+    states.back().place_orientation = before->place_orientation;
   }
   return states;
 }
@@ -93,7 +99,8 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
     sim.time_base_s = sim.time_s();
     sim.tick_base = sim.tick;
   }
-  sim.visit([&](auto& bodies) {
+  sim.visit([&]<class Real>(SoftBodies<Real>& bodies) {
+    wake_changed<Real>(bodies.states, sim.rigid, this->scene(), scene);
     for (const Profile& profile : bodies.profiles) add_times(sim.profile, profile);
     apply_soft_bodies(bodies, scene.soft_bodies, renewed);
   });
@@ -163,6 +170,10 @@ bool World::is_frozen(std::size_t soft_index) const {
   return simulation_->visit([&](const auto& bodies) { return bodies.states[soft_index].frozen; });
 }
 
+bool World::is_asleep(std::size_t soft_index) const {
+  return simulation_->visit([&](const auto& bodies) { return bodies.states[soft_index].rest.asleep; });
+}
+
 void World::copy_positions(std::size_t soft_index, std::span<double> out_m) const {
   simulation_->visit([&](const auto& bodies) {
     const auto& x = bodies.states[soft_index].x;
@@ -213,7 +224,9 @@ Profile World::profile() const {
       add_bytes(Stage::integrate, state.pinned.capacity());
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
       add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));
+      add_bytes(Stage::sleep, state.place.capacity() * sizeof(Vec3<Real>));
     }
+    bodies.contacts.add_bytes(sum);
   });
   add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
   add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));

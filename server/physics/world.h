@@ -87,6 +87,7 @@ class World {
   [[nodiscard]] std::size_t soft_body_count() const;
   [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;
   [[nodiscard]] bool is_frozen(std::size_t soft_index) const;
+  [[nodiscard]] bool is_asleep(std::size_t soft_index) const;  // sleep.h
   /// Writes x, y, z of each vertex in order; `out` has 3 * vertex count elements.
   void copy_positions(std::size_t soft_index, std::span<double> out_m) const;
   [[nodiscard]] BodyMeasures measure(std::size_t soft_index) const;

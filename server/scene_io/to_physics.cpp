@@ -88,6 +88,7 @@ Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
   if (in.has_rate_hz()) out.rate_hz = in.rate_hz();
   out.substeps = in.substeps();
   if (in.has_error_target()) out.error_target = in.error_target();
+  if (in.has_sleep()) out.sleep = in.sleep();
   if (in.has_newton_iterations()) out.newton_iterations = in.newton_iterations();
   Failures failures;
   failures.note("integrator", read_enum(in.integrator(),

@@ -31,6 +31,7 @@ struct Outcome {
 Outcome settle(const Ball& ball, int count = 1) {
   physics::Scene scene;
   scene.stepping = {.rate_hz = 60.0, .substeps = 1, .integrator = physics::Integrator::implicit_euler};
+  scene.stepping.sleep = false;  // it is the steps that are timed
   physics::SoftBody body;
   body.mesh = *physics::make_icosphere(2, 1.0);
   body.springs = {.stiffness_n_m = ball.stiffness_n_m, .damping_n_s_m = 10.0};

@@ -352,6 +352,28 @@ TEST_F(Messages, StatsTellOfTheWorld) {
   EXPECT_GT(out.stages_size(), 0);
 }
 
+TEST_F(Messages, StatsTellWhoSleeps) {
+  v1::Scene scene = two_balls("still");
+  scene.clear_gravity();
+  for (v1::SoftBody& ball : *scene.mutable_soft_bodies()) ball.clear_gas();  // at its rest lengths
+  create(client(), scene, "still", true);
+  ASSERT_TRUE(client().step("still", 20).ok());
+  EXPECT_FALSE(client().stats("still")->soft_bodies(0).asleep());
+  ASSERT_TRUE(client().step("still", 20).ok());
+  EXPECT_TRUE(client().stats("still")->soft_bodies(0).asleep());
+  EXPECT_TRUE(client().stats("still")->rigid_bodies(0).asleep());
+  v1::Impulse impulse;
+  impulse.set_world("still");
+  impulse.set_body("left");
+  *impulse.mutable_impulse() = vec(1.0, 0.0, 0.0);
+  ASSERT_TRUE(client().impulse(impulse).ok());
+  ASSERT_TRUE(client().step("still", 1).ok());
+  const auto woken = client().stats("still");
+  EXPECT_FALSE(woken->soft_bodies(0).asleep());
+  EXPECT_TRUE(woken->soft_bodies(1).asleep());
+  EXPECT_TRUE(woken->rigid_bodies(0).asleep());
+}
+
 TEST_F(Messages, ASessionsGrabsEndWithIt) {
   {
     client::Client other = connect();

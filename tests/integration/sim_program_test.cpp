@@ -172,7 +172,14 @@ TEST(SimProgram, FlagsOverrideTheScene) {
   EXPECT_NE(hash({"--set", "soft_bodies[0].gas.moles=0.02"}), plain);
 }
 
-TEST(SimProgram, ProfileShowsWhatAScenesPlanLeavesOut) {
+constexpr const char* pinned_cloth = R"({
+  "gravity": {"y": -9.81},
+  "stepping": {"substeps": 16},
+  "meshes": [{"name": "sheet", "grid": {"columns": 8, "rows": 8}}],
+  "soft_bodies": [{"name": "cloth", "mesh": "sheet", "pin_boundary": true,
+                   "springs": {"stiffness_n_m": 50, "damping_n_s_m": 2}}]})";
+
+TEST_F(SimScene, ProfileShowsWhatAScenesPlanLeavesOut) {
   const auto stages = [](const std::string& scene) {
     std::map<std::string, std::vector<std::string>> rows;
     const Finished finished = sim({scene, "--seconds", "0.2", "--profile"});
@@ -185,9 +192,15 @@ TEST(SimProgram, ProfileShowsWhatAScenesPlanLeavesOut) {
     }
     return rows;
   };
+  const std::vector<std::string> absent{"0.000", "0", "0"};
+  auto still = stages(file("cloth.json", pinned_cloth));
+  for (const char* stage : {"bending", "volume", "pressure", "wind", "grabs", "bounds", "broad_phase", "soft_contact",
+                            "solid_contact", "rigid"}) {
+    EXPECT_EQ(still[stage], absent) << stage;
+  }
+  for (const char* stage : {"springs", "integrate"}) EXPECT_NE(still[stage], absent) << stage;
   auto cloth = stages("wind-cloth");
   EXPECT_EQ(cloth["stage"], (std::vector<std::string>{"time_ms", "calls", "bytes"}));
-  const std::vector<std::string> absent{"0.000", "0", "0"};
   EXPECT_EQ(cloth["pressure"], absent);
   EXPECT_EQ(cloth["soft_contact"], absent);
   EXPECT_NE(cloth["wind"], absent);
@@ -196,6 +209,15 @@ TEST(SimProgram, ProfileShowsWhatAScenesPlanLeavesOut) {
   EXPECT_EQ(ball["wind"], absent);
   EXPECT_NE(ball["pressure"], absent);
   EXPECT_NE(ball["solid_contact"], absent);
+}
+
+TEST_F(SimScene, BodiesAtRestSleepUnlessTheSceneSaysOtherwise) {
+  const std::string scene = file("cloth.json", pinned_cloth);
+  const Finished asleep = sim({scene, "--seconds", "20"});
+  EXPECT_NE(asleep.output.find("  (asleep)\n"), std::string::npos) << asleep.output;
+  const Finished awake = sim({scene, "--seconds", "20", "--set", "stepping.sleep=false"});
+  EXPECT_EQ(awake.exit_status, 0) << awake.error_output;
+  EXPECT_EQ(awake.output.find("asleep"), std::string::npos) << awake.output;
 }
 
 TEST(SimProgram, EveryBuiltInSceneRunsAndSumsUp) {

@@ -105,11 +105,15 @@ struct BreathingBall {
     body.gas = Gas{.moles = nrt_j / (gas_constant_j_mol_k * 293.15)};
     return body;
   }
-  /// Alone in the void, at rest, `scale` times as large as its rest lengths. Steps past stability are taken as asked.
+  /// Alone in the void, at rest, `scale` times as large as its rest lengths. Steps past stability are taken as asked,
+  /// down to the last trembling.
   [[nodiscard]] Scene scene(double scale, Integrator integrator, double rate_hz, std::uint32_t substeps) const {
     Scene scene;
-    scene.stepping = {
-        .rate_hz = rate_hz, .substeps = substeps, .integrator = integrator, .on_unstable = OnUnstable::allow};
+    scene.stepping = {.rate_hz = rate_hz,
+                      .substeps = substeps,
+                      .integrator = integrator,
+                      .on_unstable = OnUnstable::allow,
+                      .sleep = false};
     scene.soft_bodies.push_back(body(scale));
     return scene;
   }
@@ -129,8 +133,11 @@ struct HungVertex {
   [[nodiscard]] double slope() const { return height_m / spring_m(); }
   [[nodiscard]] Scene scene(Integrator integrator, double rate_hz, std::uint32_t substeps) const {
     Scene scene;
-    scene.stepping = {
-        .rate_hz = rate_hz, .substeps = substeps, .integrator = integrator, .on_unstable = OnUnstable::allow};
+    scene.stepping = {.rate_hz = rate_hz,
+                      .substeps = substeps,
+                      .integrator = integrator,
+                      .on_unstable = OnUnstable::allow,
+                      .sleep = false};
     SoftBody body;
     body.name = "hung";
     body.mesh = *make_mesh({{0, 0, -half_base_m}, {0, 0, half_base_m}, {0, -height_m, 0}}, {{0, 1, 2}});

@@ -25,6 +25,11 @@ std::string state_of(const v1::WorldList::World& world) {
   return state;
 }
 
+template <class Body>
+std::string state_text(const Body& body) {
+  return body.frozen() ? "frozen" : body.asleep() ? "asleep" : "live";
+}
+
 base::Status print_head(Session& session, const v1::Stats& stats) {
   Table table({"world", "tick", "time_s", "state", "rate_hz", "substeps", "integrator", "hash"});
   table.add({stats.world(), std::to_string(stats.tick()), number_text(stats.time_s()),
@@ -51,7 +56,7 @@ base::Status print_bodies(Session& session, const v1::Stats& stats) {
       table.add({body.name(), std::to_string(body.vertices()), number_text(body.volume_m3()),
                  number_text(body.area_m2()), number_text(body.pressure_pa()), number_text(body.kinetic_j()),
                  number_text(body.elastic_j()), number_text(body.max_speed_m_s()), vector_text(body.centre_of_mass()),
-                 body.frozen() ? "frozen" : "live"});
+                 state_text(body)});
     }
     if (base::Status done = session.output.line(""); !done.ok()) return done;
     if (base::Status done = table.print(session.output); !done.ok()) return done;
@@ -59,8 +64,7 @@ base::Status print_bodies(Session& session, const v1::Stats& stats) {
   if (stats.rigid_bodies_size() > 0) {
     Table table({"rigid body", "position_m", "velocity_m_s", "state"});
     for (const auto& body : stats.rigid_bodies()) {
-      table.add(
-          {body.name(), vector_text(body.position()), vector_text(body.velocity()), body.frozen() ? "frozen" : "live"});
+      table.add({body.name(), vector_text(body.position()), vector_text(body.velocity()), state_text(body)});
     }
     if (base::Status done = session.output.line(""); !done.ok()) return done;
     if (base::Status done = table.print(session.output); !done.ok()) return done;

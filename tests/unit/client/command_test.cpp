@@ -1,5 +1,6 @@
 // Shows the `pneuma` command as a shell sees it, against a server that follows a script: arguments to requests, replies
 // to lines, exit codes, and its end by Ctrl-C or by a reader that goes away.
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -314,6 +315,34 @@ TEST(CommandOutput, SceneIsAFileThatCreateTakesWithJsonInOneLine) {
     ASSERT_TRUE(google::protobuf::util::JsonStringToMessage(text, &scene).ok()) << text;
     EXPECT_EQ(scene.soft_bodies(0).mass_kg(), 2.5);
   }
+}
+
+TEST(CommandOutput, StatsTellWhoSleepsAndWhatEachStageTook) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      v1::Stats& stats = *message.mutable_stats();
+      stats.add_soft_bodies()->set_name("ball");
+      stats.mutable_soft_bodies(0)->set_asleep(true);
+      stats.add_soft_bodies()->set_name("cloth");
+      stats.add_rigid_bodies()->set_name("stone");
+      stats.mutable_rigid_bodies(0)->set_asleep(true);
+      v1::Stats::Stage& stage = *stats.add_stages();
+      stage.set_name("springs");
+      stage.set_time_s(0.25);
+      stage.set_calls(7);
+      stage.set_bytes(4096);
+    });
+  });
+  const auto table = lines(run(server, {"stats", "w"}).output);
+  const auto row = [&](const std::string& name) {
+    const auto found = std::ranges::find_if(table, [&](const auto& line) { return line.starts_with(name + " "); });
+    return found == table.end() ? std::string() : *found;
+  };
+  EXPECT_TRUE(row("ball").ends_with("asleep")) << row("ball");
+  EXPECT_TRUE(row("cloth").ends_with("live")) << row("cloth");
+  EXPECT_TRUE(row("stone").ends_with("asleep")) << row("stone");
+  for (const char* figure : {"0.25", "7", "4096"}) EXPECT_NE(row("springs").find(figure), std::string::npos);
 }
 
 TEST(CommandOutput, JsonNumbersAreNumbersAndAHashIsHexadecimal) {

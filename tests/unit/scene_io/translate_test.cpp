@@ -165,6 +165,12 @@ TEST(ToPhysics, EveryIntegratorIsKnownByItsName) {
   }
 }
 
+TEST(ToPhysics, BodiesSleepUnlessTheSceneSaysOtherwise) {
+  EXPECT_TRUE(translate("{}")->stepping.sleep);
+  EXPECT_TRUE(translate(R"({"stepping": {"sleep": true}})")->stepping.sleep);
+  EXPECT_FALSE(translate(R"({"stepping": {"sleep": false}})")->stepping.sleep);
+}
+
 TEST(ToPhysics, WhatIsNotBuiltYetIsUnsupportedByPath) {
   const auto check = [](const base::Result<physics::Scene>& scene, const std::string& path) {
     ASSERT_FALSE(scene.ok()) << path;
