@@ -14,7 +14,7 @@ namespace {
 // Wide enough to leave few slots unused where degrees are mixed, narrow enough that a window's positions stay in L1.
 constexpr std::size_t degree_window = 1'024;
 
-// Slots whose positions and velocities the second cache level holds.
+// A walk over the slots in order has so many on either side at hand: fetched ahead, or still in cache.
 constexpr std::uint32_t near_slots = 512;
 
 constexpr int morton_bits = 21;  // an axis

@@ -239,10 +239,10 @@ struct LooseBall {
     settings.dt_s = ball.dt_s / std::sqrt(static_cast<double>(state.x.size()) / 162.0);
   }
   static const physics::LaneKernels<float>& kernels() { return physics::lane_kernels<float>(physics::isa_in_use()); }
-  void step() {
+  void step(physics::Workers* workers = nullptr) {
     std::array<physics::SoftState<float>*, 1> bodies{&state};
     std::array<std::uint8_t, 1> done{};
-    physics::step_freely<float>(bodies, lanes, kernels(), settings, substeps, scratch, nullptr, nullptr, done);
+    physics::step_freely<float>(bodies, lanes, kernels(), settings, substeps, scratch, workers, nullptr, done);
   }
   std::shared_ptr<const physics::Mesh> mesh;
   physics::SoftState<float> state;
@@ -264,12 +264,36 @@ void substep_by_size(benchmark::State& bench) {
       bench.counters[std::string("ns_").append(std::to_string(balls[i].state.x.size()))] = ns[i];
     }
     bench.counters["growth"] = ns.back() / ns.front();
+    physics::Workers two(2);
+    Contender by_two{[&] { balls.back().step(&two); }, contenders.back().count};
+    const std::vector<double> wall_ns = race_ns({contenders.front(), by_two}, wall_s);
+    bench.counters["growth_by_two"] = wall_ns[1] / wall_ns[0];
   }
 }
 BENCHMARK(substep_by_size)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 [[maybe_unused]] const bool growth_listed =
-    expect({"substep_by_size/", "growth", Bound::at_most, 1.5, "ns a vertex: 655,362 vertices over 162"});
+    expect({"substep_by_size/", "growth", Bound::at_most, 1.5, "ns a vertex: 655,362 vertices over 162"}) &&
+    expect({"substep_by_size/", "growth_by_two", Bound::at_most, 1.5, "the same, 655,362 by two threads, wall clock"});
+
+// What a vertex costs in worlds of one ball each, and in one world of as many balls.
+void worlds_apart(benchmark::State& bench) {
+  constexpr std::size_t count = 32;
+  const auto mesh = *physics::make_icosphere(2, 0.5);
+  std::vector<physics::World> apart;
+  for (std::size_t i = 0; i < count; ++i) apart.push_back(balls_world(mesh, 1));
+  physics::World together = balls_world(mesh, count);
+  physics::Workers one(1);
+  const auto step_apart = [&] {
+    for (physics::World& world : apart) world.step_tick(one);
+  };
+  for ([[maybe_unused]] auto _ : bench) {
+    const std::vector<double> ns = race_ns({{step_apart, 162.0 * count * substeps}, ours(together, one)}, cpu_s);
+    bench.counters["apart_ns"] = ns[0];
+    bench.counters["together_ns"] = ns[1];
+  }
+}
+BENCHMARK(worlds_apart)->Iterations(1)->Repetitions(3)->Unit(benchmark::kMillisecond);
 
 // The ball's world as one would write it who needs nothing else: the kernels, called in a row.
 struct HandWritten {
