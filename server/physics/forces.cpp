@@ -25,26 +25,6 @@ double exact_volume_m3(const Mesh& mesh, std::span<const Vec3<Real>> x) {
   return six_volumes / 6.0;
 }
 
-template <class Real, bool Damped>
-void add_springs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
-                 std::span<Vec3<Real>> force) {
-  const auto stiffness = static_cast<Real>(body.body.springs.stiffness_n_m);
-  const auto damping = static_cast<Real>(body.body.springs.damping_n_s_m);
-  const std::vector<Edge>& edges = body.body.mesh->edges;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const auto [a, b] = edges[i];
-    const Vec3<Real> along = x[b] - x[a];
-    const Real length = along.norm();
-    if (!(length > 0)) continue;  // two particles at one place: no direction to pull in
-    const Real per_length = Real{1} / length;
-    Real tension = stiffness * (length - body.rest_length_m(i));
-    if constexpr (Damped) tension += damping * (v[b] - v[a]).dot(along) * per_length;
-    const Vec3<Real> pull = (tension * per_length) * along;
-    force[a] += pull;
-    force[b] -= pull;
-  }
-}
-
 template <class Real>
 void add_pressure_on_faces(const Mesh& mesh, double pressure_pa, std::span<const Vec3<Real>> x,
                            std::span<Vec3<Real>> force) {
@@ -181,22 +161,6 @@ void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec
 }
 
 template <class Real>
-void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
-                    const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile) {
-  {  // 1: gravity and springs
-    const StageTimer timer(profile, Stage::springs);
-    const Vec3<Real> weight = body.vertex_mass_kg * surroundings.gravity.cast<Real>();
-    std::ranges::fill(force, weight);
-    if (body.body.springs.damping_n_s_m > 0.0) {
-      add_springs<Real, true>(body, x, v, force);
-    } else if (body.body.springs.stiffness_n_m > 0.0) {
-      add_springs<Real, false>(body, x, v, force);
-    }
-  }
-  add_other_forces(body, x, v, surroundings, dt_s, true, force, profile);
-}
-
-template <class Real>
 void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                       const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,
                       Profile* profile) {
@@ -229,8 +193,6 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
   template void add_wind<Real>(const SoftBody&, const Atmosphere&, std::span<const Vec3<Real>>,                    \
                                std::span<const Vec3<Real>>, std::span<Vec3<Real>>);                                \
   template void add_pressure<Real>(SoftState<Real>&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);  \
-  template void compute_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>,   \
-                                     const Surroundings&, double, std::span<Vec3<Real>>, Profile*);                \
   template void add_other_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
                                        const Surroundings&, double, bool, std::span<Vec3<Real>>, Profile*);        \
   template void update_pressure<Real>(SoftState<Real>&, const Atmosphere&);

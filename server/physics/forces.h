@@ -18,14 +18,9 @@ struct Surroundings {
 template <class Real>
 [[nodiscard]] double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x);
 
-/// Sets `force` (N, one a particle) to gravity, springs, pressure, wind and grabs at positions `x` and velocities `v`,
-/// and the body's volume and pressure to what they are there. `dt_s` bounds how stiff a grab may be.
-template <class Real>
-void compute_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
-                    const Surroundings& surroundings, double dt_s, std::span<Vec3<Real>> force, Profile* profile);
-
-/// The forces that compute_forces adds to gravity and springs, in the same order: bending, pressure where `with_gas`,
-/// wind, grabs.
+/// Adds to `force` (N, one a particle) what the lane kernels do not know, at positions `x` and velocities `v`: bending,
+/// wind, grabs, and pressure where `with_gas`, which sets the body's volume and pressure to what they are there. `dt_s`
+/// bounds how stiff a grab may be.
 template <class Real>
 void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v,
                       const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,

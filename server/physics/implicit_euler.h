@@ -8,7 +8,7 @@ namespace pneuma::physics {
 /// Advances body.v and sets body.dr, as solve_step() does. With one Newton iteration it is the linearised method of
 /// Baraff and Witkin, "Large Steps in Cloth Simulation" (1998). False, and the body unmoved, where the solve failed.
 template <class Real>
-[[nodiscard]] bool implicit_euler(SoftState<Real>& body, const StageAccuracy& accuracy,
+[[nodiscard]] bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                                   const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver,
                                   Profile* profile);
 

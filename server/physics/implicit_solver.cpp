@@ -27,9 +27,9 @@ Vec3d mean(std::span<const Vec3d> points) {
 }
 
 double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-  return sum;
+  Vec3d sum = Vec3d::Zero();  // an axis each, so that not every addition waits for the last
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].cwiseProduct(b[i]);
+  return sum.sum();
 }
 
 }  // namespace
@@ -42,50 +42,38 @@ double spread(std::span<const Vec3d> points) {
 }
 
 template <class Real>
-std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, std::span<const Vec3d> x,
-                                                   std::span<const Vec3d> v, const Surroundings& surroundings,
-                                                   Profile* profile) {
-  const std::size_t count = x.size();
-  x_real_.resize(count);
-  v_real_.resize(count);
-  force_real_.resize(count);
-  force_.resize(count);
-  // Seen from the body itself, so that one far away loses no digits: a grab alone asks for the place in the world.
-  const Vec3d origin = body.grabs.empty() ? x[0] : Vec3d(Vec3d::Zero());
-  for (std::size_t i = 0; i < count; ++i) {
-    x_real_[i] = (x[i] - origin).template cast<Real>();
-    v_real_[i] = v[i].template cast<Real>();
-  }
-  // A grab is in the tangent, so that it may be as stiff as it was asked to be: no step to bound it by.
-  compute_forces<Real>(body, x_real_, v_real_, surroundings, 0.0, force_real_, profile);
-  for (std::size_t i = 0; i < count; ++i) {
-    force_[i] = body.is_pinned(i) ? Vec3d(Vec3d::Zero()) : Vec3d(force_real_[i].template cast<double>());
-  }
-  return force_;
+std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                                   std::span<const Vec3d> x, std::span<const Vec3d> v,
+                                                   const Surroundings& surroundings, Profile* profile) {
+  forces_.evaluate(body, tables.lanes, surroundings, x, v, profile);
+  return forces_.force_n();
 }
 
 // Sets residual_ to M (u0 - u) + s f. False where it is not finite.
 template <class Real>
-bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitStage& stage,
-                                         const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile) {
+bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                         const ImplicitStage& stage, const Surroundings& surroundings,
+                                         std::span<const Vec3d> u, Profile* profile) {
   x_.resize(u.size());
   for (std::size_t i = 0; i < u.size(); ++i) x_[i] = stage.x0[i] + stage.s * u[i];
-  const std::span<const Vec3d> f = force(body, x_, u, surroundings, profile);
+  const std::span<const Vec3d> f = force(body, tables, x_, u, surroundings, profile);
   const StageTimer timer(profile, Stage::integrate);
   const double mass_kg = static_cast<double>(body.vertex_mass_kg);
   residual_.resize(u.size());
-  bool finite = true;
+  Vec3d sum = Vec3d::Zero();  // it is finite where all are
   for (std::size_t i = 0; i < u.size(); ++i) {
     residual_[i] = mass_kg * (stage.u0[i] - u[i]) + stage.s * f[i];
-    finite &= residual_[i].allFinite();
+    sum += residual_[i];
   }
-  return finite;
+  return sum.allFinite();
 }
 
 template <class Real>
-bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy,
-                                 const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
-  if (!system_.set_up(body, surroundings, stage.s)) return false;
+bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                                 const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
+                                 Profile* profile) {
+  tables.matrices->update(tables.matrix, body, surroundings, stage.s);
+  if (!tables.matrix) return false;
   const double length_m = static_cast<double>(body.length_m);
   const double guess_m = stage.s * spread(u);
   if (guess_m > trusted_move * length_m) {
@@ -99,18 +87,19 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& sta
   const double settled_j = body.body.mass_kg * settled_m_s * settled_m_s;
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
-  if (!find_residual(body, stage, surroundings, u, profile)) return false;
+  if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
   for (std::uint32_t iteration = 1; iteration <= accuracy.newton_iterations; ++iteration) {
     double slope = 0.0;
     double spread_m = 0.0;
     {
       const StageTimer timer(profile, Stage::integrate);
-      slope = system_.solve(body, surroundings, {x_, u, residual_}, {accuracy.error_target, settled_m_s}, step_);
+      slope = system_.solve(body, *tables.matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
+                            {accuracy.error_target, settled_m_s}, step_);
       spread_m = stage.s * spread(step_);
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
     if (spread_m > small_move * spacing_m) {
-      if (!take_step(body, stage, surroundings, slope, spread_m, u, profile)) return false;
+      if (!take_step(body, tables, stage, surroundings, slope, spread_m, u, profile)) return false;
       continue;
     }
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
@@ -123,21 +112,21 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, const ImplicitStage& sta
       }
       return true;
     }
-    if (!find_residual(body, stage, surroundings, u, profile)) return false;
+    if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
   }
   return true;
 }
 
 // Goes along step_ as far as is safe, and leaves the residual there.
 template <class Real>
-bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitStage& stage,
-                                     const Surroundings& surroundings, double slope, double spread_m,
-                                     std::vector<Vec3d>& u, Profile* profile) {
+bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                     const ImplicitStage& stage, const Surroundings& surroundings, double slope,
+                                     double spread_m, std::vector<Vec3d>& u, Profile* profile) {
   double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
   for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
     trial_.resize(u.size());
     for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + share * step_[i];
-    if (!find_residual(body, stage, surroundings, trial_, profile)) continue;
+    if (!find_residual(body, tables, stage, surroundings, trial_, profile)) continue;
     // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
     const bool safe = dot(residual_, step_) >= -slope;
     if (safe || shortening == shortenings_max) {
@@ -150,9 +139,8 @@ bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitStage&
 
 template <class Real>
 std::size_t ImplicitSolver<Real>::bytes() const {
-  return system_.bytes() + (x_real_.capacity() + v_real_.capacity() + force_real_.capacity()) * sizeof(Vec3<Real>) +
-         (x_.capacity() + force_.capacity() + residual_.capacity() + step_.capacity() + trial_.capacity()) *
-             sizeof(Vec3d);
+  return system_.bytes() + forces_.bytes() +
+         (x_.capacity() + residual_.capacity() + step_.capacity() + trial_.capacity()) * sizeof(Vec3d);
 }
 
 template class ImplicitSolver<float>;

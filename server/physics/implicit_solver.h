@@ -5,12 +5,21 @@
 #include <span>
 #include <vector>
 
+#include "physics/body_forces.h"
 #include "physics/implicit_system.h"
 
 namespace pneuma::physics {
 
 /// The furthest that any point is from their mean.
 [[nodiscard]] double spread(std::span<const Vec3d> points);
+
+/// What a body's solves need besides the body. The matrix is kept between steps.
+template <class Real>
+struct ImplicitTables {
+  LaneTables<Real> lanes;
+  ImplicitMatrices* matrices = nullptr;  // the world's
+  ImplicitMatrixPtr matrix;
+};
 
 /// How exactly a stage is solved.
 struct StageAccuracy {
@@ -26,30 +35,33 @@ struct ImplicitStage {
 
 /// A body's stages, in double whatever the body steps in. Newton's iterations with the tangent of implicit_system.h;
 /// a correction that moves particles by more than a fraction of their spacing is shortened until the force along it no
-/// longer turns back harder than it pushed.
+/// longer turns back harder than it pushed. Room for one body at a time.
 template <class Real>
 class ImplicitSolver {
  public:
   /// Improves the guess `u`. False where no finite answer was found. Leaves the body's volume and pressure at what they
   /// are at x0 + s u.
-  [[nodiscard]] bool solve(SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy,
-                           const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile);
+  [[nodiscard]] bool solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                           const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
+                           Profile* profile);
 
   /// f(x, v), N; zero on pinned particles. Until the next call of either.
-  [[nodiscard]] std::span<const Vec3d> force(SoftState<Real>& body, std::span<const Vec3d> x, std::span<const Vec3d> v,
+  [[nodiscard]] std::span<const Vec3d> force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                             std::span<const Vec3d> x, std::span<const Vec3d> v,
                                              const Surroundings& surroundings, Profile* profile);
 
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  bool find_residual(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings,
-                     std::span<const Vec3d> u, Profile* profile);
-  bool take_step(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings, double slope,
-                 double spread_m, std::vector<Vec3d>& u, Profile* profile);
+  bool find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                     const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile);
+  bool take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                 const Surroundings& surroundings, double slope, double spread_m, std::vector<Vec3d>& u,
+                 Profile* profile);
 
   ImplicitSystem system_;
-  std::vector<Vec3<Real>> x_real_, v_real_, force_real_;
-  std::vector<Vec3d> x_, force_, residual_, step_, trial_;
+  BodyForces<Real> forces_;
+  std::vector<Vec3d> x_, residual_, step_, trial_;
 };
 
 }  // namespace pneuma::physics

@@ -9,8 +9,6 @@ namespace pneuma::physics {
 
 namespace {
 
-using Triplet = Eigen::Triplet<double>;
-
 // Measured with this preconditioner: 15 to 33 iterations to 1e-8 from 162 to 40,962 vertices and h^2 k/m from 1 to 1e6.
 // A step that needs more is taken as far as it got.
 constexpr int iterations_max = 60;
@@ -19,9 +17,9 @@ constexpr int iterations_max = 60;
 constexpr double inertia_share_min = 0.5;
 
 double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-  return sum;
+  Vec3d sum = Vec3d::Zero();  // an axis each, so that not every addition waits for the last
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].cwiseProduct(b[i]);
+  return sum.sum();
 }
 
 void remove_mean(std::vector<Vec3d>& points) {
@@ -31,149 +29,42 @@ void remove_mean(std::vector<Vec3d>& points) {
   for (Vec3d& point : points) point -= mean;
 }
 
-// A third of the faces around each vertex, at rest.
-std::vector<double> vertex_areas_m2(const Mesh& mesh) {
-  std::vector<double> areas_m2(mesh.positions_m.size(), 0.0);
-  for (const auto& [a, b, c] : mesh.faces) {
-    const std::vector<Vec3d>& x = mesh.positions_m;
-    const double share_m2 = (x[b] - x[a]).cross(x[c] - x[a]).norm() / 6.0;
-    for (const std::uint32_t vertex : {a, b, c}) areas_m2[vertex] += share_m2;
-  }
-  return areas_m2;
-}
-
-// Rounded up to a power of two, so that the matrix that depends on it is rarely factored anew.
-template <class Real>
-double drag_n_s_m3(const SoftState<Real>& body, const Atmosphere& atmosphere) {
-  if (!has_wind(body.body, atmosphere)) return 0.0;
-  double squared_max = 1.0;
-  for (const Vec3<Real>& v : body.v) squared_max = std::max(squared_max, static_cast<double>(v.squaredNorm()));
-  const double speed_m_s = atmosphere.wind.norm() + std::exp2(std::ceil(0.5 * std::log2(squared_max)));
-  return atmosphere.density_kg_m3 * std::max(body.body.drag.normal, body.body.drag.tangential) * speed_m_s;
-}
-
 }  // namespace
-
-template <class Real>
-bool ImplicitSystem::set_up(const SoftState<Real>& body, const Surroundings& surroundings, double s) {
-  const Springs& springs = body.body.springs;
-  Constants constants{s,
-                      static_cast<double>(body.vertex_mass_kg),
-                      springs.stiffness_n_m,
-                      springs.damping_n_s_m,
-                      springs.bend_stiffness_n_m,
-                      drag_n_s_m3(body, surroundings.atmosphere),
-                      {},
-                      body.pinned};
-  for (const Grab& grab : body.grabs) {
-    constants.grabs.insert(constants.grabs.end(),
-                           {static_cast<double>(grab.vertex), grab.stiffness_n_m, grab.damping_n_s_m});
-  }
-  if (factored_ && mesh_ == body.body.mesh && constants == constants_) return true;
-
-  if (mesh_ != body.body.mesh) {
-    mesh_ = body.body.mesh;
-    if (mesh_->closed) opposite_ = opposite_vertices(*mesh_);
-  }
-  constants_ = std::move(constants);
-  rest_lengths_m_.resize(mesh_->edges.size());
-  for (std::size_t i = 0; i < rest_lengths_m_.size(); ++i)
-    rest_lengths_m_[i] = static_cast<double>(body.rest_length_m(i));
-  diagonal_.assign(mesh_->positions_m.size(), constants_.vertex_mass_kg);
-  for (const Grab& grab : body.grabs) diagonal_[grab.vertex] += s * (grab.damping_n_s_m + s * grab.stiffness_n_m);
-  factored_ = factor_.factor(preconditioner(body.hinges));
-  return factored_;
-}
-
-Eigen::SparseMatrix<double> ImplicitSystem::preconditioner(std::span<const Hinge> hinges) const {
-  const std::size_t count = mesh_->positions_m.size();
-  const double s = constants_.s;
-  std::vector<Triplet> entries;
-  entries.reserve(count + 4 * mesh_->edges.size() + 16 * hinges.size());
-  const auto is_pinned = [&](std::uint32_t i) { return !constants_.pinned.empty() && constants_.pinned[i] != 0; };
-  const auto add = [&](std::uint32_t i, std::uint32_t j, double value) {
-    if (i == j || (!is_pinned(i) && !is_pinned(j))) {
-      entries.emplace_back(static_cast<int>(i), static_cast<int>(j), value);
-    }
-  };
-  for (std::uint32_t i = 0; i < count; ++i) add(i, i, diagonal_[i]);
-  const double spring = s * (constants_.damping_n_s_m + s * constants_.stiffness_n_m);
-  for (const auto& [a, b] : mesh_->edges) {
-    add(a, a, spring);
-    add(b, b, spring);
-    add(a, b, -spring);
-    add(b, a, -spring);
-  }
-  for (const Hinge& hinge : hinges) {
-    // At rest all four gradients are near one line: their lengths, with signs, are the row of a Laplacian.
-    std::array<Vec3d, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) corners[i] = mesh_->positions_m[hinge.vertices[i]];
-    const auto angle = hinge_angle(corners);
-    if (!angle) continue;
-    const double stiffness = s * s * constants_.bend_stiffness_n_m * hinge.weight;
-    std::array<double, 4> lengths{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      lengths[i] = std::copysign(angle->gradient[i].norm(), angle->gradient[i].dot(angle->gradient[2]));
-    }
-    lengths[0] = -(lengths[1] + lengths[2] + lengths[3]);  // a move of the whole is none
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) {
-        add(hinge.vertices[i], hinge.vertices[j], stiffness * lengths[i] * lengths[j]);
-      }
-    }
-  }
-  if (constants_.drag_n_s_m3 > 0.0) {
-    const std::vector<double> areas_m2 = vertex_areas_m2(*mesh_);
-    for (std::uint32_t i = 0; i < count; ++i) add(i, i, s * constants_.drag_n_s_m3 * areas_m2[i]);
-  }
-  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(count), static_cast<Eigen::Index>(count));
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
-
-template <class Real>
-void ImplicitSystem::linearise_gas(const SoftState<Real>& body, std::span<const Vec3d> x) {
-  volume_gradient_.clear();
-  if (!body.gas) return;
-  gas_stiffness_ = constants_.s * constants_.s * gas_stiffness_pa_m3(*body.gas, *body.body.gas, body.volume_m3);
-  volume_gradient_.assign(x.size(), Vec3d::Zero());
-  for (const auto& [a, b, c] : mesh_->faces) {
-    const Vec3d share = (x[b] - x[a]).cross(x[c] - x[a]) / 6.0;
-    volume_gradient_[a] += share;
-    volume_gradient_[b] += share;
-    volume_gradient_[c] += share;
-  }
-  clear_pinned(volume_gradient_);
-}
 
 template <class Real>
 void ImplicitSystem::linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings,
                                     const Problem& problem) {
-  linearise_edges(problem.x, body.gas ? constants_.s * constants_.s * body.pressure_pa : 0.0);
+  linearise_edges(body, problem.x);
   linearise_bending(body.hinges, problem.x);
   drags_.clear();
-  if (constants_.drag_n_s_m3 > 0.0) linearise_wind(body.body, surroundings.atmosphere, problem.x, problem.v);
+  if (matrix_->constants.drag_n_s_m3 > 0.0) linearise_wind(body.body, surroundings.atmosphere, problem.x, problem.v);
 }
 
-void ImplicitSystem::linearise_edges(std::span<const Vec3d> x, double turn) {
-  const double s = constants_.s;
-  const double spring = s * s * constants_.stiffness_n_m;
-  const double damping = s * constants_.damping_n_s_m;
-  edges_.resize(mesh_->edges.size());
+template <class Real>
+void ImplicitSystem::linearise_edges(const SoftState<Real>& body, std::span<const Vec3d> x) {
+  const ImplicitConstants& constants = matrix_->constants;
+  const double s = constants.s;
+  const double spring = s * s * constants.stiffness_n_m;
+  const double damping = s * constants.damping_n_s_m;
+  const double turn = body.gas ? s * s * body.pressure_pa : 0.0;
+  const std::vector<Edge>& edges = constants.mesh->edges;
+  const auto& opposite = matrix_->opposite;
+  edges_.resize(edges.size());
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const auto [a, b] = mesh_->edges[i];
+    const auto [a, b] = edges[i];
     EdgeTangent& tangent = edges_[i];
     tangent.direction = x[b] - x[a];
     const double length = tangent.direction.norm();
     const double per_length = length > 0.0 ? 1.0 / length : 0.0;
     tangent.direction *= per_length;
     tangent.along = length > 0.0 ? spring + damping : 0.0;
-    tangent.across = spring * std::max(0.0, 1.0 - rest_lengths_m_[i] * per_length);
-    tangent.turn = turn != 0.0 ? Vec3d(turn / 6.0 * (x[opposite_[i][0]] - x[opposite_[i][1]])) : Vec3d(Vec3d::Zero());
+    tangent.across = spring * std::max(0.0, 1.0 - static_cast<double>(body.rest_length_m(i)) * per_length);
+    tangent.turn = turn != 0.0 ? Vec3d(turn / 6.0 * (x[opposite[i][0]] - x[opposite[i][1]])) : Vec3d(Vec3d::Zero());
   }
 }
 
 void ImplicitSystem::linearise_bending(std::span<const Hinge> hinges, std::span<const Vec3d> x) {
+  const ImplicitConstants& constants = matrix_->constants;
   bends_.clear();
   for (const Hinge& hinge : hinges) {
     std::array<Vec3d, 4> corners;
@@ -181,14 +72,14 @@ void ImplicitSystem::linearise_bending(std::span<const Hinge> hinges, std::span<
     const auto angle = hinge_angle(corners);
     if (!angle) continue;
     bends_.push_back(
-        {hinge.vertices, angle->gradient, constants_.s * constants_.s * constants_.bend_stiffness_n_m * hinge.weight});
+        {hinge.vertices, angle->gradient, constants.s * constants.s * constants.bend_stiffness_n_m * hinge.weight});
   }
 }
 
 // d/dv of 1/2 rho A (C_n |u.n| u.n n + C_t |u_t| u_t), shared by thirds as the force is, of the mean of three speeds.
 void ImplicitSystem::linearise_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3d> x,
                                     std::span<const Vec3d> v) {
-  for (const auto& [a, b, c] : mesh_->faces) {
+  for (const auto& [a, b, c] : body.mesh->faces) {
     Eigen::Matrix3d drag = Eigen::Matrix3d::Zero();
     const Vec3d cross = (x[b] - x[a]).cross(x[c] - x[a]);
     const double twice_area = cross.norm();
@@ -203,17 +94,18 @@ void ImplicitSystem::linearise_wind(const SoftBody& body, const Atmosphere& atmo
         drag += body.drag.tangential * (speed_along * (Eigen::Matrix3d::Identity() - normal * normal.transpose()) +
                                         along * along.transpose() / speed_along);
       }
-      drag *= constants_.s * 0.5 * atmosphere.density_kg_m3 * 0.5 * twice_area / 9.0;
+      drag *= matrix_->constants.s * 0.5 * atmosphere.density_kg_m3 * 0.5 * twice_area / 9.0;
     }
     drags_.push_back(drag);
   }
 }
 
 void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const {
+  const Mesh& mesh = *matrix_->constants.mesh;
   product.resize(u.size());
-  for (std::size_t i = 0; i < u.size(); ++i) product[i] = diagonal_[i] * u[i];
+  for (std::size_t i = 0; i < u.size(); ++i) product[i] = matrix_->diagonal[i] * u[i];
   for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const auto [a, b] = mesh_->edges[i];
+    const auto [a, b] = mesh.edges[i];
     const EdgeTangent& tangent = edges_[i];
     const Vec3d du = u[b] - u[a];
     const double stretch = (tangent.along - tangent.across) * tangent.direction.dot(du);
@@ -229,7 +121,7 @@ void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& prod
     for (std::size_t i = 0; i < 4; ++i) product[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
   }
   for (std::size_t i = 0; i < drags_.size(); ++i) {
-    const auto [a, b, c] = mesh_->faces[i];
+    const auto [a, b, c] = mesh.faces[i];
     const Vec3d share = drags_[i] * (u[a] + u[b] + u[c]);
     product[a] += share;
     product[b] += share;
@@ -243,34 +135,41 @@ void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& prod
 }
 
 void ImplicitSystem::clear_pinned(std::vector<Vec3d>& points) const {
-  for (std::size_t i = 0; i < constants_.pinned.size(); ++i) {
-    if (constants_.pinned[i] != 0) points[i].setZero();
+  const std::vector<std::uint8_t>& pinned = matrix_->constants.pinned;
+  for (std::size_t i = 0; i < pinned.size(); ++i) {
+    if (pinned[i] != 0) points[i].setZero();
   }
 }
 
 // Of b and of the gas's gradient at once: one pass over the factor serves both.
 void ImplicitSystem::solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
-  rows6_.resize(b.size());
+  const std::span<const std::uint32_t> places = matrix_->factor.places();
+  rows8_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) {
     const Vec3d& g = volume_gradient_[i];
-    rows6_[i] = {b[i].x(), b[i].y(), b[i].z(), g.x(), g.y(), g.z()};
+    rows8_[places[i]] = {{b[i].x(), b[i].y(), b[i].z(), g.x(), g.y(), g.z(), 0.0, 0.0}};
   }
-  factor_.solve<6>(rows6_);
+  matrix_->factor.solve(rows8_);
   z.resize(b.size());
   gas_answer_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) {
-    z[i] = {rows6_[i][0], rows6_[i][1], rows6_[i][2]};
-    gas_answer_[i] = {rows6_[i][3], rows6_[i][4], rows6_[i][5]};
+    const double* row = rows8_[places[i]].columns;
+    z[i] = {row[0], row[1], row[2]};
+    gas_answer_[i] = {row[3], row[4], row[5]};
   }
   gas_share_ = gas_stiffness_ / (1.0 + gas_stiffness_ * dot(volume_gradient_, gas_answer_));
 }
 
 void ImplicitSystem::precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
+  const std::span<const std::uint32_t> places = matrix_->factor.places();
   rows4_.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) rows4_[i] = {b[i].x(), b[i].y(), b[i].z(), 0.0};
-  factor_.solve<4>(rows4_);
+  for (std::size_t i = 0; i < b.size(); ++i) rows4_[places[i]] = {{b[i].x(), b[i].y(), b[i].z(), 0.0}};
+  matrix_->factor.solve(rows4_);
   z.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) z[i] = {rows4_[i][0], rows4_[i][1], rows4_[i][2]};
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const double* row = rows4_[places[i]].columns;
+    z[i] = {row[0], row[1], row[2]};
+  }
 }
 
 void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
@@ -280,10 +179,17 @@ void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
 }
 
 template <class Real>
-double ImplicitSystem::solve(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem,
-                             const Tolerance& tolerance, std::vector<Vec3d>& step) {
+double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& matrix,
+                             const Surroundings& surroundings, const Problem& problem, const Tolerance& tolerance,
+                             std::vector<Vec3d>& step) {
   const std::span<const Vec3d> b = problem.b;
-  linearise_gas(body, problem.x);
+  matrix_ = &matrix;
+  volume_gradient_ = {};
+  if (body.gas) {
+    volume_gradient_ = problem.volume_gradient_m2;
+    gas_stiffness_ =
+        matrix.constants.s * matrix.constants.s * gas_stiffness_pa_m3(*body.gas, *body.body.gas, body.volume_m3);
+  }
   if (has_gas()) {
     solve_with_gas(b, step);
   } else {
@@ -292,7 +198,7 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const Surroundings& su
   add_gas(step);
 
   const double decrease = dot(b, step);
-  const double mass_kg = constants_.vertex_mass_kg * static_cast<double>(b.size());
+  const double mass_kg = matrix.constants.vertex_mass_kg * static_cast<double>(b.size());
   const double enough = std::max(tolerance.relative * tolerance.relative * decrease,
                                  mass_kg * tolerance.absolute_m_s * tolerance.absolute_m_s);
   if (!(decrease > enough)) return decrease;
@@ -307,10 +213,11 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const Surroundings& su
 
 // Conjugate gradients from `step`, whose residual is residual_.
 void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
+  const ImplicitConstants& constants = matrix_->constants;
   double before = 0.0;
   // A body that nothing holds moves as a whole by b alone, which the first guess has in full. Left in, the rounding of
   // that motion grows with each iteration.
-  const bool is_free = constants_.pinned.empty() && constants_.grabs.empty() && drags_.empty();
+  const bool is_free = constants.pinned.empty() && constants.grabs.empty() && drags_.empty();
   for (int iteration = 0; iteration < iterations_max; ++iteration) {
     if (is_free) remove_mean(residual_);
     precondition(residual_, conditioned_);
@@ -328,7 +235,7 @@ void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
     const double curvature = dot(direction_, product_);
     // The gas's second term can take away more than springs and inertia give, and the way on is then without end or
     // nearly so: what was found so far is still a descent.
-    if (!(curvature > inertia_share_min * constants_.vertex_mass_kg * dot(direction_, direction_))) break;
+    if (!(curvature > inertia_share_min * constants.vertex_mass_kg * dot(direction_, direction_))) break;
     const double length = now / curvature;
     for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] += length * direction_[i];
@@ -342,21 +249,16 @@ double ImplicitSystem::volume_change_m3(std::span<const Vec3d> step) const {
 }
 
 std::size_t ImplicitSystem::bytes() const {
-  const std::size_t points = volume_gradient_.capacity() + gas_answer_.capacity() + residual_.capacity() +
-                             direction_.capacity() + product_.capacity() + conditioned_.capacity();
-  return factor_.bytes() + points * sizeof(Vec3d) +
-         (diagonal_.capacity() + rest_lengths_m_.capacity()) * sizeof(double) +
-         opposite_.capacity() * sizeof(opposite_[0]) + edges_.capacity() * sizeof(EdgeTangent) +
-         bends_.capacity() * sizeof(HingeTangent) + drags_.capacity() * sizeof(Eigen::Matrix3d) +
-         rows4_.capacity() * sizeof(rows4_[0]) + rows6_.capacity() * sizeof(rows6_[0]);
+  const std::size_t points = gas_answer_.capacity() + residual_.capacity() + direction_.capacity() +
+                             product_.capacity() + conditioned_.capacity();
+  return points * sizeof(Vec3d) + edges_.capacity() * sizeof(EdgeTangent) + bends_.capacity() * sizeof(HingeTangent) +
+         drags_.capacity() * sizeof(Eigen::Matrix3d) + rows4_.capacity() * sizeof(rows4_[0]) +
+         rows8_.capacity() * sizeof(rows8_[0]);
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                           \
-  template bool ImplicitSystem::set_up<Real>(const SoftState<Real>&, const Surroundings&, double);         \
-  template double ImplicitSystem::solve<Real>(const SoftState<Real>&, const Surroundings&, const Problem&, \
-                                              const Tolerance&, std::vector<Vec3d>&);
-PNEUMA_INSTANTIATE(float)
-PNEUMA_INSTANTIATE(double)
-#undef PNEUMA_INSTANTIATE
+template double ImplicitSystem::solve<float>(const SoftState<float>&, const ImplicitMatrix&, const Surroundings&,
+                                             const Problem&, const Tolerance&, std::vector<Vec3d>&);
+template double ImplicitSystem::solve<double>(const SoftState<double>&, const ImplicitMatrix&, const Surroundings&,
+                                              const Problem&, const Tolerance&, std::vector<Vec3d>&);
 
 }  // namespace pneuma::physics

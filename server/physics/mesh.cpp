@@ -178,6 +178,10 @@ std::vector<std::vector<std::size_t>> connected_parts(const Mesh& mesh) {
 
 }  // namespace
 
+bool same_mesh(const Mesh& a, const Mesh& b) {
+  return &a == &b || (a.positions_m == b.positions_m && a.faces == b.faces);
+}
+
 base::Result<std::shared_ptr<const Mesh>> make_mesh(std::vector<Eigen::Vector3d> positions_m, std::vector<Face> faces) {
   if (base::Status status = check_counts(positions_m.size(), faces.size()); !status.ok()) return status;
   if (base::Status status = check_positions(positions_m); !status.ok()) return status;

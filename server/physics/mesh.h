@@ -28,6 +28,9 @@ struct Mesh {
   bool closed = false;                     // every edge has two faces that run through it in opposite directions
 };
 
+/// By what they hold.
+[[nodiscard]] bool same_mesh(const Mesh& a, const Mesh& b);
+
 /// Derives edges, lengths and borders of a triangle list and checks it.
 /// Refuses, naming the face (`where` is its place in the flat list of a scene, `indices[9..11]` for face 3) or vertex:
 /// no vertex or face, more than mesh_vertices_max, a coordinate that is not finite or is past coordinate_max_m, an

@@ -25,9 +25,8 @@ std::size_t evaluations_of(Integrator integrator) {
 }
 
 // Calls work(task, scratch) for each task, on as many threads as there are.
-template <class Real, class Task, class Work>
-void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<LaneScratch<Real>>& scratch,
-               const Work& work) {
+template <class Task, class Scratch, class Work>
+void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratch>& scratch, const Work& work) {
   const std::size_t threads = std::min(workers.threads(), tasks.size());
   if (scratch.size() < threads) scratch.resize(threads);
   std::atomic<std::size_t> next{0};
@@ -122,14 +121,32 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
 void Simulation::make_plan() {
   visit([this]<class Real>(SoftBodies<Real>& bodies) {
     bodies.plan = {};
-    if (is_explicit(choice.integrator)) {
-      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty());
+    bodies.tables.clear();
+    bodies.matrices = nullptr;
+    if (choice.integrator != Integrator::xpbd) {
+      bodies.plan =
+          make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(), is_explicit(choice.integrator));
     }
+    if (!is_explicit(choice.integrator)) make_tables(bodies);
     bodies.scratch.clear();
     bodies.solvers.clear();
     bodies.next_task = 0;
   });
   plan_is_stale_ = false;
+}
+
+template <class Real>
+void Simulation::make_tables(SoftBodies<Real>& bodies) {
+  bodies.tables.resize(bodies.states.size());
+  if (choice.integrator == Integrator::xpbd) return;
+  bodies.matrices = std::make_shared<ImplicitMatrices>();
+  const std::vector<std::size_t>& mesh_of_body = bodies.plan.mesh_of_body;
+  for (std::size_t i = 0; i < bodies.states.size(); ++i) {
+    // Equal meshes become one, so that equal matrices are told at a glance.
+    const auto first = std::ranges::find(mesh_of_body, mesh_of_body[i]) - mesh_of_body.begin();
+    bodies.states[i].body.mesh = bodies.states[static_cast<std::size_t>(first)].body.mesh;
+    bodies.tables[i] = {{&bodies.plan.mesh_of(i), bodies.plan.kernels}, bodies.matrices.get(), nullptr};
+  }
 }
 
 bool Simulation::substep(Workers& workers) {
@@ -202,9 +219,8 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, Workers& workers
     bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
     run_task(bodies, tasks[0], bodies.scratch[0], &workers);
   } else {
-    run_tasks<Real, StepTask>(workers, tasks, bodies.scratch, [&](const StepTask& task, LaneScratch<Real>& scratch) {
-      run_task(bodies, task, scratch, nullptr);
-    });
+    run_tasks(workers, tasks, bodies.scratch,
+              [&](const StepTask& task, LaneScratch<Real>& scratch) { run_task(bodies, task, scratch, nullptr); });
   }
   for (const StepTask& task : tasks) {
     for (const std::uint32_t i : task.bodies) {
@@ -261,8 +277,8 @@ void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
     bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
     run(active[0], bodies.scratch[0], &workers);
   } else {
-    run_tasks<Real, std::uint32_t>(workers, active, bodies.scratch,
-                                   [&](std::uint32_t i, LaneScratch<Real>& scratch) { run(i, scratch, nullptr); });
+    run_tasks(workers, std::span<const std::uint32_t>(active), bodies.scratch,
+              [&](std::uint32_t i, LaneScratch<Real>& scratch) { run(i, scratch, nullptr); });
   }
 }
 
@@ -271,12 +287,10 @@ template <class Real>
 void Simulation::solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers) {
   const Surroundings surroundings{scene.gravity, scene.atmosphere};
   const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
-  bodies.solvers.resize(bodies.states.size());
-  workers.for_each(active.size(), [&](std::size_t k) {
-    const std::uint32_t i = active[k];
+  run_tasks(workers, active, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
     SoftState<Real>& body = bodies.states[i];
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
-    physics::solve_step(body, method, surroundings, dt_s(), bodies.solvers[i],
+    physics::solve_step(body, bodies.tables[i], method, surroundings, dt_s(), scratch,
                         profiling ? &bodies.profiles[i] : nullptr);
   });
 }

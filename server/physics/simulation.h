@@ -15,9 +15,12 @@ namespace pneuma::physics {
 template <class Real>
 struct SoftBodies {
   std::vector<SoftState<Real>> states;
-  StepPlan<Real> plan;                       // of these states
-  std::vector<LaneScratch<Real>> scratch;    // one a thread
-  std::vector<SolverScratch<Real>> solvers;  // one a body; empty where the method is explicit
+  StepPlan<Real> plan;                     // of these states
+  std::vector<LaneScratch<Real>> scratch;  // one a thread
+  // Of the methods that solve; empty where the method is explicit.
+  std::vector<SolverScratch<Real>> solvers;    // one a thread
+  std::vector<ImplicitTables<Real>> tables;    // one a body
+  std::shared_ptr<ImplicitMatrices> matrices;  // what the tables point to; copies of the world share it
   // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
   std::vector<StepTask> tasks;
   std::size_t next_task = 0;
@@ -74,6 +77,8 @@ class Simulation {
   [[nodiscard]] LaneSettings lane_settings() const {
     return {choice.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
   }
+  template <class Real>
+  void make_tables(SoftBodies<Real>& bodies);
   template <class Real>
   std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>

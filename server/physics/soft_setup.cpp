@@ -60,10 +60,9 @@ SoftState<Real> make_soft_state(const SoftBody& body) {
 }
 
 bool continues(const SoftBody& before, const SoftBody& after) {
-  const bool same_mesh = before.mesh == after.mesh || (before.mesh->positions_m == after.mesh->positions_m &&
-                                                       before.mesh->faces == after.mesh->faces);
-  return same_mesh && before.position == after.position && before.orientation.coeffs() == after.orientation.coeffs() &&
-         before.velocity == after.velocity && before.angular_velocity == after.angular_velocity;
+  return same_mesh(*before.mesh, *after.mesh) && before.position == after.position &&
+         before.orientation.coeffs() == after.orientation.coeffs() && before.velocity == after.velocity &&
+         before.angular_velocity == after.angular_velocity;
 }
 
 template <class Real>

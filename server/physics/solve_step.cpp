@@ -8,22 +8,22 @@
 namespace pneuma::physics {
 
 template <class Real>
-void solve_step(SoftState<Real>& body, const Method& method, const Surroundings& surroundings, double dt_s,
-                SolverScratch<Real>& scratch, Profile* profile) {
+void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
+                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile) {
   body.dr.resize(body.x.size());
   if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
   if (!scratch.implicit) scratch.implicit.emplace();
   if (method.integrator == Integrator::implicit_euler) {
-    body.solve_failed = !implicit_euler(body, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
+    body.solve_failed = !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
   } else {
     assert(method.integrator == Integrator::tr_bdf2);
-    body.solve_failed = !tr_bdf2(body, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
+    body.solve_failed = !tr_bdf2(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
   }
 }
 
-template void solve_step<float>(SoftState<float>&, const Method&, const Surroundings&, double, SolverScratch<float>&,
-                                Profile*);
-template void solve_step<double>(SoftState<double>&, const Method&, const Surroundings&, double, SolverScratch<double>&,
-                                 Profile*);
+template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&, double,
+                                SolverScratch<float>&, Profile*);
+template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const Method&, const Surroundings&,
+                                 double, SolverScratch<double>&, Profile*);
 
 }  // namespace pneuma::physics

@@ -10,7 +10,7 @@
 
 namespace pneuma::physics {
 
-/// Room for a body's solves, kept between substeps. Holds only what the method needs.
+/// Room for one body's solve at a time, of any body; kept between substeps. Holds only what the method needs.
 template <class Real>
 struct SolverScratch {
   std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
@@ -26,9 +26,10 @@ struct Method {
 };
 
 /// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
-/// first. Pinned particles keep still. Where an implicit solve fails, the body says so in solve_failed.
+/// first. Pinned particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says
+/// so in solve_failed.
 template <class Real>
-void solve_step(SoftState<Real>& body, const Method& method, const Surroundings& surroundings, double dt_s,
-                SolverScratch<Real>& scratch, Profile* profile);
+void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
+                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
 
 }  // namespace pneuma::physics

@@ -1,12 +1,13 @@
 // A symmetric positive definite N x N matrix, factored once, and solved for several right-hand sides at a time.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include <Eigen/SparseCore>
+
+#include "physics/factor_kernels.h"
 
 namespace pneuma::physics {
 
@@ -16,23 +17,32 @@ class SparseCholesky {
   /// definite or not finite; solve() may not be called then.
   [[nodiscard]] bool factor(const Eigen::SparseMatrix<double>& matrix);
 
-  /// Replaces each column of `rows` (a row a vertex) by the solution.
-  template <std::size_t Columns>
-  void solve(std::span<std::array<double, Columns>> rows);
+  /// Where each row of the matrix stands in the factor's order.
+  [[nodiscard]] std::span<const std::uint32_t> places() const { return places_; }
+  /// Replaces each column of `rows`, which are in the factor's order, by the solution. With the kernels of
+  /// isa_in_use() when the matrix was factored.
+  void solve(std::span<FactorRow<4>> rows) const;
+  void solve(std::span<FactorRow<8>> rows) const;
 
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct Entry {
-    double value;
-    std::uint32_t row;
+  struct Lines {
+    std::vector<std::uint32_t> begins;
+    std::vector<std::uint32_t> places;
+    std::vector<double> values;
+
+    void take(const Eigen::SparseMatrix<double>& strict_triangle);
+    [[nodiscard]] FactorLines view() const;
+    [[nodiscard]] std::size_t bytes() const;
   };
-  std::vector<std::uint32_t> place_;        // of each row in the factor's order
-  std::vector<std::uint32_t> column_ends_;  // in entries_
-  std::vector<Entry> entries_;              // of L below its unit diagonal, by columns
-  std::vector<double> inverse_diagonal_;    // of D
-  std::vector<std::array<double, 4>> work4_;
-  std::vector<std::array<double, 6>> work6_;
+  [[nodiscard]] Factor factor() const;
+
+  const FactorKernels* kernels_ = nullptr;
+  std::vector<std::uint32_t> places_;
+  Lines columns_;
+  Lines rows_;  // empty where the matrix is large
+  std::vector<double> inverse_diagonal_;
 };
 
 }  // namespace pneuma::physics

@@ -19,10 +19,6 @@ bool makes_fleet(std::size_t bodies, std::size_t width) {
   return bodies > 1 && bodies * fleet_share_min >= width;
 }
 
-bool same_mesh(const Mesh& a, const Mesh& b) {
-  return &a == &b || (a.positions_m == b.positions_m && a.faces == b.faces);
-}
-
 template <class Real>
 bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings) {
   const auto damped = [](const SoftState<Real>& body) { return body.body.springs.damping_n_s_m > 0.0; };
@@ -38,7 +34,7 @@ std::size_t arrays_of(Integrator integrator, bool gas) {
 }  // namespace
 
 template <class Real>
-StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids) {
+StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast) {
   StepPlan<Real> plan;
   plan.kernels = &lane_kernels<Real>(isa_in_use());
   std::vector<std::shared_ptr<LaneMesh<Real>>> lane_meshes;
@@ -67,7 +63,7 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
   }
   for (const StepGroup& group : plan.groups) {
     LaneMesh<Real>& lanes = *lane_meshes[group.mesh];
-    if (plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
+    if (abreast && plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
         lanes.edges.lengths_m.empty()) {
       lanes.edges = make_ring_edges<Real>(*meshes[group.mesh], lanes.rings);
     }
@@ -109,8 +105,8 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   return tasks;
 }
 
-template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>, bool);
-template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool);
+template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>, bool, bool);
+template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool, bool);
 template std::vector<StepTask> cut_into_tasks<float>(const StepPlan<float>&, std::span<const SoftState<float>>,
                                                      const LaneSettings&);
 template std::vector<StepTask> cut_into_tasks<double>(const StepPlan<double>&, std::span<const SoftState<double>>,

@@ -1,5 +1,5 @@
-// A scene compiled to what its explicit steps need: the tables its meshes share, the bodies that can go abreast, and
-// whether anything can touch anything.
+// A scene compiled to what its explicit and implicit steps need: the tables its meshes share, the bodies that can go
+// abreast, and whether anything can touch anything.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,9 @@ struct StepPlan {
   [[nodiscard]] const LaneMesh<Real>& mesh_of(std::size_t body) const { return *meshes[mesh_of_body[body]]; }
 };
 
+/// `abreast`: the method steps bodies of a group side by side where that pays.
 template <class Real>
-[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids);
+[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast);
 
 /// Bodies that one thread steps in one go: one alone, or several of a group abreast.
 struct StepTask {

@@ -23,8 +23,8 @@ constexpr double throw_max = 0.25;
 }  // namespace
 
 template <class Real>
-bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroundings& surroundings, double dt_s,
-             ImplicitSolver<Real>& solver, Profile* profile) {
+bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
+             const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver, Profile* profile) {
   const double s = 0.5 * part * dt_s;
   const double mass_kg = static_cast<double>(body.vertex_mass_kg);
   const std::size_t count = body.x.size();
@@ -34,7 +34,7 @@ bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroun
     x[i] = body.x[i].template cast<double>();
     v[i] = body.v[i].template cast<double>();
   }
-  const std::span<const Vec3d> f = solver.force(body, x, v, surroundings, profile);
+  const std::span<const Vec3d> f = solver.force(body, tables, x, v, surroundings, profile);
   std::vector<Vec3d> x0(count);
   std::vector<Vec3d> u0(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -42,11 +42,11 @@ bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroun
     u0[i] = v[i] + s / mass_kg * f[i];
   }
   if (!(s * spread(u0) <= throw_max * static_cast<double>(body.length_m))) {
-    return implicit_euler(body, accuracy, surroundings, dt_s, solver, profile);
+    return implicit_euler(body, tables, accuracy, surroundings, dt_s, solver, profile);
   }
   const StageAccuracy tight{accuracy.newton_iterations, tightening * accuracy.error_target};
   std::vector<Vec3d> u = v;
-  if (!solver.solve(body, {x0, u0, s}, tight, surroundings, u, profile)) return false;
+  if (!solver.solve(body, tables, {x0, u0, s}, tight, surroundings, u, profile)) return false;
 
   std::vector<Vec3d> move(count);  // from x to x1
   for (std::size_t i = 0; i < count; ++i) {
@@ -54,7 +54,7 @@ bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroun
     x0[i] = x[i] + late * move[i];
     u0[i] = late * u[i] - early * v[i];
   }
-  if (!solver.solve(body, {x0, u0, s}, tight, surroundings, u, profile)) return false;
+  if (!solver.solve(body, tables, {x0, u0, s}, tight, surroundings, u, profile)) return false;
   for (std::size_t i = 0; i < count; ++i) {
     body.v[i] = u[i].cast<Real>();
     body.dr[i] = (late * move[i] + s * u[i]).template cast<Real>();
@@ -62,9 +62,9 @@ bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroun
   return true;
 }
 
-template bool tr_bdf2<float>(SoftState<float>&, const StageAccuracy&, const Surroundings&, double,
-                             ImplicitSolver<float>&, Profile*);
-template bool tr_bdf2<double>(SoftState<double>&, const StageAccuracy&, const Surroundings&, double,
-                              ImplicitSolver<double>&, Profile*);
+template bool tr_bdf2<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&, const Surroundings&,
+                             double, ImplicitSolver<float>&, Profile*);
+template bool tr_bdf2<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&, const Surroundings&,
+                              double, ImplicitSolver<double>&, Profile*);
 
 }  // namespace pneuma::physics

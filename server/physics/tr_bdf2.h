@@ -12,7 +12,8 @@ namespace pneuma::physics {
 /// that would throw the body about is taken by implicit Euler instead. False, and the body unmoved, where a solve
 /// failed.
 template <class Real>
-[[nodiscard]] bool tr_bdf2(SoftState<Real>& body, const StageAccuracy& accuracy, const Surroundings& surroundings,
-                           double dt_s, ImplicitSolver<Real>& solver, Profile* profile);
+[[nodiscard]] bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
+                           const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver,
+                           Profile* profile);
 
 }  // namespace pneuma::physics

@@ -219,6 +219,7 @@ Profile World::profile() const {
     for (const auto& mesh : bodies.plan.meshes) add_bytes(Stage::springs, mesh->bytes());
     for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
     for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
+    if (bodies.matrices) add_bytes(Stage::integrate, bodies.matrices->bytes());
     for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, state.pinned.capacity());

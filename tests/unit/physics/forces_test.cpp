@@ -8,6 +8,7 @@
 
 #include "physics/soft_setup.h"
 #include "unit/physics/allocations.h"
+#include "unit/physics/body_tables.h"
 
 namespace pneuma::physics {
 namespace {
@@ -112,8 +113,7 @@ TEST(SpringForce, TwoParticlesPullByHookeAndDampBySpeedAlongTheSpring) {
   body.springs = {.stiffness_n_m = 50.0, .damping_n_s_m = 4.0, .rest_scale = 0.5};
   SoftState<double> state = make_soft_state<double>(body);
   state.v[1] = {3.0, 5.0, 0.0};
-  std::vector<Vec3d> force(3);
-  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  std::vector<Vec3d> force = forces_on(state, {});
   // 0-1: stretched by 1 m, parting at 3 m/s: 50 + 12 N. 0-2: 50 N. 1-2 at 45 degrees, of rest length sqrt(2).
   const double diagonal_stretch_n = 50.0 * std::numbers::sqrt2;
   const double diagonal_damping_n = 4.0 * (3.0 - 5.0) / std::numbers::sqrt2;
@@ -129,8 +129,7 @@ TEST(SpringForce, LeavesMomentumAndAngularMomentumAlone) {
   body.springs = {.stiffness_n_m = 1000.0, .damping_n_s_m = 10.0};
   body.gas = Gas{.moles = 0.1};
   SoftState<double> state = scattered_ball<double>(body, 3);
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  std::vector<Vec3d> force = forces_on(state, {});
   const auto sum = resultant(state, force);
   EXPECT_LT(sum.force.norm(), 1e-13 * sum.magnitude);
   EXPECT_LT(sum.torque.norm(), 1e-13 * sum.magnitude);
@@ -142,8 +141,7 @@ TEST(SpringForce, ParticlesAtOnePlaceGiveNoNaN) {
   body.gas = Gas{.moles = 0.1};
   SoftState<double> state = scattered_ball<double>(body, 3);
   for (Vec3d& x : state.x) x = Vec3d(1.0, 2.0, 3.0);
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  std::vector<Vec3d> force = forces_on(state, {});
   for (const Vec3d& f : force) EXPECT_TRUE(f.allFinite());
 }
 
@@ -155,19 +153,18 @@ TEST(WindForce, OnAFlatSheetIsTheDragOfAPlate) {
   SoftState<double> state = make_soft_state<double>(body);
   Surroundings surroundings;
   surroundings.atmosphere = {.density_kg_m3 = 1.25, .wind = Vec3d(0.0, 8.0, 0.0)};
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  std::vector<Vec3d> force = forces_on(state, surroundings);
   const double plate_n = 0.5 * 1.25 * 1.2 * (2.0 * 1.5) * 8.0 * 8.0;
   EXPECT_NEAR(resultant(state, force).force.y(), plate_n, 1e-12 * plate_n);
 
   // A sheet that goes with the wind feels none, and one along it only the tangential part.
   for (Vec3d& v : state.v) v = Vec3d(0.0, 8.0, 0.0);
-  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  force = forces_on(state, surroundings);
   EXPECT_LT(resultant(state, force).magnitude, 1e-12);
   for (Vec3d& v : state.v) v.setZero();
   state.body.drag = {.normal = 1.2, .tangential = 0.1};
   surroundings.atmosphere.wind = Vec3d(6.0, 0.0, 0.0);
-  compute_forces<double>(state, state.x, state.v, surroundings, 0.01, force, nullptr);
+  force = forces_on(state, surroundings);
   EXPECT_NEAR(resultant(state, force).force.x(), 0.5 * 1.25 * 0.1 * 3.0 * 36.0, 1e-12);
 }
 
@@ -178,8 +175,8 @@ TEST(GrabForce, IsADampedSpring) {
   state.v[5] = Vec3d(1.0, 0.0, 0.0);
   state.grabs.push_back(
       {.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 0.5, 0.0), .stiffness_n_m = 10.0, .damping_n_s_m = 2.0});
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
+  add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
   EXPECT_TRUE(force[5].isApprox(Vec3d(-2.0, 5.0, 0.0), 1e-12));
 }
 
@@ -196,8 +193,8 @@ TEST(GrabForce, HandsOnOneVertexHoldNoHarderTogetherThanAStepBears) {
           {.id = i, .vertex = 5, .target = state.x[5] + away, .stiffness_n_m = 1e9, .damping_n_s_m = 1e9});
     }
     state.grabs.push_back({.id = 99, .vertex = 7, .target = state.x[7] + away, .stiffness_n_m = 10.0});
-    std::vector<Vec3d> force(state.x.size());
-    compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+    std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
+    add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
     EXPECT_TRUE(force[5].isApprox(Vec3d(-50.0, 0.5 * 2500.0, 0.0), 1e-12)) << hands;
     EXPECT_TRUE(force[7].isApprox(Vec3d(0.0, 5.0, 0.0), 1e-12)) << "another vertex has a share of its own";
   }
@@ -210,8 +207,8 @@ TEST(GrabForce, AHandPullsInProportionToItsStiffness) {
   for (Vec3d& v : state.v) v.setZero();
   state.grabs = {{.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(1.0, 0.0, 0.0), .stiffness_n_m = 3e6},
                  {.id = 2, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 1.0, 0.0), .stiffness_n_m = 1e6}};
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, state.x, state.v, {}, 0.01, force, nullptr);
+  std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
+  add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
   EXPECT_TRUE(force[5].isApprox(2500.0 * Vec3d(0.75, 0.25, 0.0), 1e-12));
 }
 

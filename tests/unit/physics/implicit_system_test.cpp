@@ -1,5 +1,6 @@
 // Shows that the implicit solver's linear system is the derivative of the forces of forces.h where nothing is clamped,
-// that its solutions solve it, and that they keep the momentum of the right-hand side.
+// that its solutions solve it, and that they keep the momentum of the right-hand side; that bodies share a matrix where
+// they are alike, and that its solutions have the same bits on every instruction set.
 #include "physics/implicit_system.h"
 
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "physics/soft_setup.h"
 #include "physics/solve_step.h"
+#include "unit/physics/body_tables.h"
 
 namespace pneuma::physics {
 namespace {
@@ -28,13 +30,6 @@ SoftState<double> stretched_ball(GasLaw law = GasLaw::isothermal) {
     state.v[i] = {std::cos(phase), std::sin(2.0 * phase), 0.3};
   }
   return state;
-}
-
-std::vector<Vec3d> forces_at(SoftState<double>& state, const Surroundings& surroundings, const std::vector<Vec3d>& x,
-                             const std::vector<Vec3d>& v) {
-  std::vector<Vec3d> force(x.size());
-  compute_forces<double>(state, x, v, surroundings, 0.0, force, nullptr);
-  return force;
 }
 
 std::vector<Vec3d> some_direction(std::size_t count) {
@@ -74,21 +69,29 @@ double norm(const std::vector<Vec3d>& points) {
   return std::sqrt(sum);
 }
 
+/// The system at the state's x and v, solved for b.
+std::vector<Vec3d> solve(SoftState<double>& state, const std::vector<Vec3d>& b, double tolerance) {
+  const Surroundings still{};
+  BodyTables<double> body(state);
+  body.tables.matrices->update(body.tables.matrix, state, still, s);
+  BodyForces<double> forces;
+  forces.evaluate(state, body.tables.lanes, still, state.x, state.v, nullptr);
+  ImplicitSystem system;
+  std::vector<Vec3d> step;
+  system.solve(state, *body.tables.matrix, still, {state.x, state.v, b, forces.volume_gradient_m2()},
+               {.relative = tolerance}, step);
+  return step;
+}
+
 class Solution : public testing::TestWithParam<GasLaw> {};
 
 TEST_P(Solution, IsThatOfTheForcesOwnDerivative) {
   SoftState<double> state = stretched_ball(GetParam());
   // Damping's force turns with the edges too, and wind's with the faces: of velocities alone both are in full.
   state.body.springs.damping_n_s_m = 0.0;
-  const Surroundings still{};
-  (void)forces_at(state, still, state.x, state.v);
-  ImplicitSystem system;
-  ASSERT_TRUE(system.set_up(state, still, s));
   const std::vector<Vec3d> wanted = some_direction(state.x.size());
-  const std::vector<Vec3d> b = system_times(state, still, wanted);
-  (void)forces_at(state, still, state.x, state.v);
-  std::vector<Vec3d> found;
-  system.solve(state, still, {state.x, state.v, b}, {.relative = 1e-10}, found);
+  const std::vector<Vec3d> b = system_times(state, {}, wanted);
+  std::vector<Vec3d> found = solve(state, b, 1e-10);
   for (std::size_t i = 0; i < found.size(); ++i) found[i] -= wanted[i];
   EXPECT_LT(norm(found) / norm(wanted), 1e-5);
 }
@@ -97,18 +100,12 @@ INSTANTIATE_TEST_SUITE_P(Laws, Solution, testing::Values(GasLaw::isothermal, Gas
 
 TEST(ImplicitSystem, KeepsTheMomentumOfTheRightHandSideHoweverEarlyItStops) {
   SoftState<double> state = stretched_ball();
-  const Surroundings still{};
-  (void)forces_at(state, still, state.x, state.v);
-  ImplicitSystem system;
-  ASSERT_TRUE(system.set_up(state, still, s));
   const std::vector<Vec3d> b = some_direction(state.x.size());
   Vec3d momentum = Vec3d::Zero();
   for (const Vec3d& part : b) momentum += part;
   for (const double tolerance : {1.0, 0.3, 1e-3, 1e-10}) {
-    std::vector<Vec3d> step;
-    system.solve(state, still, {state.x, state.v, b}, {.relative = tolerance}, step);
     Vec3d found = Vec3d::Zero();
-    for (const Vec3d& part : step) found += state.vertex_mass_kg * part;
+    for (const Vec3d& part : solve(state, b, tolerance)) found += state.vertex_mass_kg * part;
     EXPECT_LT((found - momentum).norm(), 1e-12 * norm(b)) << tolerance;
   }
 }
@@ -117,23 +114,109 @@ TEST(ImplicitSystem, LeavesPinnedVerticesAlone) {
   SoftState<double> state = stretched_ball();
   state.pinned.assign(state.x.size(), 0);
   state.pinned[3] = 1;
-  const Surroundings still{};
-  (void)forces_at(state, still, state.x, state.v);
-  ImplicitSystem system;
-  ASSERT_TRUE(system.set_up(state, still, s));
   std::vector<Vec3d> b = some_direction(state.x.size());
   b[3].setZero();
-  std::vector<Vec3d> step;
-  system.solve(state, still, {state.x, state.v, b}, {.relative = 1e-8}, step);
+  const std::vector<Vec3d> step = solve(state, b, 1e-8);
   EXPECT_EQ(step[3].norm(), 0.0);
   EXPECT_GT(norm(step), 0.0);
 }
 
-TEST(ImplicitSystem, RefusesAMatrixThatIsNone) {
+TEST(ImplicitMatrices, RefuseAMatrixThatIsNone) {
   SoftState<double> state = stretched_ball();
   state.body.springs.stiffness_n_m = std::nan("");
-  ImplicitSystem system;
-  EXPECT_FALSE(system.set_up(state, Surroundings{}, s));
+  ImplicitMatrices matrices;
+  ImplicitMatrixPtr matrix;
+  matrices.update(matrix, state, Surroundings{}, s);
+  EXPECT_EQ(matrix, nullptr);
+}
+
+TEST(ImplicitMatrices, AreSharedByBodiesThatAreAlikeAndByNoOthers) {
+  ImplicitMatrices matrices;
+  const auto matrix_of = [&](const SoftState<double>& state, double step_s) {
+    ImplicitMatrixPtr matrix;
+    matrices.update(matrix, state, Surroundings{}, step_s);
+    return matrix;
+  };
+  const SoftState<double> ball = stretched_ball();
+  SoftState<double> alike = stretched_ball();  // of a mesh of its own, with the same content
+  alike.x[3].x() += 1.0;
+  const ImplicitMatrixPtr first = matrix_of(ball, s);
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(matrix_of(alike, s), first);
+  EXPECT_EQ(matrices.bytes(), first->bytes());
+  EXPECT_NE(matrix_of(ball, 2.0 * s), first);
+  for (int change = 0; change < 4; ++change) {
+    SoftState<double> other = stretched_ball();
+    if (change == 0) other.vertex_mass_kg *= 2.0;
+    if (change == 1) other.body.springs.stiffness_n_m *= 2.0;
+    if (change == 2) other.pinned.assign(other.x.size(), 1);
+    if (change == 3) other.grabs.push_back({.id = 1, .vertex = 2, .stiffness_n_m = 1.0});
+    EXPECT_NE(matrix_of(other, s), first) << change;
+  }
+}
+
+/// A symmetric matrix with a dominant diagonal and `per_row` entries a row.
+Eigen::SparseMatrix<double> some_matrix(int count, int per_row) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < count; ++i) {
+    entries.emplace_back(i, i, 3.0 * per_row + 1.0);
+    for (int k = 0; k < per_row; ++k) {
+      const int j = (7 * i + 13 * k * k + 1) % count;
+      const double value = std::sin(static_cast<double>(i + 3 * k));
+      entries.emplace_back(i, j, value);
+      entries.emplace_back(j, i, value);
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(count, count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+/// Solves for some right-hand sides and shows that the solutions are; returns them, a row a row of the matrix.
+template <std::size_t Columns>
+std::vector<FactorRow<Columns>> expect_solved(const Eigen::SparseMatrix<double>& matrix) {
+  SparseCholesky factor;
+  EXPECT_TRUE(factor.factor(matrix));
+  const auto count = static_cast<std::size_t>(matrix.rows());
+  const auto wanted = [](std::size_t row, std::size_t column) {
+    return std::cos(static_cast<double>(row * (column + 1)));
+  };
+  std::vector<FactorRow<Columns>> rows(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t c = 0; c < Columns; ++c) rows[factor.places()[i]].columns[c] = wanted(i, c);
+  }
+  factor.solve(rows);
+  std::vector<FactorRow<Columns>> solution(count);
+  for (std::size_t i = 0; i < count; ++i) solution[i] = rows[factor.places()[i]];
+  for (std::size_t c = 0; c < Columns; ++c) {
+    Eigen::VectorXd x(matrix.rows());
+    for (std::size_t i = 0; i < count; ++i) x[static_cast<Eigen::Index>(i)] = solution[i].columns[c];
+    const Eigen::VectorXd product = matrix * x;
+    for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(product[static_cast<Eigen::Index>(i)], wanted(i, c), 1e-12);
+  }
+  return solution;
+}
+
+TEST(SparseCholesky, SolvesWithTheSameBitsOnEveryInstructionSet) {
+  const Isa best = isa_in_use();
+  for (const auto& [count, per_row] : {std::pair(50, 0), std::pair(50, 1), std::pair(50, 4), std::pair(600, 4)}) {
+    const Eigen::SparseMatrix<double> matrix = some_matrix(count, per_row);  // the last has too many entries for rows
+    const auto solve_both = [&] { return std::pair(expect_solved<4>(matrix), expect_solved<8>(matrix)); };
+    const auto expected = solve_both();
+    for (std::size_t i = 0; i < isa_names.size(); ++i) {
+      if (!has_isa(static_cast<Isa>(i))) continue;
+      ASSERT_TRUE(use_isa(isa_names[i]).ok());
+      const auto found = solve_both();
+      for (std::size_t row = 0; row < expected.first.size(); ++row) {
+        for (std::size_t c = 0; c < 4; ++c) {
+          EXPECT_EQ(found.first[row].columns[c], expected.first[row].columns[c]);
+          EXPECT_EQ(found.second[row].columns[c], found.first[row].columns[c]) << "4 and 8 columns";
+        }
+        for (std::size_t c = 4; c < 8; ++c) EXPECT_EQ(found.second[row].columns[c], expected.second[row].columns[c]);
+      }
+    }
+    ASSERT_TRUE(use_isa(isa_names[static_cast<std::size_t>(best)]).ok());
+  }
 }
 
 TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
@@ -141,7 +224,8 @@ TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
     SoftState<double> state = stretched_ball();
     state.x[0].x() = std::nan("");
     SolverScratch<double> scratch;
-    solve_step<double>(state, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
+    BodyTables<double> body(state);
+    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
     EXPECT_TRUE(state.solve_failed);
     EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
   }

@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "physics/forces.h"
 #include "physics/soft_setup.h"
+#include "unit/physics/body_tables.h"
 
 namespace pneuma::physics {
 namespace {
@@ -160,9 +160,7 @@ TEST_P(MeasuresGradient, OfAllEnergiesIsMinusTheForce) {
   scale(state, GetParam().size);
   for (Vec3d& x : state.x) x += GetParam().size * Vec3d(offset(engine), offset(engine), offset(engine));
 
-  std::vector<Vec3d> force(state.x.size());
-  compute_forces<double>(state, std::span<const Vec3d>(state.x), std::span<const Vec3d>(state.v), surroundings, 1e-3,
-                         force, nullptr);
+  const std::vector<Vec3d> force = forces_on(state, surroundings);
   const auto energy_j = [&] {
     const BodyMeasures sums = measure(state, surroundings.atmosphere.pressure_pa, surroundings.gravity);
     return sums.elastic_j + sums.gas_j + sums.gravity_j;

@@ -1,0 +1,64 @@
+// The preconditioner of implicit steps: one N x N matrix, the same for x, y and z, factored once for all bodies of a
+// world that are alike.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "physics/forces.h"
+#include "physics/sparse_cholesky.h"
+#include "physics/state.h"
+
+namespace pneuma::physics {
+
+/// What the matrix of a step of length s depends on.
+struct ImplicitConstants {
+  std::shared_ptr<const Mesh> mesh;
+  double s = 0.0;  // s
+  double vertex_mass_kg = 0.0;
+  double stiffness_n_m = 0.0;
+  double damping_n_s_m = 0.0;
+  double bend_stiffness_n_m = 0.0;
+  double drag_n_s_m3 = 0.0;   // times a vertex's area, of wind
+  std::vector<double> grabs;  // vertex, stiffness and damping of each
+  std::vector<std::uint8_t> pinned;
+
+  template <class Real>
+  static ImplicitConstants of(const SoftState<Real>& body, const Surroundings& surroundings, double s);
+  /// Meshes are equal by what they hold.
+  bool operator==(const ImplicitConstants& other) const;
+};
+
+/// M + (s d + s^2 k) L with the graph Laplacian L, which is never less than the springs' tangent, and the like of
+/// bending, wind and grabs.
+struct ImplicitMatrix {
+  ImplicitConstants constants;
+  std::vector<double> diagonal;                        // mass and grabs
+  std::vector<std::array<std::uint32_t, 2>> opposite;  // opposite_vertices, of closed meshes
+  SparseCholesky factor;
+
+  [[nodiscard]] std::size_t bytes() const;
+};
+using ImplicitMatrixPtr = std::shared_ptr<const ImplicitMatrix>;
+
+/// The matrices of one world's bodies, which hold them. For any thread.
+class ImplicitMatrices {
+ public:
+  /// Sets `held` to the body's matrix for steps of s, where it is not that already: one that another body holds, or a
+  /// new one. Null where there is none: the matrix could not be factored.
+  template <class Real>
+  void update(ImplicitMatrixPtr& held, const SoftState<Real>& body, const Surroundings& surroundings, double s);
+
+  /// Of all that are held, each once.
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  [[nodiscard]] ImplicitMatrixPtr find(const ImplicitConstants& constants) const;
+
+  mutable std::mutex mutex_;
+  std::vector<std::weak_ptr<const ImplicitMatrix>> matrices_;
+};
+
+}  // namespace pneuma::physics
