@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "physics/portable_math.h"
+
 namespace pneuma::physics {
 
 namespace {
@@ -20,7 +22,7 @@ GasState make_gas_state(const Gas& gas, double volume_m3) {
 double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3) {
   if (gas.law == GasLaw::isothermal) return state.temperature_ref_k;
   return state.temperature_ref_k *
-         std::pow(state.volume_ref_m3 / floored(state, volume_m3), gas.heat_capacity_ratio - 1.0);
+         portable_pow(state.volume_ref_m3 / floored(state, volume_m3), gas.heat_capacity_ratio - 1.0);
 }
 
 double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3) {

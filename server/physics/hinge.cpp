@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "physics/portable_math.h"
+
 namespace pneuma::physics {
 
 namespace {
@@ -67,7 +69,7 @@ std::optional<HingeAngle> hinge_angle(const std::array<Vector3d, 4>& x) {
   if (!(normal_c.squaredNorm() > floor) || !(normal_d.squaredNorm() > floor)) return std::nullopt;
   const double length = std::sqrt(along2);
   HingeAngle result;
-  result.angle_rad = std::atan2(normal_c.cross(normal_d).dot(along) / length, normal_c.dot(normal_d));
+  result.angle_rad = portable_atan2(normal_c.cross(normal_d).dot(along) / length, normal_c.dot(normal_d));
   // Each opposite vertex turns its face about the edge; the edge's vertices answer as a lever does.
   const Vector3d turn_c = -(length / normal_c.squaredNorm()) * normal_c;
   const Vector3d turn_d = -(length / normal_d.squaredNorm()) * normal_d;

@@ -30,7 +30,9 @@ double bounding_drag_n_s_m3(const SoftState<Real>& body, const Atmosphere& atmos
   if (!has_wind(body.body, atmosphere)) return 0.0;
   double squared_max = 1.0;
   for (const Vec3<Real>& v : body.v) squared_max = std::max(squared_max, static_cast<double>(v.squaredNorm()));
-  const double speed_m_s = atmosphere.wind.norm() + std::exp2(std::ceil(0.5 * std::log2(squared_max)));
+  int exponent = 0;
+  const bool is_power = std::frexp(squared_max, &exponent) == 0.5;
+  const double speed_m_s = atmosphere.wind.norm() + std::ldexp(1.0, (is_power ? exponent : exponent + 1) / 2);
   return atmosphere.density_kg_m3 * std::max(body.body.drag.normal, body.body.drag.tangential) * speed_m_s;
 }
 

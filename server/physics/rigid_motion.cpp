@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "base/limits.h"
+#include "physics/portable_math.h"
 #include "physics/rigid.h"
 
 namespace pneuma::physics {
@@ -30,7 +31,9 @@ bool is_active(const RigidState& body) {
 Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, double dt_s) {
   const double angle = angular_velocity_rad_s.norm() * dt_s;
   if (angle == 0.0) return orientation;
-  const Quatd turn(Eigen::AngleAxisd(angle, angular_velocity_rad_s.normalized()));
+  const auto [sine, cosine] = portable_sincos(0.5 * angle);
+  const Vec3d axis = sine * angular_velocity_rad_s.normalized();
+  const Quatd turn(cosine, axis.x(), axis.y(), axis.z());
   return (turn * orientation).normalized();
 }
 

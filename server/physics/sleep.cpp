@@ -151,7 +151,8 @@ bool is_slow(const SoftState<Real>& body) {
 
 bool is_slow(const RigidState& body) {
   const double rim_m_s = 0.5 * length_m(body) * body.angular_velocity.norm();
-  return std::hypot(body.velocity.norm(), rim_m_s) <= rest_speed_1_s * length_m(body);
+  const double speed_m_s = rest_speed_1_s * length_m(body);
+  return body.velocity.squaredNorm() + rim_m_s * rim_m_s <= speed_m_s * speed_m_s;
 }
 
 template <class Real>
