@@ -113,16 +113,16 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   if (!effect.ok()) return effect.status();
   if (journal_) journal_->append(live_.tick(), message);
   if (effect->edited) hub_.edited();
+  // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
+  const std::uint64_t shown_from = effect->edited && paused_ && pending_steps_.empty() ? live_.tick() : next_tick();
   if (live_.physics().tick_period_s() != period_before_s) {
-    hub_.rate_changed(name_, live_.tick(), 1.0 / live_.physics().tick_period_s(), outbox);
+    hub_.rate_changed(name_, shown_from, 1.0 / live_.physics().tick_period_s(), outbox);
   }
   // Released, or gone with its body or its scene.
   std::erase_if(grab_owners_, [&](const auto& owner) { return !live_.grabs().contains(owner.first); });
   if (message.has_reset()) {
-    hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, live_.tick()), outbox);
+    hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, shown_from), outbox);
   }
-  // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
-  const bool shows_at_rest = effect->edited && paused_ && pending_steps_.empty();
   if (effect->grabbed) {
     grab_owners_.emplace(effect->grabbed->grab_id(), session);
     v1::ServerMessage reply = reply_to(message);
@@ -130,7 +130,7 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
     reply.mutable_grabbed()->set_tick(next_tick());
     return reply;
   }
-  return done_reply(message.request_id(), shows_at_rest ? live_.tick() : next_tick(), name_, effect->detail);
+  return done_reply(message.request_id(), shown_from, name_, effect->detail);
 }
 
 HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {
