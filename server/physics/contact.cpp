@@ -12,6 +12,9 @@ namespace {
 // Waking other threads takes some 10 us, in which one thread does about this many vertices.
 constexpr std::size_t parallel_vertices_min = 2'048;
 
+// The vertices of each that are near are listed for so many pairs at a time: in a heap of bodies each pair has many.
+constexpr std::size_t pairs_at_once = 1'024;
+
 // Wakes a sleeper that was touched in this substep, and its group. The rigid ones get the gravity that the others have
 // already; soft ones do not move before the next substep.
 template <class Real>
@@ -28,12 +31,12 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
 
 template <class Real>
 template <class Work>
-void Contacts<Real>::for_each_body(Workers& workers, const Work& work) {
+void Contacts<Real>::for_each(Workers& workers, std::size_t count, const Work& work) {
   if (workers.threads() > 1 && vertices_ >= parallel_vertices_min) {
-    workers.for_each(bounds_.size(), std::cref(work));
+    workers.for_each(count, std::cref(work));
     return;
   }
-  for (std::size_t i = 0; i < bounds_.size(); ++i) work(i);
+  for (std::size_t i = 0; i < count; ++i) work(i);
 }
 
 template <class Real>
@@ -57,7 +60,7 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
     for (const SoftState<Real>& body : soft) {
       if (body.is_awake()) vertices_ += body.x.size();
     }
-    for_each_body(workers, [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+    for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
   }
   pairs_.clear();
   if (pairs) meet_soft_bodies(soft, physics, workers, profile);
@@ -84,27 +87,26 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
   if (pairs_.empty()) return;
 
   const StageTimer timer(profile, Stage::soft_contact);
-  const auto first_of = [this](std::size_t body) {
-    const auto first = std::ranges::lower_bound(pairs_, static_cast<std::uint32_t>(body), {}, &SoftPair::a);
-    return static_cast<std::size_t>(first - pairs_.begin());
-  };
-  if (near_.size() < pairs_.size()) near_.resize(pairs_.size());
-  for_each_body(workers, [&](std::size_t i) {
-    if (first_of(i) < first_of(i + 1)) fit_means(soft[i], bounds_[i]);
+  near_.resize(std::min(pairs_.size(), pairs_at_once));
+  for_each(workers, bounds_.size(), [&](std::size_t i) {
+    const bool is_paired = std::ranges::binary_search(pairs_, static_cast<std::uint32_t>(i), {}, &SoftPair::a);
+    if (is_paired) fit_means(soft[i], bounds_[i]);
   });
-  for_each_body(workers, [&](std::size_t i) {
-    for (std::size_t p = first_of(i); p < first_of(i + 1); ++p) {
+  for (std::size_t first = 0; first < pairs_.size(); first += pairs_at_once) {
+    const auto some = std::span(pairs_).subspan(first, std::min(pairs_at_once, pairs_.size() - first));
+    for_each(workers, some.size(), [&](std::size_t p) {
+      const std::uint32_t a = some[p].a;
+      const std::uint32_t b = some[p].b;
       near_[p].clear();
-      const std::uint32_t b = pairs_[p].b;
-      find_near_vertices(soft[i], bounds_[i], soft[b], bounds_[b], near_[p]);
+      find_near_vertices(soft[a], bounds_[a], soft[b], bounds_[b], near_[p]);
+    });
+    // One pair after the other: each meets what those before it left.
+    for (std::size_t p = 0; p < some.size(); ++p) {
+      const std::uint32_t a = some[p].a;
+      const std::uint32_t b = some[p].b;
+      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, hits_);
+      some[p].hit = !hits_.empty();
     }
-  });
-  // One pair after the other: each meets what those before it left.
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    const std::uint32_t a = pairs_[p].a;
-    const std::uint32_t b = pairs_[p].b;
-    meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, hits_);
-    pairs_[p].hit = !hits_.empty();
   }
 }
 
@@ -128,7 +130,7 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
   refit_stale(soft);
   collider_moves_.clear();
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
-  for_each_body(workers, [&](std::size_t i) {
+  for_each(workers, bounds_.size(), [&](std::size_t i) {
     if (bounds_[i].active && soft[i].is_awake()) meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics);
   });
 }

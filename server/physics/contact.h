@@ -41,14 +41,14 @@ class Contacts {
   void refit_stale(std::span<SoftState<Real>> soft);
   void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
   void wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
-  /// Calls work(i) for each soft body: on the workers where there is enough to do.
+  /// Calls work(0) to work(count - 1): on the workers where there is enough to do.
   template <class Work>
-  void for_each_body(Workers& workers, const Work& work);
+  void for_each(Workers& workers, std::size_t count, const Work& work);
 
   std::vector<BodyBounds> bounds_;    // one a soft body; sleepers keep theirs
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
-  std::vector<std::vector<std::uint32_t>> near_;  // one a pair: the vertices of a that may touch b
+  std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b
   std::vector<VertexHit> hits_;                   // of the pair under way
   std::vector<SolidMove> collider_moves_;
   std::vector<std::uint8_t> rigid_touched_;  // by a soft body in this substep
