@@ -76,8 +76,8 @@ class LaneStep {
       SoftState<Real>& body = *bodies_[lane];
       if (!body.gas) continue;
       eventful_[lane] = static_cast<std::uint8_t>(eventful_[lane] | static_cast<int>(is_gas_eventful(body)));
-      flow_gas(*body.gas, *body.body.gas, body.pressure_pa, settings_.surroundings.atmosphere.pressure_pa,
-               settings_.dt_s);
+      flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa,
+               settings_.surroundings.atmosphere.pressure_pa, settings_.dt_s);
     }
   }
 

@@ -166,6 +166,11 @@ bool Simulation::substep(Workers& workers) {
 void Simulation::end_tick() {
   substep_index = 0;
   ++tick;
+  visit([](auto& bodies) {
+    for (auto& body : bodies.states) {
+      if (body.is_awake()) note_recovery(body);
+    }
+  });
   if (!scene.stepping.sleep || is_at_rest()) return;
   const StageTimer timer(profiling ? &profile : nullptr, Stage::sleep);
   visit([&]<class Real>(SoftBodies<Real>& bodies) {
