@@ -224,6 +224,8 @@ class LaneStep {
   }
 
   void load() {
+    clear_unused_slots(scratch_.force);
+    if (gas_) clear_unused_slots(scratch_.gradient);
     if (layout_ == LaneLayout::alone) {
       const SoftState<Real>& body = *bodies_[0];
       Real* x = scratch_.x.data();
@@ -251,11 +253,9 @@ class LaneStep {
       }
       to += 3 * width_;
     }
-    clear_unused_slots(scratch_.force);
-    if (gas_) clear_unused_slots(scratch_.gradient);
   }
 
-  // In a fleet the ring pass leaves them out, but the update goes over all.
+  // The ring pass leaves them out, and other bodies may have used them, but the update goes over all.
   void clear_unused_slots(LaneArray<Real>& array) const {
     for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
       const std::size_t used_end = p * pack_slots + mesh_.rings.packs[p].count;
