@@ -120,12 +120,13 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
 
 void Simulation::make_plan() {
   visit([this]<class Real>(SoftBodies<Real>& bodies) {
-    bodies.plan = {};
     bodies.tables.clear();
     bodies.matrices = nullptr;
     if (choice.integrator != Integrator::xpbd) {
-      bodies.plan =
-          make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(), is_explicit(choice.integrator));
+      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(),
+                                         is_explicit(choice.integrator), bodies.plan);
+    } else {
+      bodies.plan = {};
     }
     if (!is_explicit(choice.integrator)) make_tables(bodies);
     bodies.scratch.clear();
