@@ -182,10 +182,23 @@ struct Outputs {
   }
 };
 
-/// Names the first of the bodies that ran away, with the tick at which it was stopped.
-void note_frozen(World& world, Status& frozen) {
-  for (const auto& body : world.take_frozen()) {
-    if (!frozen.ok()) return;
+void print_event(const World& world, const std::string& body, const char* happened, const std::string& what) {
+  std::fprintf(stderr, "tick %llu: body \"%s\" %s: %s\n", static_cast<unsigned long long>(world.tick()), body.c_str(),
+               happened, what.c_str());
+}
+
+/// Prints what became of bodies in the tick. `frozen` names the first of all that ran away.
+void tell_events(World& world, const Progress& progress, Status& frozen) {
+  const auto gas_events = world.take_gas_events();
+  const auto frozen_bodies = world.take_frozen();
+  if (!gas_events.empty() || !frozen_bodies.empty()) progress.clear();
+  for (const auto& [body, event] : gas_events) {
+    const bool burst = event.kind == pneuma::physics::GasEvent::Kind::burst;
+    print_event(world, body, burst ? "burst" : "inverted", pneuma::physics::describe(event));
+  }
+  for (const auto& body : frozen_bodies) {
+    print_event(world, body.name, "frozen", body.reason);
+    if (!frozen.ok()) continue;
     frozen = {pneuma::base::StatusCode::failed_precondition,
               "was frozen at tick " + std::to_string(world.tick()) + ": " + body.reason, "body \"" + body.name + "\""};
   }
@@ -209,7 +222,7 @@ Status run(const Flags& flags) {
   if (auto status = outputs.write_tick(*world); !status.ok()) return status;
   for (std::uint64_t tick = 0; tick < tick_count; ++tick) {
     world->step_tick(workers);
-    note_frozen(*world, frozen);
+    tell_events(*world, progress, frozen);
     if (auto status = outputs.write_tick(*world); !status.ok()) return status;
     progress.show(*world, flags.seconds);
   }

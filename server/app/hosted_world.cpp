@@ -1,6 +1,5 @@
 #include "app/hosted_world.h"
 
-#include <sstream>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -18,12 +17,6 @@ constexpr std::chrono::seconds slow_event_interval{5};
 
 double ms_between(HostedWorld::TimePoint from, HostedWorld::TimePoint to) {
   return std::chrono::duration<double, std::milli>(to - from).count();
-}
-
-std::string describe(const physics::GasEvent& event) {
-  std::ostringstream text;
-  text << event.pressure_pa << " Pa over the outside at " << event.volume_m3 << " m3";
-  return text.str();
 }
 
 std::uint32_t vertex_count(const physics::World& world) {
@@ -106,15 +99,21 @@ void HostedWorld::encode(Outbox& outbox) {
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
   hub_.encode_tick(live_.physics(), live_.tick(), last_of_step, outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
+  send_events(outbox);
+}
 
+void HostedWorld::send_events(Outbox& outbox) {
   for (const physics::FrozenBody& frozen : live_.physics().take_frozen()) {
     spdlog::warn("world={} body={} tick={} frozen: {}", name_, frozen.name, live_.tick(), frozen.reason);
     hub_.send_to_all(event_message(v1::Event::BODY_FROZEN, name_, live_.tick(), frozen.name, frozen.reason), outbox);
   }
   for (const physics::BodyGasEvent& happened : live_.physics().take_gas_events()) {
     const bool burst = happened.event.kind == physics::GasEvent::Kind::burst;
+    const std::string what = physics::describe(happened.event);
+    spdlog::warn("world={} body={} tick={} {}: {}", name_, happened.name, live_.tick(), burst ? "burst" : "inverted",
+                 what);
     hub_.send_to_all(event_message(burst ? v1::Event::BODY_BURST : v1::Event::BODY_INVERTED, name_, live_.tick(),
-                                   happened.name, describe(happened.event)),
+                                   happened.name, what),
                      outbox);
   }
 }
@@ -169,8 +168,9 @@ std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const
   return clock_.due();
 }
 
-void HostedWorld::finish_tick(TimePoint deadline) {
+void HostedWorld::finish_tick(TimePoint deadline, Outbox& outbox) {
   while (mid_tick_ && std::chrono::steady_clock::now() < deadline) mid_tick_ = !live_.physics().substep(workers_);
+  if (!mid_tick_) send_events(outbox);
 }
 
 void HostedWorld::halt(const std::string& why, Outbox& outbox) {

@@ -69,8 +69,8 @@ class HostedWorld {
 
   /// Takes no more requests; those that wait are answered with `why`.
   void close(const base::Status& why, Outbox& outbox);
-  /// Ends the tick under way, if one is, without anyone seeing it.
-  void finish_tick(TimePoint deadline);
+  /// Ends the tick under way, if one is; its events are told, its frames are not.
+  void finish_tick(TimePoint deadline, Outbox& outbox);
   /// Stops the world for good, after something that should not have happened.
   void halt(const std::string& why, Outbox& outbox);
 
@@ -103,6 +103,8 @@ class HostedWorld {
   void release(std::uint64_t grab_id);
   [[nodiscard]] v1::ServerMessage stats(TimePoint now) const;
 
+  /// What became of bodies in the tick, to the log and to all who watch.
+  void send_events(Outbox& outbox);
   void publish_status(TimePoint now);
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
 

@@ -30,9 +30,10 @@ TickSummary TickWindow::summary(TimePoint now) const {
   double simulated_s = 0.0;
   double slipped_s = 0.0;
   for (const Entry& entry : entries_) {
-    if (entry.at + length < now) continue;
+    const bool last = &entry == &entries_.back();  // counts however long ago: a tick can outlast the window
+    if (entry.at + length < now && !last) continue;
     due_errors.push_back(entry.sample.due_error_ms);
-    if (entry.at + std::chrono::seconds(1) < now) continue;
+    if (entry.at + std::chrono::seconds(1) < now && !last) continue;
     steps.push_back(entry.sample.step_ms);
     encodes.push_back(entry.sample.encode_ms);
     simulated_s += entry.sample.period_s;

@@ -1,4 +1,4 @@
-// What the ticks of the last seconds took. Pure; the time is passed in.
+// What the ticks of the last seconds took, and at any rate the last one. Pure; the time is passed in.
 #pragma once
 
 #include <chrono>

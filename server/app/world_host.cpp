@@ -310,8 +310,12 @@ void WorldHost::close() {
   builder_.finish();
   scheduler_.stop();
   Outbox outbox;
+  const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
   for (const auto& entry : registry_.all()) {
-    if (entry.world->destroyed_by() == nullptr) entry.world->close(going_down(), outbox);
+    HostedWorld& world = *entry.world;
+    if (world.destroyed_by() != nullptr) continue;
+    world.close(going_down(), outbox);
+    world.finish_tick(deadline, outbox);  // past it, the last checkpoint and the log bring the world back
   }
   outbox.deliver(server_);
   disk_.flush();  // what was destroyed is answered when its files are gone
@@ -320,12 +324,8 @@ void WorldHost::close() {
 void WorldHost::stop() {
   if (std::exchange(stopped_, true)) return;
   close();
-  const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
   for (const auto& entry : registry_.all()) {
-    HostedWorld& world = *entry.world;
-    if (world.destroyed_by() != nullptr) continue;
-    world.finish_tick(deadline);  // past it, the last checkpoint and the log bring the world back
-    world.checkpoint(steady_clock::now(), true);
+    if (entry.world->destroyed_by() == nullptr) entry.world->checkpoint(steady_clock::now(), true);
   }
   disk_.finish();
 }

@@ -48,9 +48,10 @@ class WorldHost {
   [[nodiscard]] std::vector<WorldStatus> statuses() const;
   [[nodiscard]] bool has(const std::string& world) const { return registry_.find(world).world != nullptr; }
 
-  /// Takes no more requests. Those that wait are answered: carried out where that was under way, or else refused.
+  /// Takes no more requests. Those that wait are answered: carried out where that was under way, or else refused. The
+  /// ticks under way are finished and their events told.
   void close();
-  /// After close(): finishes the ticks under way, writes a last checkpoint of every world and returns.
+  /// After close(): writes a last checkpoint of every world and returns.
   void stop();
 
  private:

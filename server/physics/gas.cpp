@@ -19,6 +19,14 @@ GasState make_gas_state(const Gas& gas, double volume_m3) {
   return {gas.moles, gas.temperature_k, volume_m3};
 }
 
+GasState make_gas_state(const Gas& gas, double volume_m3, double rest_volume_m3) {
+  GasState state = make_gas_state(gas, rest_volume_m3);
+  if (gas.law == GasLaw::adiabatic) {
+    state.temperature_ref_k *= std::pow(floored(state, volume_m3) / rest_volume_m3, gas.heat_capacity_ratio - 1.0);
+  }
+  return state;
+}
+
 double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3) {
   if (gas.law == GasLaw::isothermal) return state.temperature_ref_k;
   return state.temperature_ref_k *
@@ -35,13 +43,14 @@ double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_
   return exponent * gas_pressure_pa(state, gas, volume_m3) / volume_m3;
 }
 
-void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s) {
+void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure_over_outside_pa, double outside_pa,
+              double dt_s) {
   if (gas.flow_mol_s == 0.0 && gas.leak_mol_s_pa == 0.0) return;
-  const double inside_pa = outside_pa + pressure_over_outside_pa;
   double leaked = gas.leak_mol_s_pa * pressure_over_outside_pa * dt_s;
-  if (inside_pa > 0.0) {
-    // At this volume and temperature the pressure goes with the moles: so many are too many, or lacking.
-    const double to_balance = state.moles * pressure_over_outside_pa / inside_pa;
+  if (leaked != 0.0) {
+    const double molar_energy_j_mol = gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3);
+    // So many are too many, or lacking.
+    const double to_balance = state.moles - outside_pa * floored(state, volume_m3) / molar_energy_j_mol;
     leaked = std::clamp(leaked, std::min(to_balance, 0.0), std::max(to_balance, 0.0));
   }
   state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);
@@ -55,11 +64,16 @@ bool bursts(const SoftState<Real>& body) {
   return limit_pa && body.pressure_pa > *limit_pa;
 }
 
+template <class Real>
+bool inverts(const SoftState<Real>& body) {
+  return body.volume_m3 <= 0.0 && !body.inverted;
+}
+
 }  // namespace
 
 template <class Real>
 bool is_gas_eventful(const SoftState<Real>& body) {
-  return body.gas && (bursts(body) || (body.volume_m3 <= 0.0) != body.inverted);
+  return body.gas && (bursts(body) || inverts(body));
 }
 
 template <class Real>
@@ -70,12 +84,16 @@ void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s) {
     lose_gas(body);
     return;
   }
-  const bool inverted = body.volume_m3 <= 0.0;
-  if (inverted && !body.inverted) {
+  if (inverts(body)) {
     body.gas_event = GasEvent{GasEvent::Kind::inverted, body.pressure_pa, body.volume_m3};
+    body.inverted = true;
   }
-  body.inverted = inverted;
-  flow_gas(*body.gas, *body.body.gas, body.pressure_pa, outside_pa, dt_s);
+  flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa, outside_pa, dt_s);
+}
+
+template <class Real>
+void note_recovery(SoftState<Real>& body) {
+  if (body.gas && body.volume_m3 > gas_recovered_share * body.gas->volume_ref_m3) body.inverted = false;
 }
 
 template <class Real>
@@ -90,6 +108,8 @@ template bool is_gas_eventful<float>(const SoftState<float>&);
 template bool is_gas_eventful<double>(const SoftState<double>&);
 template void advance_gas<float>(SoftState<float>&, double, double);
 template void advance_gas<double>(SoftState<double>&, double, double);
+template void note_recovery<float>(SoftState<float>&);
+template void note_recovery<double>(SoftState<double>&);
 template void lose_gas<float>(SoftState<float>&);
 template void lose_gas<double>(SoftState<double>&);
 

@@ -9,8 +9,13 @@ namespace pneuma::physics {
 /// out is pushed back out, by a force that stays bounded.
 inline constexpr double gas_volume_floor = 1e-3;
 
+/// A volume that was lost is back where it is past this share of the one at the start: well clear of the noise about 0.
+inline constexpr double gas_recovered_share = 0.01;
+
 /// Gas at rest in `volume_m3`, as the scene asks for it.
 [[nodiscard]] GasState make_gas_state(const Gas& gas, double volume_m3);
+/// Gas that has the scene's temperature in `volume_m3`, which may be 0 or less, of a body with `rest_volume_m3` > 0.
+[[nodiscard]] GasState make_gas_state(const Gas& gas, double volume_m3, double rest_volume_m3);
 
 [[nodiscard]] double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3);
 
@@ -21,8 +26,9 @@ inline constexpr double gas_volume_floor = 1e-3;
 [[nodiscard]] double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3);
 
 /// Pumps and leaks for dt_s: moles move by flow_mol_s, and by leak_mol_s_pa a pascal of `pressure_over_outside_pa`
-/// outwards, but not past the balance with `outside_pa`. There are never fewer than none.
-void flow_gas(GasState& state, const Gas& gas, double pressure_over_outside_pa, double outside_pa, double dt_s);
+/// outwards, but not past the balance with `outside_pa` in `volume_m3`. There are never fewer than none.
+void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure_over_outside_pa, double outside_pa,
+              double dt_s);
 
 /// The body goes on without: an open skin.
 template <class Real>
@@ -33,8 +39,12 @@ template <class Real>
 [[nodiscard]] bool is_gas_eventful(const SoftState<Real>& body);
 
 /// Between two substeps: flows, bursts where the pressure over the outside is past the body's own limit (the gas is
-/// gone then, and the body an open skin), and notes a volume of 0 or below once until it is positive again.
+/// gone then, and the body an open skin), and notes a volume of 0 or below, once until note_recovery has seen it back.
 template <class Real>
 void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s);
+
+/// Between two ticks, so that a body is told of as inverted at most once in each.
+template <class Real>
+void note_recovery(SoftState<Real>& body);
 
 }  // namespace pneuma::physics

@@ -76,8 +76,8 @@ class LaneStep {
       SoftState<Real>& body = *bodies_[lane];
       if (!body.gas) continue;
       eventful_[lane] = static_cast<std::uint8_t>(eventful_[lane] | static_cast<int>(is_gas_eventful(body)));
-      flow_gas(*body.gas, *body.body.gas, body.pressure_pa, settings_.surroundings.atmosphere.pressure_pa,
-               settings_.dt_s);
+      flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa,
+               settings_.surroundings.atmosphere.pressure_pa, settings_.dt_s);
     }
   }
 
@@ -224,6 +224,8 @@ class LaneStep {
   }
 
   void load() {
+    clear_unused_slots(scratch_.force);
+    if (gas_) clear_unused_slots(scratch_.gradient);
     if (layout_ == LaneLayout::alone) {
       const SoftState<Real>& body = *bodies_[0];
       Real* x = scratch_.x.data();
@@ -251,11 +253,9 @@ class LaneStep {
       }
       to += 3 * width_;
     }
-    clear_unused_slots(scratch_.force);
-    if (gas_) clear_unused_slots(scratch_.gradient);
   }
 
-  // In a fleet the ring pass leaves them out, but the update goes over all.
+  // The ring pass leaves them out, and other bodies may have used them, but the update goes over all.
   void clear_unused_slots(LaneArray<Real>& array) const {
     for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
       const std::size_t used_end = p * pack_slots + mesh_.rings.packs[p].count;

@@ -120,12 +120,13 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
 
 void Simulation::make_plan() {
   visit([this]<class Real>(SoftBodies<Real>& bodies) {
-    bodies.plan = {};
     bodies.tables.clear();
     bodies.matrices = nullptr;
     if (choice.integrator != Integrator::xpbd) {
-      bodies.plan =
-          make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(), is_explicit(choice.integrator));
+      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(),
+                                         is_explicit(choice.integrator), bodies.plan);
+    } else {
+      bodies.plan = {};
     }
     if (!is_explicit(choice.integrator)) make_tables(bodies);
     bodies.scratch.clear();
@@ -166,6 +167,11 @@ bool Simulation::substep(Workers& workers) {
 void Simulation::end_tick() {
   substep_index = 0;
   ++tick;
+  visit([](auto& bodies) {
+    for (auto& body : bodies.states) {
+      if (body.is_awake()) note_recovery(body);
+    }
+  });
   if (!scene.stepping.sleep || is_at_rest()) return;
   const StageTimer timer(profiling ? &profile : nullptr, Stage::sleep);
   visit([&]<class Real>(SoftBodies<Real>& bodies) {

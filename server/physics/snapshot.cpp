@@ -188,10 +188,8 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
-  restored->visit([](auto& bodies) {
-    bodies.next_task = 0;
-    bodies.contacts = {};
-  });
+  restored->visit([](auto& bodies) { bodies.contacts = {}; });
+  restored->make_plan();  // bodies may have lost their gas
   simulation_ = std::move(restored);
   return {};
 }

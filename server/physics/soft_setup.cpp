@@ -39,6 +39,27 @@ void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   }
 }
 
+template <class Real>
+double rest_volume_m3(const SoftBody& body) {
+  std::vector<Vec3<Real>> x;
+  x.reserve(body.mesh->positions_m.size());
+  for (const Vec3d& position : body.mesh->positions_m) x.push_back(position.cast<Real>());
+  return body_volume_m3<Real>(body, x);
+}
+
+// The gas as `body` has it, in the volume that the skin has now.
+template <class Real>
+void set_gas(SoftState<Real>& state, const SoftBody& body) {
+  state.volume_m3 = body_volume_m3<Real>(body, state.x);
+  state.gas = make_gas_state(*body.gas, state.volume_m3, rest_volume_m3<Real>(body));
+}
+
+// Whether from here on the temperature follows the volume from another one, or in another way.
+bool goes_another_way(const SoftBody& before, const SoftBody& after) {
+  return before.gas->temperature_k != after.gas->temperature_k || before.gas->law != after.gas->law ||
+         before.gas->heat_capacity_ratio != after.gas->heat_capacity_ratio || before.volume != after.volume;
+}
+
 }  // namespace
 
 template <class Real>
@@ -69,17 +90,10 @@ template <class Real>
 void change_soft_state(SoftState<Real>& state, const SoftBody& body) {
   if (!body.gas) {
     lose_gas(state);
+  } else if (!state.gas || goes_another_way(live_body(state), body)) {
+    set_gas(state, body);
   } else {
-    const double volume_m3 = body_volume_m3<Real>(body, state.x);
-    if (!state.gas) {
-      state.gas = make_gas_state(*body.gas, volume_m3);
-    } else {
-      const Gas live = *live_body(state).gas;
-      if (body.gas->moles != live.moles) state.gas->moles = body.gas->moles;
-      if (body.gas->temperature_k != live.temperature_k || body.gas->law != live.law) {
-        *state.gas = {state.gas->moles, body.gas->temperature_k, volume_m3};
-      }
-    }
+    state.gas->moles = body.gas->moles;
   }
   apply_constants(state, body);
 }

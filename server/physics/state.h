@@ -66,7 +66,7 @@ struct SoftState {
   NormalSpread<Real> spread;
   double volume_m3 = 0.0;             // by the body's own method, at the last force evaluation
   double pressure_pa = 0.0;           // over the outside, at the last force evaluation
-  bool inverted = false;              // the gas's volume was 0 or less then
+  bool inverted = false;              // the gas's volume was 0 or less, and is not back
   std::optional<GasEvent> gas_event;  // of this substep
   std::vector<Grab> grabs;            // by vertex, those of one vertex side by side
   Rest rest;

@@ -26,6 +26,20 @@ bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings&
 }
 
 template <class Real>
+std::shared_ptr<const LaneMesh<Real>> lane_mesh_of(const Mesh& mesh, const LaneKernels<Real>& kernels,
+                                                   const StepPlan<Real>& before) {
+  if (before.kernels == &kernels) {
+    for (std::size_t i = 0; i < before.shapes.size(); ++i) {
+      if (same_mesh(*before.shapes[i], mesh)) return before.meshes[i];
+    }
+  }
+  auto lanes = std::make_shared<LaneMesh<Real>>();
+  lanes->rings = make_rings(mesh);
+  lanes->lengths_m = ring_lengths_m<Real>(mesh, lanes->rings, kernels.slot_of_place);
+  return lanes;
+}
+
+template <class Real>
 std::size_t arrays_of(Integrator integrator, bool gas) {
   const std::size_t staged = integrator == Integrator::midpoint ? 2 : integrator == Integrator::rk4 ? 4 : 0;
   return 3 + staged + (gas ? 1 : 0);
@@ -34,22 +48,17 @@ std::size_t arrays_of(Integrator integrator, bool gas) {
 }  // namespace
 
 template <class Real>
-StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast) {
+StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast,
+                              const StepPlan<Real>& before) {
   StepPlan<Real> plan;
   plan.kernels = &lane_kernels<Real>(isa_in_use());
-  std::vector<std::shared_ptr<LaneMesh<Real>>> lane_meshes;
-  std::vector<const Mesh*> meshes;
   for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-    const Mesh& mesh = *bodies[i].body.mesh;
-    const auto known = std::ranges::find_if(meshes, [&](const Mesh* other) { return same_mesh(*other, mesh); });
-    plan.mesh_of_body.push_back(static_cast<std::size_t>(known - meshes.begin()));
-    if (known == meshes.end()) {
-      meshes.push_back(&mesh);
-      auto lanes = std::make_shared<LaneMesh<Real>>();
-      lanes->rings = make_rings(mesh);
-      lanes->lengths_m = ring_lengths_m<Real>(mesh, lanes->rings, plan.kernels->slot_of_place);
-      lane_meshes.push_back(lanes);
-      plan.meshes.push_back(std::move(lanes));
+    const std::shared_ptr<const Mesh>& mesh = bodies[i].body.mesh;
+    const auto known = std::ranges::find_if(plan.shapes, [&](const auto& other) { return same_mesh(*other, *mesh); });
+    plan.mesh_of_body.push_back(static_cast<std::size_t>(known - plan.shapes.begin()));
+    if (known == plan.shapes.end()) {
+      plan.shapes.push_back(mesh);
+      plan.meshes.push_back(lane_mesh_of(*mesh, *plan.kernels, before));
     }
     const auto group = std::ranges::find_if(plan.groups, [&](const StepGroup& other) {
       return other.mesh == plan.mesh_of_body[i] &&
@@ -62,10 +71,12 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
     }
   }
   for (const StepGroup& group : plan.groups) {
-    LaneMesh<Real>& lanes = *lane_meshes[group.mesh];
+    std::shared_ptr<const LaneMesh<Real>>& lanes = plan.meshes[group.mesh];
     if (abreast && plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
-        lanes.edges.lengths_m.empty()) {
-      lanes.edges = make_ring_edges<Real>(*meshes[group.mesh], lanes.rings);
+        lanes->edges.lengths_m.empty()) {
+      auto with_edges = std::make_shared<LaneMesh<Real>>(*lanes);
+      with_edges->edges = make_ring_edges<Real>(*plan.shapes[group.mesh], lanes->rings);
+      lanes = std::move(with_edges);
     }
   }
   const auto meets_soft = [](const SoftState<Real>& body) { return body.body.collision.soft != SoftCollision::none; };
@@ -105,8 +116,9 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   return tasks;
 }
 
-template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>, bool, bool);
-template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool, bool);
+template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>, bool, bool, const StepPlan<float>&);
+template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool, bool,
+                                                 const StepPlan<double>&);
 template std::vector<StepTask> cut_into_tasks<float>(const StepPlan<float>&, std::span<const SoftState<float>>,
                                                      const LaneSettings&);
 template std::vector<StepTask> cut_into_tasks<double>(const StepPlan<double>&, std::span<const SoftState<double>>,

@@ -22,6 +22,7 @@ template <class Real>
 struct StepPlan {
   const LaneKernels<Real>* kernels = nullptr;
   std::vector<std::shared_ptr<const LaneMesh<Real>>> meshes;
+  std::vector<std::shared_ptr<const Mesh>> shapes;  // whose tables `meshes` are
   std::vector<std::size_t> mesh_of_body;
   std::vector<StepGroup> groups;
   bool may_touch = false;  // there are two soft bodies that could meet, or a solid
@@ -29,9 +30,11 @@ struct StepPlan {
   [[nodiscard]] const LaneMesh<Real>& mesh_of(std::size_t body) const { return *meshes[mesh_of_body[body]]; }
 };
 
-/// `abreast`: the method steps bodies of a group side by side where that pays.
+/// `abreast`: the method steps bodies of a group side by side where that pays. Tables of `before`, which may be empty,
+/// are taken over where the mesh is the same.
 template <class Real>
-[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast);
+[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast,
+                                            const StepPlan<Real>& before);
 
 /// Bodies that one thread steps in one go: one alone, or several of a group abreast.
 struct StepTask {

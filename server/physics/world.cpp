@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <sstream>
 #include <utility>
 
 #include "physics/admission.h"
@@ -197,6 +198,12 @@ const std::vector<RigidState>& World::rigid_bodies() const {
 }
 const std::vector<ColliderState>& World::colliders() const {
   return simulation_->colliders;
+}
+
+std::string describe(const GasEvent& event) {
+  std::ostringstream text;
+  text << event.pressure_pa << " Pa over the outside at " << event.volume_m3 << " m3";
+  return text.str();
 }
 
 std::vector<FrozenBody> World::take_frozen() {

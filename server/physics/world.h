@@ -34,6 +34,8 @@ struct BodyGasEvent {
   std::string name;
   GasEvent event;
 };
+/// In words: the pressure over the outside and the volume when it happened.
+[[nodiscard]] std::string describe(const GasEvent& event);
 
 /// How a request names a point of a body.
 struct NearPoint {

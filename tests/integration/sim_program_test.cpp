@@ -140,9 +140,7 @@ TEST(SimProgram, HashIsTheSameOnEveryRunWithAnyThreads) {
 }
 
 TEST(SimProgram, HashIsTheSameOnEveryInstructionSet) {
-  const auto run = [](const char* isa) {
-    return sim({"five-balls", "--seconds", "0.5", "--hash", "--isa", isa});
-  };
+  const auto run = [](const char* isa) { return sim({"five-balls", "--seconds", "0.5", "--hash", "--isa", isa}); };
   const std::string baseline = run("baseline").output;
   EXPECT_EQ(baseline.substr(0, 7), "hash 0x");
   for (const char* isa : {"v3", "v4"}) {
@@ -318,10 +316,28 @@ TEST_F(SimScene, RunawayBodyIsNamedAndTheOthersGoOn) {
     "soft_bodies": [
       {"name": "wild", "mesh": "ball", "springs": {"stiffness_n_m": 1e8, "rest_scale": 1.01}},
       {"name": "calm", "mesh": "ball", "position": {"x": 5}, "velocity": {"y": 1}, "collision": {"soft": "NONE"}}]})");
-  expect_failure({scene, "--seconds", "2", "--csv", folder_ / "out.csv"}, "body \"wild\": was frozen at tick ");
+  const Finished finished = sim({scene, "--seconds", "2", "--csv", folder_ / "out.csv"});
+  EXPECT_EQ(finished.exit_status, 1);
+  const auto told = split(finished.error_output, '\n');
+  ASSERT_EQ(told.size(), 2U) << finished.error_output;
+  EXPECT_TRUE(told[0].starts_with("tick ")) << told[0];
+  EXPECT_NE(told[0].find(": body \"wild\" frozen: "), std::string::npos) << told[0];
+  EXPECT_TRUE(told[1].starts_with("pneuma-sim: body \"wild\": was frozen at tick ")) << told[1];
   const auto last = split(lines_of(folder_ / "out.csv").back(), ',');
   EXPECT_EQ(last[2], "calm");
   EXPECT_NEAR(std::stod(last[17]), 2.0, 1e-9);
+}
+
+TEST_F(SimScene, BurstIsToldWithItsTickBodyAndPressure) {
+  const std::string scene = file("burst.json", R"({
+    "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}],
+    "soft_bodies": [{"name": "thin", "mesh": "ball", "springs": {"stiffness_n_m": 10},
+                     "gas": {"moles": 0.01, "burst_pressure_pa": 1}}]})");
+  const Finished finished = sim({scene, "--seconds", "1"});
+  EXPECT_EQ(finished.exit_status, 0);
+  EXPECT_TRUE(finished.error_output.starts_with("tick 1: body \"thin\" burst: ")) << finished.error_output;
+  EXPECT_NE(finished.error_output.find(" Pa over the outside at "), std::string::npos) << finished.error_output;
+  EXPECT_EQ(split(finished.error_output, '\n').size(), 1U);
 }
 
 }  // namespace

@@ -1,10 +1,14 @@
 // Shows what a hosted world makes of requests that come faster than it carries them out, or that contradict each other.
-// The loop is the test's own: a drain whose time is up carries out nothing.
+// The loop is the test's own: a drain whose time is up carries out nothing. What befalls a body is told and logged.
 #include "app/hosted_world.h"
 
+#include <algorithm>
 #include <optional>
+#include <sstream>
 
 #include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
 
 #include "ball_scene.h"
 #include "base/limits.h"
@@ -16,8 +20,8 @@ class HostedWorldTest : public testing::Test {
  protected:
   using TimePoint = HostedWorld::TimePoint;
 
-  HostedWorldTest() {
-    auto live = LiveWorld::create(ball_scene());
+  explicit HostedWorldTest(v1::Scene scene = ball_scene()) {
+    auto live = LiveWorld::create(std::move(scene));
     EXPECT_TRUE(live.ok()) << live.status().message();
     HostedWorld::Wiring wiring{[] { return 1U; }, [](std::uint32_t) {}, &metrics_};
     world_.emplace("w", std::move(*live), true, nullptr, wiring);
@@ -157,6 +161,50 @@ TEST_F(HostedWorldTest, TheStepsThatWaitAreBoundedTogether) {
   ASSERT_TRUE(tick().empty());
   post(step(3, 1));
   EXPECT_TRUE(drain().empty());
+}
+
+v1::Scene bursting_scene() {
+  v1::Scene scene = ball_scene();
+  scene.mutable_soft_bodies(0)->mutable_gas()->set_burst_pressure_pa(1.0);
+  return scene;
+}
+
+class BurstingWorldTest : public HostedWorldTest {
+ protected:
+  BurstingWorldTest() : HostedWorldTest(bursting_scene()) {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_)));
+    v1::ClientMessage subscribe;
+    subscribe.mutable_subscribe()->set_world("w");
+    post(subscribe);
+    drain();
+  }
+  ~BurstingWorldTest() override { spdlog::set_default_logger(logger_before_); }
+
+  static std::size_t bursts(const std::vector<v1::ServerMessage>& messages) {
+    return static_cast<std::size_t>(std::ranges::count_if(messages, [](const v1::ServerMessage& message) {
+      return message.event().kind() == v1::Event::BODY_BURST && message.event().body() == "ball";
+    }));
+  }
+
+  std::ostringstream log_;
+  const std::shared_ptr<spdlog::logger> logger_before_ = spdlog::default_logger();
+};
+
+TEST_F(BurstingWorldTest, ABurstIsToldAndLogged) {
+  post(step(1, 1));
+  drain();
+  EXPECT_EQ(bursts(tick()), 1U);
+  EXPECT_NE(log_.str().find("world=w body=ball tick=1 burst: "), std::string::npos) << log_.str();
+}
+
+TEST_F(BurstingWorldTest, ABurstInTheTickThatAStopFinishesIsToldAndLogged) {
+  post(step(1, 1));
+  drain();
+  ASSERT_FALSE(world_->step([] { return true; })) << "a substep in, before any pressure could burst it";
+  world_->finish_tick(TimePoint::max(), outbox_);
+  EXPECT_EQ(bursts(take_replies()), 1U);
+  EXPECT_NE(log_.str().find("world=w body=ball tick=1 burst: "), std::string::npos) << log_.str();
 }
 
 }  // namespace

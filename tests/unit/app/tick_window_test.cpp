@@ -50,6 +50,20 @@ TEST(TickWindow, OldTicksLeave) {
   EXPECT_EQ(window.summary(start + milliseconds(2000)).time_ratio, 1.0);
 }
 
+TEST(TickWindow, TheLastTickCountsUntilTheNext) {
+  TickWindow window;
+  TickSample slow;
+  slow.step_ms = 30'000.0;
+  slow.period_s = 0.1;
+  slow.slipped_s = 29.9;
+  slow.due_error_ms = 29'900.0;
+  window.add(start, slow);
+  const TickSummary summary = window.summary(start + std::chrono::seconds(20));
+  EXPECT_NEAR(summary.time_ratio, 0.1 / 30.0, 1e-12);
+  EXPECT_EQ(summary.step_ms_max, 30'000.0);
+  EXPECT_EQ(summary.due_error_ms_p99, 29'900.0);
+}
+
 TEST(TickWindow, ATickThatSlippedLowersTheRatio) {
   TickWindow window;
   TickSample sample;

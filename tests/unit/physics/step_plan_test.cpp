@@ -1,0 +1,52 @@
+// Shows that a plan made anew keeps the tables of the meshes that are still there, and adds only what it lacks.
+#include "physics/step_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/gas.h"
+#include "physics/simulation.h"
+#include "unit/physics/lively_world.h"
+
+namespace pneuma::physics {
+namespace {
+
+Scene balls_of(const std::shared_ptr<const Mesh>& mesh, int count) {
+  Scene scene;
+  for (int i = 0; i < count; ++i) {
+    SoftBody& body = scene.soft_bodies.emplace_back(ball(std::string("ball-").append(std::to_string(i))));
+    body.mesh = mesh;
+  }
+  return scene;
+}
+
+TEST(StepPlan, KeepsTheTablesOfItsMeshes) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  Simulation sim(balls_of(mesh, 2), {1, Integrator::midpoint, ""});
+  auto& bodies = std::get<SoftBodies<double>>(sim.soft);
+  const auto tables = bodies.plan.meshes;
+  ASSERT_EQ(tables.size(), 1U);
+  lose_gas(bodies.states[0]);
+  sim.make_plan();
+  EXPECT_EQ(bodies.plan.meshes, tables);
+  EXPECT_EQ(bodies.plan.groups.size(), 2U);
+
+  bodies.states[0].body.mesh = *make_icosphere(2, 0.5);
+  sim.make_plan();
+  ASSERT_EQ(bodies.plan.meshes.size(), 2U);
+  EXPECT_NE(bodies.plan.meshes[0], tables[0]);
+  EXPECT_EQ(bodies.plan.meshes[1], tables[0]);
+}
+
+TEST(StepPlan, AddsEdgesToTablesThatAFleetTakesOver) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  const Simulation few(balls_of(mesh, 1), {1, Integrator::midpoint, ""});
+  const Simulation many(balls_of(mesh, 16), {1, Integrator::midpoint, ""});
+  const auto& states = std::get<SoftBodies<double>>(many.soft).states;
+  const auto& anew = std::get<SoftBodies<double>>(many.soft).plan;
+  const auto plan = make_step_plan<double>(states, false, true, std::get<SoftBodies<double>>(few.soft).plan);
+  EXPECT_EQ(plan.meshes[0]->edges.ends, anew.meshes[0]->edges.ends);
+  EXPECT_EQ(plan.meshes[0]->edges.ends.empty(), !plan.kernels->edges_first);
+}
+
+}  // namespace
+}  // namespace pneuma::physics
