@@ -160,11 +160,62 @@ TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) 
   ASSERT_TRUE(soft.ok());
   EXPECT_LE(soft->integrator, Integrator::symplectic_euler);
   scene.soft_bodies.push_back(ball(2, 1e6, 5.0));
+  scene.soft_bodies.back().collision.soft = SoftCollision::none;
   const auto stiff = choose(scene);
   ASSERT_TRUE(stiff.ok());
   EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
   EXPECT_LE(stiff->substeps, 4U);
   EXPECT_NE(stiff->reason.find("SYMPLECTIC_EULER asks for"), std::string::npos) << stiff->reason;
+}
+
+Scene stiff_ball(double stiffness_n_m) {
+  Scene scene;
+  scene.stepping.integrator = Integrator::automatic;
+  scene.soft_bodies.push_back(ball(2, stiffness_n_m, 5.0));
+  return scene;
+}
+
+Collider floor() {
+  return {.name = "floor", .shape = PlaneShape{}, .surface = {}};
+}
+
+TEST(Automatic, TakesAnExplicitMethodWhereAStiffBodyCanTouchSomething) {
+  const Scene alone = stiff_ball(1e6);
+  EXPECT_FALSE(is_explicit(choose(alone)->integrator));
+  Scene on_floor = alone;
+  on_floor.colliders.push_back(floor());
+  Scene with_stone = alone;
+  with_stone.rigid_bodies.push_back({.name = "stone", .shape = SphereShape{0.1}, .surface = {}});
+  Scene with_other = alone;
+  with_other.soft_bodies.push_back(alone.soft_bodies.front());
+  for (const Scene& scene : {on_floor, with_stone, with_other}) {
+    const auto choice = choose(scene);
+    ASSERT_TRUE(choice.ok());
+    EXPECT_TRUE(is_explicit(choice->integrator)) << choice->reason;
+    EXPECT_NE(choice->reason.find("contact"), std::string::npos) << choice->reason;
+  }
+}
+
+TEST(Automatic, SaysThatAnImplicitMethodMayAddEnergyAtContact) {
+  Scene scene = stiff_ball(1e12);
+  scene.colliders.push_back(floor());
+  const auto choice = choose(scene);
+  ASSERT_TRUE(choice.ok());
+  EXPECT_FALSE(is_explicit(choice->integrator));
+  EXPECT_NE(choice->reason.find("may add energy at contact"), std::string::npos) << choice->reason;
+  EXPECT_NE(choice->reason.find("no explicit method is stable within 4096"), std::string::npos) << choice->reason;
+}
+
+TEST(Automatic, TakesTheCheapestStableMethodWhereTheGivenSubstepsAllowNoAccurateOne) {
+  // Stable at 2 substeps; a millionth takes RK4 8 of them.
+  Scene scene;
+  scene.stepping = {.substeps = 3, .integrator = Integrator::automatic, .error_target = 1e-6};
+  scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
+  const auto choice = choose(scene);
+  ASSERT_TRUE(choice.ok());
+  EXPECT_EQ(choice->substeps, 3U);
+  EXPECT_EQ(choice->integrator, Integrator::symplectic_euler) << choice->reason;
+  EXPECT_NE(choice->reason.find("not within the error target"), std::string::npos) << choice->reason;
 }
 
 TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
