@@ -23,8 +23,8 @@ struct Frequencies {
   bool operator==(const Frequencies&) const = default;
 };
 
-/// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
-/// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
+/// By power iteration on the springs linearised at the start, with what pulls them there, on bending, and on the gas's
+/// rank-one term (g P / V) gradV gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
 /// The estimates of a world's bodies, kept from edit to edit: what an edit leaves alone is not estimated again, and

@@ -54,6 +54,53 @@ TEST(Frequencies, DampingFollowsTheSpringsPattern) {
   EXPECT_NEAR(frequencies.fastest_decay_1_s, std::pow(frequencies.fastest_rad_s, 2.0) * 5.0 / 1000.0, 1e-9);
 }
 
+// A grid of stretched springs.
+SoftBody drum() {
+  SoftBody body;
+  body.name = "drum";
+  body.mesh = *make_grid(40, 40, 1.0, 1.0);
+  body.springs = {.stiffness_n_m = 1e5, .rest_scale = 0.05};
+  body.pin_boundary = true;
+  return body;
+}
+
+TEST(Frequencies, OfADrumAreThoseOfWhatPullsItsSprings) {
+  // Out of its plane nothing else holds it. The Rayleigh quotient of the vertices where diagonals meet, row against
+  // row:
+  const SoftBody body = drum();
+  const auto out_of_plane = [](std::uint32_t vertex) {
+    if (vertex % 2 != 0) return 0.0;
+    return vertex / 41 % 2 == 0 ? 1.0 : -1.0;
+  };
+  const auto vertex_count = static_cast<std::uint32_t>(body.mesh->positions_m.size());
+  double stiffness_n_m = 0.0;
+  double mass_kg = 0.0;
+  for (const auto& [a, b] : body.mesh->edges) {
+    stiffness_n_m += 0.95 * body.springs.stiffness_n_m * std::pow(out_of_plane(a) - out_of_plane(b), 2.0);
+  }
+  for (std::uint32_t i = 0; i < vertex_count; ++i) {
+    mass_kg += std::pow(out_of_plane(i), 2.0) * body.mass_kg / vertex_count;
+  }
+  EXPECT_GE(std::pow(estimate_frequencies(body, {}).fastest_rad_s, 2.0), stiffness_n_m / mass_kg);
+  EXPECT_LE(estimate_frequencies(body, {}).fastest_rad_s, bound_frequencies(body, {}).fastest_rad_s);
+}
+
+TEST(Substeps, AtTheLimitHoldADrum) {
+  Scene scene;
+  scene.soft_bodies.push_back(drum());
+  const double limit_s = stability_limit_s(Integrator::rk4, estimate_frequencies(drum(), {}));
+  const double substeps = std::ceil(1.0 / scene.stepping.rate_hz / limit_s);
+  scene.stepping.substeps = static_cast<std::uint32_t>(substeps);
+  scene.stepping.integrator = Integrator::rk4;
+  auto world = World::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  ASSERT_TRUE(world->apply_impulse("drum", std::uint32_t{800}, Vec3d(0.0, 1e-4, 0.0)).ok());
+  const double start_m_s = world->measure(0).max_speed_m_s;
+  Workers workers(1);
+  for (int tick = 0; tick < 60; ++tick) world->step_tick(workers);
+  EXPECT_LT(world->measure(0).max_speed_m_s, start_m_s) << substeps << " substeps";
+}
+
 TEST(Frequencies, AreWithinTheirBounds) {
   for (const double nrt_j : {0.0, 50.0, 1e5}) {
     SoftBody body = ball(2, 1000.0, nrt_j);
