@@ -257,14 +257,21 @@ base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& kno
   std::ostringstream limit;
   limit << '"' << demands.name(stable.body) << "\" is stable up to a step of " << stable.step_s << " s, "
         << stable.substeps << " substeps";
+  const Demands::Step chosen = demands.longest_step(stepping.integrator);
   switch (stepping.on_unstable) {
-    case OnUnstable::refuse:
-      return base::Status(base::StatusCode::failed_precondition,
-                          std::to_string(stepping.substeps) + " are too few: " + limit.str() +
-                              " (0 chooses; on_unstable SUBSTEP takes what is needed, ALLOW goes on)",
-                          "stepping.substeps");
+    case OnUnstable::refuse: {
+      std::ostringstream what;
+      what << stepping.substeps << " are too few: " << limit.str()
+           << " (with a margin and the error target, 0 or on_unstable SUBSTEP ";
+      if (chosen.substeps > base::substeps_max) {
+        what << "asks for " << chosen.substeps << ", past the limit of " << base::substeps_max;
+      } else {
+        what << "takes " << chosen.substeps;
+      }
+      what << "; ALLOW goes on)";
+      return base::Status(base::StatusCode::failed_precondition, what.str(), "stepping.substeps");
+    }
     case OnUnstable::substep: {
-      const Demands::Step chosen = demands.longest_step(stepping.integrator);
       if (chosen.substeps > base::substeps_max) return too_many(demands, chosen);
       return SubstepChoice{static_cast<std::uint32_t>(chosen.substeps), stepping.integrator,
                            "raised from " + std::to_string(stepping.substeps) + ": " + limit.str()};

@@ -98,6 +98,7 @@ TEST(Substeps, AtTheLimitHoldADrum) {
   const double start_m_s = world->measure(0).max_speed_m_s;
   Workers workers(1);
   for (int tick = 0; tick < 60; ++tick) world->step_tick(workers);
+  EXPECT_FALSE(world->is_frozen(0));
   EXPECT_LT(world->measure(0).max_speed_m_s, start_m_s) << substeps << " substeps";
 }
 
@@ -181,10 +182,24 @@ TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   ASSERT_TRUE(raised.ok());
   EXPECT_GT(raised->substeps, 264U);
   EXPECT_LT(raised->substeps, 2 * 264U * 1.1);
+  const std::string taken = std::string("SUBSTEP takes ").append(std::to_string(raised->substeps));
+  EXPECT_NE(refused.status().what().find(taken), std::string::npos) << refused.status().what();
 
   scene.stepping.on_unstable = OnUnstable::allow;
   EXPECT_EQ(choose(scene)->substeps, 3U);
   EXPECT_NE(choose(scene)->reason.find("unstable"), std::string::npos);
+}
+
+TEST(Substeps, TooFewAreRefusedWithWhatIsPastTheirLimitToo) {
+  // Stable at 2,640; a margin more is past substeps_max.
+  Scene scene;
+  scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
+  scene.soft_bodies.push_back(ball(2, 1e8, 0.0));
+  const auto refused = choose(scene);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.status().what().find("past the limit of 4096"), std::string::npos) << refused.status().what();
+  scene.stepping.on_unstable = OnUnstable::substep;
+  EXPECT_FALSE(choose(scene).ok());
 }
 
 TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
