@@ -18,7 +18,23 @@ constexpr double estimate_margin = 1.05;
 
 using Points = std::vector<Vec3d>;
 
-// K u at the rest shape: sum over edges of k n n^T (u_a - u_b), bending, and the gas's stiffness along gradV.
+// Of each spring, along it and across. Across is the share k (1 - L0 / L) of one that is stretched at the start; a
+// slack one pushes its ends aside, which makes no motion faster.
+struct SpringTerms {
+  double along = 0.0;
+  double across = 0.0;
+};
+
+SpringTerms stiffness_of(const Springs& springs) {
+  return {springs.stiffness_n_m, springs.stiffness_n_m * std::max(0.0, 1.0 - springs.rest_scale)};
+}
+
+SpringTerms damping_of(const Springs& springs) {
+  return {.along = springs.damping_n_s_m};
+}
+
+// K u at the start: sum over edges of (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), bending, and the gas's
+// stiffness along gradV.
 class RestStiffness {
  public:
   explicit RestStiffness(const SoftBody& body)
@@ -37,8 +53,8 @@ class RestStiffness {
 
   enum class Part { springs, bending, all };
 
-  // `spring` scales the springs' part, so that the same sum gives D.
-  [[nodiscard]] Points apply(const Points& u, double spring, Part part) const {
+  // The same sum gives D.
+  [[nodiscard]] Points apply(const Points& u, const SpringTerms& spring, Part part) const {
     Points result(u.size(), Vec3d::Zero());
     if (part != Part::bending) add_springs(u, spring, result);
     if (part == Part::springs) return result;
@@ -55,7 +71,7 @@ class RestStiffness {
     return result;
   }
 
-  [[nodiscard]] double largest_eigenvalue(double spring, Part part) const {
+  [[nodiscard]] double largest_eigenvalue(const SpringTerms& spring, Part part) const {
     // A start that no symmetry of a mesh shares: Weyl's golden-ratio sequence.
     Points u(mesh_.positions_m.size());
     double phase = 0.0;
@@ -73,13 +89,14 @@ class RestStiffness {
     return estimate_margin * eigenvalue;
   }
 
-  // (a - b)^2 <= 2 (a^2 + b^2) for each spring, and the like for a hinge's four.
-  [[nodiscard]] double spring_bound(double spring) const {
+  // (a - b)^2 <= 2 (a^2 + b^2) for each spring, whose share across is not above that along it; and the like for a
+  // hinge's four.
+  [[nodiscard]] double spring_bound(const SpringTerms& spring) const {
     std::vector<std::uint32_t> edge_counts(mesh_.positions_m.size(), 0);
     for (const Edge& edge : mesh_.edges) {
       for (const std::uint32_t vertex : edge) ++edge_counts[vertex];
     }
-    return 2.0 * spring * *std::ranges::max_element(edge_counts);
+    return 2.0 * spring.along * *std::ranges::max_element(edge_counts);
   }
   [[nodiscard]] double bending_bound() const {
     if (bends_.empty()) return 0.0;
@@ -118,10 +135,11 @@ class RestStiffness {
     double stiffness = 0.0;
   };
 
-  void add_springs(const Points& u, double spring, Points& result) const {
+  void add_springs(const Points& u, const SpringTerms& spring, Points& result) const {
     for (const auto& [a, b] : mesh_.edges) {
       const Vec3d n = (mesh_.positions_m[b] - mesh_.positions_m[a]).normalized();
-      const Vec3d pull = spring * n.dot(u[b] - u[a]) * n;
+      const Vec3d apart = u[b] - u[a];
+      const Vec3d pull = spring.across * apart + (spring.along - spring.across) * n.dot(apart) * n;
       result[a] -= pull;
       result[b] += pull;
     }
@@ -166,17 +184,17 @@ Frequencies estimate_without_wind(const SoftBody& body) {
   const double vertex_mass = vertex_mass_kg(body);
   Frequencies result;
   result.fastest_rad_s =
-      std::sqrt(stiffness.largest_eigenvalue(body.springs.stiffness_n_m, RestStiffness::Part::all) / vertex_mass);
+      std::sqrt(stiffness.largest_eigenvalue(stiffness_of(body.springs), RestStiffness::Part::all) / vertex_mass);
   result.fastest_decay_1_s =
-      stiffness.largest_eigenvalue(body.springs.damping_n_s_m, RestStiffness::Part::springs) / vertex_mass;
+      stiffness.largest_eigenvalue(damping_of(body.springs), RestStiffness::Part::springs) / vertex_mass;
   if (body.springs.bend_stiffness_n_m > 0.0) {
-    result.bending_rad_s = std::sqrt(stiffness.largest_eigenvalue(0.0, RestStiffness::Part::bending) / vertex_mass);
+    result.bending_rad_s = std::sqrt(stiffness.largest_eigenvalue({}, RestStiffness::Part::bending) / vertex_mass);
   }
   result.gas_rad_s = std::sqrt(stiffness.gas_eigenvalue() / vertex_mass);
   const Points scaling = stiffness.breathing();
   const double inertia = vertex_mass * RestStiffness::dot(scaling, scaling);
   const double restoring =
-      RestStiffness::dot(scaling, stiffness.apply(scaling, body.springs.stiffness_n_m, RestStiffness::Part::all));
+      RestStiffness::dot(scaling, stiffness.apply(scaling, stiffness_of(body.springs), RestStiffness::Part::all));
   result.breathing_rad_s = std::sqrt(std::max(restoring, 0.0) / inertia);
   return result;
 }
@@ -215,11 +233,11 @@ Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere
   const double vertex_mass = vertex_mass_kg(body);
   const double bending = stiffness.bending_bound();
   const double gas = stiffness.gas_eigenvalue();
-  const double all = stiffness.spring_bound(body.springs.stiffness_n_m) + bending + gas;
+  const double all = stiffness.spring_bound(stiffness_of(body.springs)) + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);
   result.fastest_decay_1_s =
-      (stiffness.spring_bound(body.springs.damping_n_s_m) + wind_drag_n_s_m(body, atmosphere)) / vertex_mass;
+      (stiffness.spring_bound(damping_of(body.springs)) + wind_drag_n_s_m(body, atmosphere)) / vertex_mass;
   result.gas_rad_s = std::sqrt(gas / vertex_mass);
   result.bending_rad_s = std::sqrt(bending / vertex_mass);
   result.breathing_rad_s = result.fastest_rad_s;

@@ -23,8 +23,8 @@ struct Frequencies {
   bool operator==(const Frequencies&) const = default;
 };
 
-/// By power iteration on the rest shape's linearised springs, bending and the gas's rank-one term (g P / V) gradV
-/// gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
+/// By power iteration on the springs linearised at the start, with what pulls them there, on bending, and on the gas's
+/// rank-one term (g P / V) gradV gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
 /// The estimates of a world's bodies, kept from edit to edit: what an edit leaves alone is not estimated again, and
@@ -69,8 +69,9 @@ struct SubstepChoice {
 };
 
 /// The integrator and the number of substeps that a scene asks for or leaves open.
-/// AUTO is the method that meets every body's longest step at the least cost in force evaluations (or, where the scene
-/// gives the substeps, the cheapest that is stable with them).
+/// AUTO is the method that meets every body's longest step at the least cost in force evaluations, within the substeps
+/// that the scene gives or substeps_max; where none does, the cheapest that is stable. Where bodies can touch anything
+/// the explicit methods come first: contact may add energy to implicit steps.
 /// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
 /// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
 /// needed, naming the body.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <limits>
 #include <numbers>
 #include <sstream>
@@ -36,10 +37,10 @@ struct Candidate {
   Integrator integrator;
   double cost;
 };
-// XPBD is not among them: what it costs to be within an error is not known before it is tried. The last one is taken
-// where none will do.
-constexpr std::array<Candidate, 6> candidates{{{Integrator::explicit_euler, 1.0},
-                                               {Integrator::symplectic_euler, 1.0},
+// XPBD is not among them: what it costs to be within an error is not known before it is tried. Of those that cost the
+// same the first is taken.
+constexpr std::array<Candidate, 6> candidates{{{Integrator::symplectic_euler, 1.0},
+                                               {Integrator::explicit_euler, 1.0},
                                                {Integrator::midpoint, 2.0},
                                                {Integrator::rk4, 4.0},
                                                {Integrator::implicit_euler, implicit_euler_cost},
@@ -178,43 +179,59 @@ base::Status too_many(const Demands& demands, const Demands::Step& step) {
   return {base::StatusCode::failed_precondition, what.str(), body_path(step.body)};
 }
 
-base::Result<SubstepChoice> choose_both(const Scene& scene, const Demands& demands) {
+bool can_touch(const Scene& scene) {
+  const auto meets_soft = [](const SoftBody& body) { return body.collision.soft != SoftCollision::none; };
+  return !scene.rigid_bodies.empty() || !scene.colliders.empty() ||
+         std::ranges::count_if(scene.soft_bodies, meets_soft) > 1;
+}
+
+SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   const double given = scene.stepping.substeps;
-  const Candidate* best = nullptr;
-  Demands::Step best_step;
+  const double most = given > 0.0 ? given : base::substeps_max;
+  // Contact cuts moves after they were solved for. What a long implicit step would have damped away it then puts into a
+  // stiff body: so implicit steps are for what nothing can touch, or for what no explicit one is stable for.
+  const bool touchable = can_touch(scene);
+  struct Rank {
+    bool adds_energy = true;
+    bool inaccurate = true;
+    double cost = unlimited;
+    auto operator<=>(const Rank&) const = default;
+  } best;
+  Integrator integrator = Integrator::automatic;
+  Demands::Step taken;
   for (const Candidate& candidate : candidates) {
     Demands::Step step = demands.longest_step(candidate.integrator);
-    if (given > 0.0) {
-      if (demands.longest_step(candidate.integrator).substeps > given) continue;
-      step.substeps = given;
+    const bool accurate = step.substeps <= most;
+    if (!accurate) step = demands.stable_step(candidate.integrator);
+    if (step.substeps > most) continue;
+    if (given > 0.0 || !accurate) step.substeps = most;
+    const Rank rank{touchable && !is_explicit(candidate.integrator), !accurate, candidate.cost * step.substeps};
+    if (rank < best) {
+      best = rank;
+      integrator = candidate.integrator;
+      taken = step;
     }
-    if (step.substeps > base::substeps_max) continue;
-    if (best == nullptr || candidate.cost * step.substeps < best->cost * best_step.substeps) {
-      best = &candidate;
-      best_step = step;
-    }
-  }
-  // What is stable at any step, where nothing meets the error target with the substeps given.
-  const bool too_few = best == nullptr;
-  if (too_few) {
-    best = &candidates.back();
-    best_step = demands.longest_step(best->integrator);
-    best_step.substeps = given > 0.0 ? given : std::min<double>(best_step.substeps, base::substeps_max);
   }
   std::ostringstream reason;
-  reason << name_of(best->integrator) << " costs least, about " << best->cost * best_step.substeps
-         << " force evaluations a tick";
-  if (too_few) {
-    reason.str("");
-    reason << name_of(best->integrator) << " is stable; nothing meets the error target with so few substeps";
-  } else if (!scene.soft_bodies.empty()) {
+  reason << name_of(integrator);
+  if (best.inaccurate) {
+    reason << " is stable, but not within the error target, with " << taken.substeps << " substeps";
+  } else {
+    reason << " costs least, about " << best.cost << " force evaluations a tick";
+  }
+  if (best.adds_energy) {
+    reason << "; it may add energy at contact, but no explicit method is stable within " << most << " substeps";
+  } else if (touchable) {
+    reason << ", of the explicit methods, as others may add energy at contact";
+  }
+  if (!scene.soft_bodies.empty() && !best.inaccurate) {
     const Demands::Step symplectic = demands.longest_step(Integrator::symplectic_euler);
-    if (best->integrator != Integrator::symplectic_euler) {
+    if (integrator != Integrator::symplectic_euler) {
       reason << " where SYMPLECTIC_EULER asks for " << symplectic.substeps << " substeps";
     }
-    reason << "; " << demands.reason(best_step);
+    reason << "; " << demands.reason(taken);
   }
-  return SubstepChoice{static_cast<std::uint32_t>(best_step.substeps), best->integrator, reason.str()};
+  return SubstepChoice{static_cast<std::uint32_t>(taken.substeps), integrator, reason.str()};
 }
 
 // Whether a bound that costs little already says so: an edit of a large scene should not wait for the estimate.
@@ -240,14 +257,21 @@ base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& kno
   std::ostringstream limit;
   limit << '"' << demands.name(stable.body) << "\" is stable up to a step of " << stable.step_s << " s, "
         << stable.substeps << " substeps";
+  const Demands::Step chosen = demands.longest_step(stepping.integrator);
   switch (stepping.on_unstable) {
-    case OnUnstable::refuse:
-      return base::Status(base::StatusCode::failed_precondition,
-                          std::to_string(stepping.substeps) + " are too few: " + limit.str() +
-                              " (0 chooses; on_unstable SUBSTEP takes what is needed, ALLOW goes on)",
-                          "stepping.substeps");
+    case OnUnstable::refuse: {
+      std::ostringstream what;
+      what << stepping.substeps << " are too few: " << limit.str()
+           << " (with a margin and the error target, 0 or on_unstable SUBSTEP ";
+      if (chosen.substeps > base::substeps_max) {
+        what << "asks for " << chosen.substeps << ", past the limit of " << base::substeps_max;
+      } else {
+        what << "takes " << chosen.substeps;
+      }
+      what << "; ALLOW goes on)";
+      return base::Status(base::StatusCode::failed_precondition, what.str(), "stepping.substeps");
+    }
     case OnUnstable::substep: {
-      const Demands::Step chosen = demands.longest_step(stepping.integrator);
       if (chosen.substeps > base::substeps_max) return too_many(demands, chosen);
       return SubstepChoice{static_cast<std::uint32_t>(chosen.substeps), stepping.integrator,
                            "raised from " + std::to_string(stepping.substeps) + ": " + limit.str()};

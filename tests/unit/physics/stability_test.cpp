@@ -54,6 +54,54 @@ TEST(Frequencies, DampingFollowsTheSpringsPattern) {
   EXPECT_NEAR(frequencies.fastest_decay_1_s, std::pow(frequencies.fastest_rad_s, 2.0) * 5.0 / 1000.0, 1e-9);
 }
 
+// A grid of stretched springs.
+SoftBody drum() {
+  SoftBody body;
+  body.name = "drum";
+  body.mesh = *make_grid(40, 40, 1.0, 1.0);
+  body.springs = {.stiffness_n_m = 1e5, .rest_scale = 0.05};
+  body.pin_boundary = true;
+  return body;
+}
+
+TEST(Frequencies, OfADrumAreThoseOfWhatPullsItsSprings) {
+  // Out of its plane nothing else holds it. The Rayleigh quotient of the vertices where diagonals meet, row against
+  // row:
+  const SoftBody body = drum();
+  const auto out_of_plane = [](std::uint32_t vertex) {
+    if (vertex % 2 != 0) return 0.0;
+    return vertex / 41 % 2 == 0 ? 1.0 : -1.0;
+  };
+  const auto vertex_count = static_cast<std::uint32_t>(body.mesh->positions_m.size());
+  double stiffness_n_m = 0.0;
+  double mass_kg = 0.0;
+  for (const auto& [a, b] : body.mesh->edges) {
+    stiffness_n_m += 0.95 * body.springs.stiffness_n_m * std::pow(out_of_plane(a) - out_of_plane(b), 2.0);
+  }
+  for (std::uint32_t i = 0; i < vertex_count; ++i) {
+    mass_kg += std::pow(out_of_plane(i), 2.0) * body.mass_kg / vertex_count;
+  }
+  EXPECT_GE(std::pow(estimate_frequencies(body, {}).fastest_rad_s, 2.0), stiffness_n_m / mass_kg);
+  EXPECT_LE(estimate_frequencies(body, {}).fastest_rad_s, bound_frequencies(body, {}).fastest_rad_s);
+}
+
+TEST(Substeps, AtTheLimitHoldADrum) {
+  Scene scene;
+  scene.soft_bodies.push_back(drum());
+  const double limit_s = stability_limit_s(Integrator::rk4, estimate_frequencies(drum(), {}));
+  const double substeps = std::ceil(1.0 / scene.stepping.rate_hz / limit_s);
+  scene.stepping.substeps = static_cast<std::uint32_t>(substeps);
+  scene.stepping.integrator = Integrator::rk4;
+  auto world = World::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  ASSERT_TRUE(world->apply_impulse("drum", std::uint32_t{800}, Vec3d(0.0, 1e-4, 0.0)).ok());
+  const double start_m_s = world->measure(0).max_speed_m_s;
+  Workers workers(1);
+  for (int tick = 0; tick < 60; ++tick) world->step_tick(workers);
+  EXPECT_FALSE(world->is_frozen(0));
+  EXPECT_LT(world->measure(0).max_speed_m_s, start_m_s) << substeps << " substeps";
+}
+
 TEST(Frequencies, AreWithinTheirBounds) {
   for (const double nrt_j : {0.0, 50.0, 1e5}) {
     SoftBody body = ball(2, 1000.0, nrt_j);
@@ -134,10 +182,24 @@ TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   ASSERT_TRUE(raised.ok());
   EXPECT_GT(raised->substeps, 264U);
   EXPECT_LT(raised->substeps, 2 * 264U * 1.1);
+  const std::string taken = std::string("SUBSTEP takes ").append(std::to_string(raised->substeps));
+  EXPECT_NE(refused.status().what().find(taken), std::string::npos) << refused.status().what();
 
   scene.stepping.on_unstable = OnUnstable::allow;
   EXPECT_EQ(choose(scene)->substeps, 3U);
   EXPECT_NE(choose(scene)->reason.find("unstable"), std::string::npos);
+}
+
+TEST(Substeps, TooFewAreRefusedWithWhatIsPastTheirLimitToo) {
+  // Stable at 2,640; a margin more is past substeps_max.
+  Scene scene;
+  scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
+  scene.soft_bodies.push_back(ball(2, 1e8, 0.0));
+  const auto refused = choose(scene);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.status().what().find("past the limit of 4096"), std::string::npos) << refused.status().what();
+  scene.stepping.on_unstable = OnUnstable::substep;
+  EXPECT_FALSE(choose(scene).ok());
 }
 
 TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
@@ -160,11 +222,62 @@ TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) 
   ASSERT_TRUE(soft.ok());
   EXPECT_LE(soft->integrator, Integrator::symplectic_euler);
   scene.soft_bodies.push_back(ball(2, 1e6, 5.0));
+  scene.soft_bodies.back().collision.soft = SoftCollision::none;
   const auto stiff = choose(scene);
   ASSERT_TRUE(stiff.ok());
   EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
   EXPECT_LE(stiff->substeps, 4U);
   EXPECT_NE(stiff->reason.find("SYMPLECTIC_EULER asks for"), std::string::npos) << stiff->reason;
+}
+
+Scene stiff_ball(double stiffness_n_m) {
+  Scene scene;
+  scene.stepping.integrator = Integrator::automatic;
+  scene.soft_bodies.push_back(ball(2, stiffness_n_m, 5.0));
+  return scene;
+}
+
+Collider floor() {
+  return {.name = "floor", .shape = PlaneShape{}, .surface = {}};
+}
+
+TEST(Automatic, TakesAnExplicitMethodWhereAStiffBodyCanTouchSomething) {
+  const Scene alone = stiff_ball(1e6);
+  EXPECT_FALSE(is_explicit(choose(alone)->integrator));
+  Scene on_floor = alone;
+  on_floor.colliders.push_back(floor());
+  Scene with_stone = alone;
+  with_stone.rigid_bodies.push_back({.name = "stone", .shape = SphereShape{0.1}, .surface = {}});
+  Scene with_other = alone;
+  with_other.soft_bodies.push_back(alone.soft_bodies.front());
+  for (const Scene& scene : {on_floor, with_stone, with_other}) {
+    const auto choice = choose(scene);
+    ASSERT_TRUE(choice.ok());
+    EXPECT_TRUE(is_explicit(choice->integrator)) << choice->reason;
+    EXPECT_NE(choice->reason.find("contact"), std::string::npos) << choice->reason;
+  }
+}
+
+TEST(Automatic, SaysThatAnImplicitMethodMayAddEnergyAtContact) {
+  Scene scene = stiff_ball(1e12);
+  scene.colliders.push_back(floor());
+  const auto choice = choose(scene);
+  ASSERT_TRUE(choice.ok());
+  EXPECT_FALSE(is_explicit(choice->integrator));
+  EXPECT_NE(choice->reason.find("may add energy at contact"), std::string::npos) << choice->reason;
+  EXPECT_NE(choice->reason.find("no explicit method is stable within 4096"), std::string::npos) << choice->reason;
+}
+
+TEST(Automatic, TakesTheCheapestStableMethodWhereTheGivenSubstepsAllowNoAccurateOne) {
+  // Stable at 2 substeps; a millionth takes RK4 8 of them.
+  Scene scene;
+  scene.stepping = {.substeps = 3, .integrator = Integrator::automatic, .error_target = 1e-6};
+  scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
+  const auto choice = choose(scene);
+  ASSERT_TRUE(choice.ok());
+  EXPECT_EQ(choice->substeps, 3U);
+  EXPECT_EQ(choice->integrator, Integrator::symplectic_euler) << choice->reason;
+  EXPECT_NE(choice->reason.find("not within the error target"), std::string::npos) << choice->reason;
 }
 
 TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
