@@ -191,7 +191,7 @@ TEST_P(Lanes, StepABodyOnceWhateverHadItsRoomBefore) {
     SoftBody heavy = ball(*make_icosphere(2, 0.5), 0);
     heavy.mass_kg = 1e6;
     heavy.springs = {.stiffness_n_m = 1e6, .damping_n_s_m = 0.3, .rest_scale = 0.2};
-    SoftBody light = ball(*make_icosphere(0, 0.5), 1);
+    SoftBody light = ball(*make_box({0.5, 0.5, 0.5}, 1), 1);
     light.mass_kg = 0.1;
     light.springs.stiffness_n_m = 10.0;
     scene.soft_bodies = {heavy, light};
