@@ -18,6 +18,37 @@ constexpr double estimate_margin = 1.05;
 
 using Points = std::vector<Vec3d>;
 
+double dot(const Points& a, const Points& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+double norm(const Points& a) {
+  return std::sqrt(dot(a, a));
+}
+
+Points volume_gradient_m2(const Mesh& mesh) {
+  Points gradient(mesh.positions_m.size(), Vec3d::Zero());
+  for (const auto& [a, b, c] : mesh.faces) {
+    const std::vector<Vec3d>& x = mesh.positions_m;
+    const Vec3d share = (x[b] - x[a]).cross(x[c] - x[a]) / 6.0;
+    for (const std::uint32_t vertex : {a, b, c}) gradient[vertex] += share;
+  }
+  return gradient;
+}
+
+// Uniform scaling about the mesh's centre, as displacement.
+Points breathing(const Mesh& mesh) {
+  Vec3d centre = Vec3d::Zero();
+  for (const Vec3d& x : mesh.positions_m) centre += x;
+  centre /= static_cast<double>(mesh.positions_m.size());
+  Points u;
+  u.reserve(mesh.positions_m.size());
+  for (const Vec3d& x : mesh.positions_m) u.emplace_back(x - centre);
+  return u;
+}
+
 // Of each spring, along it and across. Across is the share k (1 - L0 / L) of one that is stretched at the start; a
 // slack one pushes its ends aside, which makes no motion faster.
 struct SpringTerms {
@@ -33,25 +64,14 @@ SpringTerms damping_of(const Springs& springs) {
   return {.along = springs.damping_n_s_m};
 }
 
-// K u at the start: sum over edges of (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), bending, and the gas's
-// stiffness along gradV.
-class RestStiffness {
+// K u of a skin at the start: sum over edges of (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), and bending.
+class SkinStiffness {
  public:
-  explicit RestStiffness(const SoftBody& body)
-      : mesh_(*body.mesh), volume_gradient_(mesh_.positions_m.size(), Vec3d::Zero()) {
-    if (body.springs.bend_stiffness_n_m > 0.0) add_hinges(body.springs.bend_stiffness_n_m);
-    if (!body.gas) return;
-    for (const Face& face : mesh_.faces) {
-      const Vec3d share = (mesh_.positions_m[face[1]] - mesh_.positions_m[face[0]])
-                              .cross(mesh_.positions_m[face[2]] - mesh_.positions_m[face[0]]) /
-                          6.0;
-      for (const std::uint32_t vertex : face) volume_gradient_[vertex] += share;
-    }
-    const double volume = signed_volume_m3(mesh_.positions_m, mesh_.faces);
-    gas_stiffness_ = gas_stiffness_pa_m3(make_gas_state(*body.gas, volume), *body.gas, volume);
+  SkinStiffness(const Mesh& mesh, const Springs& springs) : mesh_(mesh) {
+    if (springs.bend_stiffness_n_m > 0.0) add_hinges(springs.bend_stiffness_n_m);
   }
 
-  enum class Part { springs, bending, all };
+  enum class Part { springs, bending, both };
 
   // The same sum gives D.
   [[nodiscard]] Points apply(const Points& u, const SpringTerms& spring, Part part) const {
@@ -62,11 +82,6 @@ class RestStiffness {
       double angle = 0.0;
       for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
       for (std::size_t i = 0; i < 4; ++i) result[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
-    }
-    if (part == Part::all && gas_stiffness_ > 0.0) {
-      double along = 0.0;
-      for (std::size_t i = 0; i < u.size(); ++i) along += volume_gradient_[i].dot(u[i]);
-      for (std::size_t i = 0; i < u.size(); ++i) result[i] += gas_stiffness_ * along * volume_gradient_[i];
     }
     return result;
   }
@@ -108,25 +123,6 @@ class RestStiffness {
     }
     return *std::ranges::max_element(shares);
   }
-  [[nodiscard]] double gas_eigenvalue() const { return gas_stiffness_ * dot(volume_gradient_, volume_gradient_); }
-
-  // Uniform scaling about the mesh's centre, as displacement.
-  [[nodiscard]] Points breathing() const {
-    Vec3d centre = Vec3d::Zero();
-    for (const Vec3d& x : mesh_.positions_m) centre += x;
-    centre /= static_cast<double>(mesh_.positions_m.size());
-    Points u;
-    u.reserve(mesh_.positions_m.size());
-    for (const Vec3d& x : mesh_.positions_m) u.emplace_back(x - centre);
-    return u;
-  }
-
-  static double dot(const Points& a, const Points& b) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
-    return sum;
-  }
-  static double norm(const Points& a) { return std::sqrt(dot(a, a)); }
 
  private:
   struct BendStiffness {
@@ -157,8 +153,6 @@ class RestStiffness {
 
   const Mesh& mesh_;
   std::vector<BendStiffness> bends_;
-  Points volume_gradient_;
-  double gas_stiffness_ = 0.0;
 };
 
 // How a vertex's drag grows with its speed: the derivative rho C A |u| of 1/2 rho C A u |u|, where the area around it
@@ -179,23 +173,58 @@ double vertex_mass_kg(const SoftBody& body) {
   return body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
 }
 
-Frequencies estimate_without_wind(const SoftBody& body) {
-  const RestStiffness stiffness(body);
-  const double vertex_mass = vertex_mass_kg(body);
+SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
+  const SkinStiffness stiffness(mesh, springs);
+  using Part = SkinStiffness::Part;
+  SkinModes modes;
+  modes.volume_m3 = signed_volume_m3(mesh.positions_m, mesh.faces);
+  modes.fastest_n_m = stiffness.largest_eigenvalue(stiffness_of(springs), Part::both);
+  modes.damping_n_s_m = stiffness.largest_eigenvalue(damping_of(springs), Part::springs);
+  if (springs.bend_stiffness_n_m > 0.0) modes.bending_n_m = stiffness.largest_eigenvalue({}, Part::bending);
+  const Points gradient = volume_gradient_m2(mesh);
+  const Points pull = stiffness.apply(gradient, stiffness_of(springs), Part::both);
+  modes.gradient_m4 = dot(gradient, gradient);
+  modes.gradient_n_m3 = dot(gradient, pull);
+  modes.gradient_n2_m2 = dot(pull, pull);
+  const Points scaling = breathing(mesh);
+  modes.scaling_m2 = dot(scaling, scaling);
+  modes.scaling_j = dot(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
+  modes.scaling_m3 = dot(scaling, gradient);
+  return modes;
+}
+
+double gas_stiffness_pa_m3(const SoftBody& body, double volume_m3) {
+  return body.gas ? gas_stiffness_pa_m3(make_gas_state(*body.gas, volume_m3), *body.gas, volume_m3) : 0.0;
+}
+
+// The largest eigenvalue of A + c g g^T, from above. It solves 1 = c g^T (x - A)^-1 g, and the Gauss-Radau rule with a
+// node at A's largest eigenvalue b is above that integral over A's spectrum: a weight at b, and one at the node t that
+// the moments of A about g fix. So A may be the diagonal of t and b (Golub and Meurant, Matrices, Moments and
+// Quadrature, chapter 6).
+double largest_with_gas_n_m(const SkinModes& modes, double gas_pa_m3) {
+  const double b = modes.fastest_n_m;
+  const double below = b * modes.gradient_m4 - modes.gradient_n_m3;
+  if (!(gas_pa_m3 > 0.0)) return b;
+  if (!(below > 0.0)) return b + gas_pa_m3 * modes.gradient_m4;
+  const double t = std::max(0.0, (b * modes.gradient_n_m3 - modes.gradient_n2_m2) / below);
+  const double weight_at_t = below / (b - t);
+  const double weight_at_b = std::max(0.0, modes.gradient_m4 - weight_at_t);
+  const double at_t = t + gas_pa_m3 * weight_at_t;
+  const double at_b = b + gas_pa_m3 * weight_at_b;
+  const double between = gas_pa_m3 * std::sqrt(weight_at_t * weight_at_b);
+  return 0.5 * (at_t + at_b) + std::hypot(0.5 * (at_t - at_b), between);
+}
+
+Frequencies frequencies_of(const SoftBody& body, const Atmosphere& atmosphere, const SkinModes& modes) {
+  const double vertex_kg = vertex_mass_kg(body);
+  const double gas_pa_m3 = gas_stiffness_pa_m3(body, modes.volume_m3);
   Frequencies result;
-  result.fastest_rad_s =
-      std::sqrt(stiffness.largest_eigenvalue(stiffness_of(body.springs), RestStiffness::Part::all) / vertex_mass);
-  result.fastest_decay_1_s =
-      stiffness.largest_eigenvalue(damping_of(body.springs), RestStiffness::Part::springs) / vertex_mass;
-  if (body.springs.bend_stiffness_n_m > 0.0) {
-    result.bending_rad_s = std::sqrt(stiffness.largest_eigenvalue({}, RestStiffness::Part::bending) / vertex_mass);
-  }
-  result.gas_rad_s = std::sqrt(stiffness.gas_eigenvalue() / vertex_mass);
-  const Points scaling = stiffness.breathing();
-  const double inertia = vertex_mass * RestStiffness::dot(scaling, scaling);
-  const double restoring =
-      RestStiffness::dot(scaling, stiffness.apply(scaling, stiffness_of(body.springs), RestStiffness::Part::all));
-  result.breathing_rad_s = std::sqrt(std::max(restoring, 0.0) / inertia);
+  result.fastest_rad_s = std::sqrt(largest_with_gas_n_m(modes, gas_pa_m3) / vertex_kg);
+  result.fastest_decay_1_s = (modes.damping_n_s_m + wind_drag_n_s_m(body, atmosphere)) / vertex_kg;
+  result.bending_rad_s = std::sqrt(modes.bending_n_m / vertex_kg);
+  result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
+  const double restoring_j = modes.scaling_j + gas_pa_m3 * modes.scaling_m3 * modes.scaling_m3;
+  result.breathing_rad_s = std::sqrt(std::max(restoring_j, 0.0) / (vertex_kg * modes.scaling_m2));
   return result;
 }
 
@@ -209,30 +238,30 @@ std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodi
   std::vector<Entry> entries;
   std::vector<Frequencies> result;
   for (const SoftBody& body : bodies) {
-    const auto alike = [&](const Entry& entry) {
-      return entry.mesh == body.mesh && entry.mass_kg == body.mass_kg && entry.springs == body.springs &&
-             entry.gas == body.gas;
-    };
+    const auto alike = [&](const Entry& entry) { return entry.mesh == body.mesh && entry.springs == body.springs; };
     auto entry = std::ranges::find_if(entries, alike);
     if (entry == entries.end()) {
-      const auto known = std::ranges::find_if(entries_, alike);
-      entries.push_back(known != entries_.end()
-                            ? *known
-                            : Entry{body.mesh, body.mass_kg, body.springs, body.gas, estimate_without_wind(body)});
+      if (const auto known = std::ranges::find_if(entries_, alike); known != entries_.end()) {
+        entries.push_back(*known);
+      } else {
+        entries.push_back({body.mesh, body.springs, make_modes(*body.mesh, body.springs)});
+        ++skins_found_;
+      }
       entry = entries.end() - 1;
     }
-    result.push_back(entry->frequencies);
-    result.back().fastest_decay_1_s += wind_drag_n_s_m(body, atmosphere) / vertex_mass_kg(body);
+    result.push_back(frequencies_of(body, atmosphere, entry->modes));
   }
   entries_ = std::move(entries);
   return result;
 }
 
 Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
-  const RestStiffness stiffness(body);
+  const SkinStiffness stiffness(*body.mesh, body.springs);
   const double vertex_mass = vertex_mass_kg(body);
   const double bending = stiffness.bending_bound();
-  const double gas = stiffness.gas_eigenvalue();
+  const Points gradient = volume_gradient_m2(*body.mesh);
+  const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
+  const double gas = gas_stiffness_pa_m3(body, volume_m3) * dot(gradient, gradient);
   const double all = stiffness.spring_bound(stiffness_of(body.springs)) + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);

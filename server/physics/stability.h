@@ -1,8 +1,8 @@
 // Which integrator steps a scene, and how long a step it may take, from the scene's stiffness.
 #pragma once
 
+#include <cstddef>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,26 +23,43 @@ struct Frequencies {
   bool operator==(const Frequencies&) const = default;
 };
 
-/// By power iteration on the springs linearised at the start, with what pulls them there, on bending, and on the gas's
-/// rank-one term (g P / V) gradV gradV^T. Drag counts as it is in a wind of the atmosphere's own speed.
+/// By power iteration on the springs linearised at the start, with what pulls them there, and on bending; the gas's
+/// rank-one term (g P / V) gradV gradV^T is added by a bound from above. Drag counts as it is in a wind of the
+/// atmosphere's own speed.
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
-/// The estimates of a world's bodies, kept from edit to edit: what an edit leaves alone is not estimated again, and
-/// bodies that are alike are estimated once.
+/// What the frequencies of a skin follow from, whatever its mass and gas: of its stiffness K (springs and bending) and
+/// of gradV, and of uniform scaling as a displacement.
+struct SkinModes {
+  double volume_m3 = 0.0;
+  double fastest_n_m = 0.0;     // largest eigenvalue of K
+  double damping_n_s_m = 0.0;   // largest eigenvalue of D
+  double bending_n_m = 0.0;     // largest eigenvalue of bending alone
+  double gradient_m4 = 0.0;     // gradV . gradV
+  double gradient_n_m3 = 0.0;   // gradV . K gradV
+  double gradient_n2_m2 = 0.0;  // |K gradV|^2
+  double scaling_m2 = 0.0;      // of scaling s: s . s
+  double scaling_j = 0.0;       // s . K s
+  double scaling_m3 = 0.0;      // s . gradV
+};
+
+/// The modes of a world's skins, kept from edit to edit: they are found once for bodies of one mesh and equal springs,
+/// and again only where these change. Gas, mass and wind are added for each body.
 class FrequencyTable {
  public:
   /// One a body. Forgets those of other bodies.
   [[nodiscard]] std::vector<Frequencies> estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere);
+  /// How many skins were not known yet, so far.
+  [[nodiscard]] std::size_t skins_found() const { return skins_found_; }
 
  private:
   struct Entry {
     std::shared_ptr<const Mesh> mesh;
-    double mass_kg;
     Springs springs;
-    std::optional<Gas> gas;
-    Frequencies frequencies;  // without wind
+    SkinModes modes;
   };
   std::vector<Entry> entries_;
+  std::size_t skins_found_ = 0;
 };
 
 /// No motion of the body is faster than these, which take one pass over the mesh: a vertex's own share of every spring

@@ -3,7 +3,9 @@
 #include "physics/stability.h"
 
 #include <cmath>
+#include <tuple>
 
+#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "physics/world.h"
@@ -100,6 +102,43 @@ TEST(Substeps, AtTheLimitHoldADrum) {
   for (int tick = 0; tick < 60; ++tick) world->step_tick(workers);
   EXPECT_FALSE(world->is_frozen(0));
   EXPECT_LT(world->measure(0).max_speed_m_s, start_m_s) << substeps << " substeps";
+}
+
+// The largest eigenvalue of K + c gradV gradV^T over the vertex mass, with every entry of the matrix.
+double dense_fastest_rad_s(const SoftBody& body) {
+  const std::vector<Vec3d>& x = body.mesh->positions_m;
+  const auto size = static_cast<Eigen::Index>(3 * x.size());
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
+  for (const auto& [a, b] : body.mesh->edges) {
+    const Vec3d n = (x[b] - x[a]).normalized();
+    const Eigen::Matrix3d block = body.springs.stiffness_n_m * n * n.transpose();
+    for (const auto& [row, column, sign] : {std::tuple(a, a, 1.0), {b, b, 1.0}, {a, b, -1.0}, {b, a, -1.0}}) {
+      stiffness.block<3, 3>(3 * row, 3 * column) += sign * block;
+    }
+  }
+  for (const auto& [a, b, c] : body.mesh->faces) {
+    const Vec3d share = (x[b] - x[a]).cross(x[c] - x[a]) / 6.0;
+    for (const std::uint32_t vertex : {a, b, c}) gradient.segment<3>(3 * vertex) += share;
+  }
+  const double volume_m3 = signed_volume_m3(x, body.mesh->faces);
+  const double nrt_j = body.gas->moles * gas_constant_j_mol_k * body.gas->temperature_k;
+  stiffness += nrt_j / (volume_m3 * volume_m3) * gradient * gradient.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, Eigen::EigenvaluesOnly);
+  return std::sqrt(solver.eigenvalues().maxCoeff() * static_cast<double>(x.size()) / body.mass_kg);
+}
+
+TEST(Frequencies, WithGasAreAboveTheMatrixsOwnByAFewPerCent) {
+  for (const bool box : {false, true}) {
+    for (const double nrt_j : {1.0, 100.0, 500.0, 2e3, 1e4, 1e6}) {
+      SoftBody body = ball(1, 1e3, nrt_j);
+      if (box) body.mesh = *make_box(Vec3d(1.0, 0.4, 0.2), 2);
+      const double dense_rad_s = dense_fastest_rad_s(body);
+      const double estimate_rad_s = estimate_frequencies(body, {}).fastest_rad_s;
+      EXPECT_GE(estimate_rad_s, dense_rad_s * (1.0 - 1e-9)) << nrt_j << " J" << (box ? ", box" : "");
+      EXPECT_LE(estimate_rad_s, dense_rad_s * 1.08) << nrt_j << " J" << (box ? ", box" : "");
+    }
+  }
 }
 
 TEST(Frequencies, AreWithinTheirBounds) {
@@ -300,6 +339,24 @@ TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
   bodies[1].springs.damping_n_s_m *= 3.0;
   bodies[2].mass_kg *= 4.0;
   expect_as_estimated_alone({});
+}
+
+TEST(FrequencyTable, FindsTheModesOfASkinOnceWhateverItsGasAndMass) {
+  std::vector<SoftBody> bodies{ball(2, 1e3, 5.0), ball(2, 1e3, 5.0)};
+  bodies[1].mesh = bodies[0].mesh;
+  bodies[1].gas->moles *= 3.0;
+  FrequencyTable table;
+  static_cast<void>(table.estimate(bodies, {}));
+  EXPECT_EQ(table.skins_found(), 1U);
+  bodies[0].gas->moles *= 2.0;
+  bodies[0].gas->temperature_k += 10.0;
+  bodies[1].gas.reset();
+  bodies[1].mass_kg = 3.0;
+  static_cast<void>(table.estimate(bodies, {}));
+  EXPECT_EQ(table.skins_found(), 1U);
+  bodies[1].springs.rest_scale = 0.9;
+  static_cast<void>(table.estimate(bodies, {}));
+  EXPECT_EQ(table.skins_found(), 2U);
 }
 
 TEST(Substeps, PastTheLimitAreRefusedNamingTheBody) {
