@@ -52,7 +52,7 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
   if (!solids && !pairs) return;
 
-  const SubstepPhysics physics{gravity_m_s2, dt_s, resting_substeps * gravity_m_s2.norm() * dt_s};
+  const SubstepPhysics physics = SubstepPhysics::of(gravity_m_s2, dt_s);
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
     bounds_.resize(soft.size());

@@ -207,6 +207,39 @@ bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m,
 }
 
 template <class Real>
+void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
+                const SubstepPhysics& physics, std::vector<VertexStop>& stops) {
+  stops.clear();
+  for (const SolidMove& solid : colliders) {
+    const ContactSurface surface = combine(body.body.surface, *solid.surface);
+    if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) continue;
+    Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+    for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
+      if (body.is_pinned(i) || !within_speed(body.v[i])) return;
+      const Vec3d start = body.x[i].template cast<double>();
+      Vec3d end = start + body.dr[i].template cast<double>();
+      Vec3d velocity = body.v[i].template cast<double>();
+      const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
+        const Vec3d of_surface = velocity_at(solid.velocity, solid.angular_velocity, arm);
+        const Vec3d before = velocity - of_surface;
+        const double gained_m_s = after_s * normal.dot(physics.gravity_m_s2);
+        const double impact_m_s = pressure.presses(normal, gap_m, of_surface)
+                                      ? 0.0
+                                      : impact_speed(before.dot(normal), gained_m_s, physics.resting_m_s);
+        const Vec3d after = respond(before, normal, impact_m_s, surface);
+        velocity = of_surface + after;
+        stops.push_back({static_cast<std::uint32_t>(i), normal,
+                         normal.dot(solid.end.origin + arm - start) / physics.dt_s,
+                         std::max(0.0, -surface.restitution * impact_m_s), of_surface, surface.friction});
+        return after;
+      };
+      (void)stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer);
+    });
+  }
+  std::ranges::stable_sort(stops, {}, &VertexStop::vertex);
+}
+
+template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
                     const SubstepPhysics& physics) {
   for (int round = 0; round < rounds_max; ++round) {
@@ -259,6 +292,10 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
   return touched;
 }
 
+template void find_stops(const SoftState<float>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                         std::vector<VertexStop>&);
+template void find_stops(const SoftState<double>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                         std::vector<VertexStop>&);
 template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
 template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
 template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/contact_bounds.h"
+#include "physics/contact_surface.h"
 #include "physics/shape.h"
 
 namespace pneuma::physics {
@@ -28,7 +29,27 @@ struct SubstepPhysics {
   Vec3d gravity_m_s2 = Vec3d::Zero();
   double dt_s = 0.0;
   double resting_m_s = 0.0;
+
+  [[nodiscard]] static SubstepPhysics of(const Vec3d& gravity_m_s2, double dt_s) {
+    return {gravity_m_s2, dt_s, resting_substeps * gravity_m_s2.norm() * dt_s};
+  }
 };
+
+/// Where the way of a vertex meets a collider.
+struct VertexStop {
+  std::uint32_t vertex = 0;
+  Vec3d normal = Vec3d::Zero();      // unit, out of the collider
+  double normal_m_s = 0.0;           // the velocity along it that ends the substep on the surface
+  double away_m_s = 0.0;             // along it, after the hit, as seen from the surface
+  Vec3d of_surface = Vec3d::Zero();  // m/s
+  double friction = 0.0;
+};
+
+/// Lists the stops of the body's moves, by vertex; a vertex in an edge or a corner has one for each wall. The body
+/// stays as it is.
+template <class Real>
+void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
+                const SubstepPhysics& physics, std::vector<VertexStop>& stops);
 
 /// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
 template <class Real>

@@ -19,11 +19,27 @@ constexpr double small_move = 0.1;
 // Of the body's length: the furthest that velocities are trusted to tell where a particle will be, seen from the body.
 constexpr double trusted_move = 0.25;
 constexpr int shortenings_max = 12;
+// The like of small_move for a step that vertices are held in, whose turns are less small; and of such a step, what it
+// may move them in held directions to count as one that they are held in already.
+constexpr double small_held_move = 0.01;
+constexpr double small_jump = 1e-6;
+// A vertex held alone begins with all that its springs can hold, far more than what is left when the rest has followed.
+constexpr double held_tightening = 1e-3;
 
 Vec3d mean(std::span<const Vec3d> points) {
   Vec3d sum = Vec3d::Zero();
   for (const Vec3d& point : points) sum += point;
   return sum / static_cast<double>(points.size());
+}
+
+template <class Real>
+double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy) {
+  return settled_share * accuracy.error_target * static_cast<double>(body.length_m) *
+         std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
+}
+
+double step_held_m_s(const Hold& hold, const Vec3d& step) {
+  return (step - hold.free * step).norm();
 }
 
 double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
@@ -82,8 +98,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
       if (!body.is_pinned(i)) u[i] = centre + trusted_move * length_m / guess_m * (u[i] - centre);
     }
   }
-  const double settled_m_s = settled_share * accuracy.error_target * length_m *
-                             std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
+  const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
   const double settled_j = body.body.mass_kg * settled_m_s * settled_m_s;
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
@@ -105,16 +120,45 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
     const bool last = iteration == accuracy.newton_iterations || slope <= settled_j;
     if (last) {
-      if (body.gas) {
-        body.volume_m3 += stage.s * system_.volume_change_m3(step_);
-        body.pressure_pa =
-            gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
-      }
+      move_volume(body, stage, surroundings);
       return true;
     }
     if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
   }
   return true;
+}
+
+template <class Real>
+bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                                        std::span<const Hold> holds, const StageAccuracy& accuracy,
+                                        const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
+  tables.matrices->update(tables.touching_matrix, body, surroundings, stage.s);
+  if (!tables.touching_matrix || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  const StageTimer timer(profile, Stage::integrate);
+  const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
+  system_.solve_held(body, *tables.touching_matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
+                     holds, {held_tightening * accuracy.error_target, settled_m_s}, step_);
+  last_move_m_ = stage.s * spread(step_);
+  if (!std::isfinite(last_move_m_)) return false;
+  const bool held_already = std::ranges::all_of(holds, [&](const Hold& hold) {
+    return stage.s * step_held_m_s(hold, step_[hold.vertex]) <= small_jump * last_move_m_;
+  });
+  const double spacing_m = static_cast<double>(body.length_m) / std::sqrt(static_cast<double>(u.size()));
+  if (held_already && last_move_m_ > small_held_move * spacing_m) {
+    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, u, profile);
+  }
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
+  move_volume(body, stage, surroundings);
+  return true;
+}
+
+// From where the force was found to a step further.
+template <class Real>
+void ImplicitSolver<Real>::move_volume(SoftState<Real>& body, const ImplicitStage& stage,
+                                       const Surroundings& surroundings) const {
+  if (!body.gas) return;
+  body.volume_m3 += stage.s * system_.volume_change_m3(step_);
+  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
 }
 
 // Goes along step_ as far as is safe, and leaves the residual there.

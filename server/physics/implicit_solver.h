@@ -19,6 +19,7 @@ struct ImplicitTables {
   LaneTables<Real> lanes;
   ImplicitMatrices* matrices = nullptr;  // the world's
   ImplicitMatrixPtr matrix;
+  ImplicitMatrixPtr touching_matrix;  // of steps that meet a collider
 };
 
 /// How exactly a stage is solved.
@@ -45,6 +46,16 @@ class ImplicitSolver {
                            const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                            Profile* profile);
 
+  /// One Newton step from `u` that gives held vertices the velocities they are held to. False where it is not finite.
+  [[nodiscard]] bool correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                                  std::span<const Hold> holds, const StageAccuracy& accuracy,
+                                  const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile);
+  /// The impulse, N s, by which correct_held() held a vertex; in held directions.
+  [[nodiscard]] Vec3d holding_n_s(std::uint32_t vertex) const { return -system_.residual_n_s()[vertex]; }
+
+  /// By how much correct_held() moved any vertex as seen from the body.
+  [[nodiscard]] double last_move_m() const { return last_move_m_; }
+
   /// f(x, v), N; zero on pinned particles. Until the next call of either.
   [[nodiscard]] std::span<const Vec3d> force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                              std::span<const Vec3d> x, std::span<const Vec3d> v,
@@ -59,9 +70,12 @@ class ImplicitSolver {
                  const Surroundings& surroundings, double slope, double spread_m, std::vector<Vec3d>& u,
                  Profile* profile);
 
+  void move_volume(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings) const;
+
   ImplicitSystem system_;
   BodyForces<Real> forces_;
   std::vector<Vec3d> x_, residual_, step_, trial_;
+  double last_move_m_ = 0.0;
 };
 
 }  // namespace pneuma::physics

@@ -146,7 +146,7 @@ void Simulation::make_tables(SoftBodies<Real>& bodies) {
     // Equal meshes become one, so that equal matrices are told at a glance.
     const auto first = std::ranges::find(mesh_of_body, mesh_of_body[i]) - mesh_of_body.begin();
     bodies.states[i].body.mesh = bodies.states[static_cast<std::size_t>(first)].body.mesh;
-    bodies.tables[i] = {{&bodies.plan.mesh_of(i), bodies.plan.kernels}, bodies.matrices.get(), nullptr};
+    bodies.tables[i] = {{&bodies.plan.mesh_of(i), bodies.plan.kernels}, bodies.matrices.get(), nullptr, nullptr};
   }
 }
 
@@ -293,10 +293,12 @@ template <class Real>
 void Simulation::solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers) {
   const Surroundings surroundings{scene.gravity, scene.atmosphere};
   const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
+  std::vector<SolidMove> moves;
+  for (const ColliderState& collider : colliders) moves.push_back(move_of(collider, dt_s()));
   run_tasks(workers, active, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
     SoftState<Real>& body = bodies.states[i];
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
-    physics::solve_step(body, bodies.tables[i], method, surroundings, dt_s(), scratch,
+    physics::solve_step(body, bodies.tables[i], method, surroundings, moves, dt_s(), scratch,
                         profiling ? &bodies.profiles[i] : nullptr);
   });
 }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "physics/forces.h"
+#include "physics/implicit_contact.h"
 #include "physics/implicit_solver.h"
 #include "physics/xpbd.h"
 
@@ -14,9 +15,14 @@ namespace pneuma::physics {
 template <class Real>
 struct SolverScratch {
   std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
+  ImplicitContact<Real> contact;
+  std::vector<Vec3<Real>> start_m_s;  // the velocities before the step
   XpbdScratch<Real> xpbd;
 
-  [[nodiscard]] std::size_t bytes() const { return (implicit ? implicit->bytes() : 0) + xpbd.bytes(); }
+  [[nodiscard]] std::size_t bytes() const {
+    return (implicit ? implicit->bytes() : 0) + contact.bytes() + start_m_s.capacity() * sizeof(Vec3<Real>) +
+           xpbd.bytes();
+  }
 };
 
 /// How a world's bodies are stepped; the integrator is none of the explicit ones.
@@ -26,10 +32,11 @@ struct Method {
 };
 
 /// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
-/// first. Pinned particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says
-/// so in solve_failed.
+/// first. The implicit methods meet the colliders themselves (implicit_contact.h). Pinned particles keep still. XPBD
+/// needs nothing in the tables. Where an implicit solve fails, the body says so in solve_failed.
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
+                const Surroundings& surroundings, std::span<const SolidMove> colliders, double dt_s,
+                SolverScratch<Real>& scratch, Profile* profile);
 
 }  // namespace pneuma::physics

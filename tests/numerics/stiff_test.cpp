@@ -178,6 +178,43 @@ TEST(StiffContact, ABallDroppedOnAFloorUnderAutoGainsNoEnergyAndRestsAtItsVolume
   EXPECT_NEAR(world.measure(0).volume_m3, rest_m3, 0.01 * rest_m3);
 }
 
+// A ball thrown at a floor has what gravity and its springs hold, and no more, however stiff it is for its steps: its
+// whole body answers to the floor in the step in which a vertex does. Then it comes to rest.
+TEST(StiffBallOnAFloor, NeverHoldsMoreThanItFellWith) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
+    for (const double stiffness_n_m : {1e4, 1e5, 1e6, 1e7}) {
+      for (const std::uint32_t substeps : {1, 4}) {
+        // Stiffer yet, one step's turns are past what its Newton rounds follow, and a tick may end with more.
+        if (substeps == 1 && stiffness_n_m > 1e6) continue;
+        const double height_m = substeps == 1 ? 2.0 : 0.501;
+        const std::string what = std::string(name_of(integrator))
+                                     .append(" ")
+                                     .append(std::to_string(stiffness_n_m))
+                                     .append(" ")
+                                     .append(std::to_string(height_m));
+        const BreathingBall ball{
+            .subdivisions = 2, .mass_kg = 1.0, .stiffness_n_m = stiffness_n_m, .damping_n_s_m = 1.0, .nrt_j = 73.0};
+        Scene scene = ball.scene(1.0, integrator, 60.0, substeps);
+        scene.gravity = {0.0, -9.81, 0.0};
+        scene.soft_bodies[0].position.y() = height_m;
+        scene.soft_bodies[0].surface = {.restitution = 0.5, .friction = 0.3};
+        Collider floor;
+        floor.name = "floor";
+        floor.shape = PlaneShape{};
+        scene.colliders.push_back(floor);
+        World world = make_world(std::move(scene));
+        const double most_j = 1.05 * energy_j(world);
+        for (int tick = 0; tick < 240; ++tick) {
+          run_ticks(world, 1);
+          ASSERT_LT(energy_j(world), most_j) << what << " at " << tick;
+          ASSERT_GT(world.measure(0).volume_m3, 0.0) << what << " at " << tick;
+        }
+        EXPECT_LT(world.measure(0).kinetic_j, 0.02 * most_j) << what;
+      }
+    }
+  }
+}
+
 TEST(Newton, MoreIterationsComeNearerToTheStepsOwnEquation) {
   // Implicit Euler solved in full is what many iterations give; one is the linearised method.
   const auto end_of = [](std::uint32_t iterations) {

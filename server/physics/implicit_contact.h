@@ -1,0 +1,47 @@
+// Colliders within an implicit step: the body answers, as a whole and in the same step, to the vertices that are
+// stopped. Stopped afterwards (contact.h), they would leave the rest to run on into them for a step, and stiff springs
+// turn that into energy that was never there.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/contact_solid.h"
+#include "physics/implicit_solver.h"
+
+namespace pneuma::physics {
+
+/// Room for one body at a time.
+template <class Real>
+class ImplicitContact {
+ public:
+  /// Replaces the body's step (v and dr), where it runs into a collider, by the implicit Euler step in which no vertex
+  /// ends behind one: surfaces push and do not pull, and rub by Coulomb's law. `start_m_s`: the velocities before the
+  /// step. An active set: vertices that would go in are held, those that are pulled are let go, until none changes.
+  void meet_colliders(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, ImplicitTables<Real>& tables,
+                      const StageAccuracy& accuracy, const Surroundings& surroundings,
+                      std::span<const SolidMove> colliders, double dt_s, ImplicitSolver<Real>& solver,
+                      Profile* profile);
+
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  /// A vertex at the surfaces of one or more colliders.
+  struct Touch {
+    std::uint32_t vertex = 0;
+    std::vector<VertexStop> stops;
+    bool sticks = false;
+    Vec3d friction_n_s = Vec3d::Zero();  // while it slides
+  };
+
+  bool add_new_stops();
+  [[nodiscard]] Hold hold_of(const Touch& touch) const;
+  bool follow_reactions(const ImplicitSolver<Real>& solver, bool may_slide);
+
+  std::vector<VertexStop> stops_;
+  std::vector<Touch> touches_;  // by vertex
+  std::vector<Hold> holds_;     // of the touches
+  std::vector<Vec3d> x_, u0_, pushed_, u_;
+};
+
+}  // namespace pneuma::physics
