@@ -43,8 +43,8 @@ class ImplicitSystem {
                const Problem& problem, const Tolerance& tolerance, std::vector<Vec3d>& step);
 
   /// The same where the held velocities, which are v + step, are met exactly. Conjugate gradients in what is left free
-  /// (Baraff and Witkin, "Large Steps in Cloth Simulation", 1998, section 5), over the matrix without holds: factored
-  /// anew for each set of them it would cost more.
+  /// (Baraff and Witkin, "Large Steps in Cloth Simulation", 1998, section 5), over the matrix without holds,
+  /// which is factored already.
   template <class Real>
   void solve_held(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
                   const Problem& problem, std::span<const Hold> holds, const Tolerance& tolerance,
