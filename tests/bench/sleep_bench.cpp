@@ -27,7 +27,8 @@ Scene balls_on_a_floor(bool sleep) {
     SoftBody ball;
     ball.name = "ball-" + std::to_string(i);
     ball.mesh = mesh;
-    ball.position = {1.5 * (i % 8), 0.5, 1.5 * (i / 8)};
+    const int row = i / 8;
+    ball.position = {1.5 * (i % 8), 0.5, 1.5 * row};
     ball.springs = {.stiffness_n_m = 1000.0, .damping_n_s_m = 5.0};
     ball.gas = Gas{.moles = 0.028};
     ball.surface.friction = 0.3;

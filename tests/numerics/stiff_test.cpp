@@ -183,7 +183,7 @@ TEST(StiffContact, ABallDroppedOnAFloorUnderAutoGainsNoEnergyAndRestsAtItsVolume
 TEST(StiffBallOnAFloor, NeverHoldsMoreThanItFellWith) {
   for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
     for (const double stiffness_n_m : {1e4, 1e5, 1e6, 1e7}) {
-      for (const std::uint32_t substeps : {1, 4}) {
+      for (const std::uint32_t substeps : {1U, 4U}) {
         // Stiffer yet, one step's turns are past what its Newton rounds follow, and a tick may end with more.
         if (substeps == 1 && stiffness_n_m > 1e6) continue;
         const double height_m = substeps == 1 ? 2.0 : 0.501;
