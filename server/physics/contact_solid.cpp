@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/limits.h"
 #include "physics/contact_surface.h"
@@ -228,7 +229,7 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
                                       : impact_speed(before.dot(normal), gained_m_s, physics.resting_m_s);
         const Vec3d after = respond(before, normal, impact_m_s, surface);
         velocity = of_surface + after;
-        stops.push_back({static_cast<std::uint32_t>(i), normal,
+        stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
                          std::max(0.0, -surface.restitution * impact_m_s), of_surface, surface.friction});
         return after;
@@ -236,7 +237,7 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
       (void)stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer);
     });
   }
-  std::ranges::stable_sort(stops, {}, &VertexStop::vertex);
+  std::ranges::sort(stops, {}, [](const VertexStop& stop) { return std::pair(stop.vertex, stop.number); });
 }
 
 template <class Real>

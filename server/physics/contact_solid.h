@@ -38,6 +38,7 @@ struct SubstepPhysics {
 /// Where the way of a vertex meets a collider.
 struct VertexStop {
   std::uint32_t vertex = 0;
+  std::size_t number = 0;            // in the order found
   Vec3d normal = Vec3d::Zero();      // unit, out of the collider
   double normal_m_s = 0.0;           // the velocity along it that ends the substep on the surface
   double away_m_s = 0.0;             // along it, after the hit, as seen from the surface
