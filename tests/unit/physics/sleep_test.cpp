@@ -337,7 +337,7 @@ TEST(Sleep, AMovingColliderWakesWhatItComesNearTo) {
 
 TEST(Sleep, TheAwakeHaveTheSameBitsWhoeverSleeps) {
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    const auto run_beside = [&](bool sleep, std::size_t threads) {
+    const auto run_beside = [&](bool sleep) {
       Scene scene = still_life();
       scene.stepping.sleep = sleep;
       scene.stepping.precision = precision;
@@ -352,11 +352,11 @@ TEST(Sleep, TheAwakeHaveTheSameBitsWhoeverSleeps) {
       scene.rigid_bodies.back().angular_velocity = {1.0, 2.0, 3.0};
       scene.rigid_bodies.back().surface = {.restitution = 0.99, .friction = 0.0};
       World world = make(scene);
-      run(world, 300, threads);
+      run(world, 240);
       return world;
     };
-    const World with = run_beside(true, 1);
-    const World without = run_beside(false, 2);
+    const World with = run_beside(true);
+    const World without = run_beside(false);
     EXPECT_GE(count_asleep(with), 3U);
     EXPECT_EQ(count_asleep(without), 0U);
     for (const std::size_t body : {3U, 4U, 5U}) {
