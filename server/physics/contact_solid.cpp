@@ -115,6 +115,33 @@ bool within_speed(const Vec3<Real>& velocity) {
   return velocity.squaredNorm() <= limit * limit;
 }
 
+/// A wall of a collider that a vertex meets, `arm` from the collider's origin, `after_s` before the substep's end.
+struct Wall {
+  const Vec3d& normal;
+  const Vec3d& arm;
+  double gap_m;
+  double after_s;
+};
+
+/// What the vertex does then, as seen from the surface.
+struct Answer {
+  Vec3d of_surface;
+  double impact_m_s;
+  Vec3d after;
+};
+
+template <class Real>
+Answer meet_wall(const Vec3d& velocity, const Wall& wall, const SolidMove& solid, const ContactSurface& surface,
+                 const SubstepPhysics& physics, Pressure<Real>& pressure) {
+  const Vec3d of_surface = velocity_at(solid.velocity, solid.angular_velocity, wall.arm);
+  const Vec3d before = velocity - of_surface;
+  const double gained_m_s = wall.after_s * wall.normal.dot(physics.gravity_m_s2);
+  const double impact_m_s = pressure.presses(wall.normal, wall.gap_m, of_surface)
+                                ? 0.0
+                                : impact_speed(before.dot(wall.normal), gained_m_s, physics.resting_m_s);
+  return {of_surface, impact_m_s, respond(before, wall.normal, impact_m_s, surface)};
+}
+
 template <class Real>
 bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid,
                    const SubstepPhysics& physics) {
@@ -125,15 +152,9 @@ bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidM
     if (body.is_pinned(i) || !within_speed(body.v[i])) return;
     Vec3d velocity = body.v[i].template cast<double>();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
-      const Vec3d of_surface = velocity_at(solid.velocity, solid.angular_velocity, arm);
-      const Vec3d before = velocity - of_surface;
-      const double gained_m_s = after_s * normal.dot(physics.gravity_m_s2);
-      const double impact_m_s = pressure.presses(normal, gap_m, of_surface)
-                                    ? 0.0
-                                    : impact_speed(before.dot(normal), gained_m_s, physics.resting_m_s);
-      const Vec3d after = respond(before, normal, impact_m_s, surface);
-      velocity = of_surface + after;
-      return after;
+      const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
+      velocity = met.of_surface + met.after;
+      return met.after;
     };
     const Vec3d start = body.x[i].template cast<double>();
     Vec3d end = start + body.dr[i].template cast<double>();
@@ -221,18 +242,12 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
       Vec3d end = start + body.dr[i].template cast<double>();
       Vec3d velocity = body.v[i].template cast<double>();
       const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
-        const Vec3d of_surface = velocity_at(solid.velocity, solid.angular_velocity, arm);
-        const Vec3d before = velocity - of_surface;
-        const double gained_m_s = after_s * normal.dot(physics.gravity_m_s2);
-        const double impact_m_s = pressure.presses(normal, gap_m, of_surface)
-                                      ? 0.0
-                                      : impact_speed(before.dot(normal), gained_m_s, physics.resting_m_s);
-        const Vec3d after = respond(before, normal, impact_m_s, surface);
-        velocity = of_surface + after;
+        const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
+        velocity = met.of_surface + met.after;
         stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
-                         std::max(0.0, -surface.restitution * impact_m_s), of_surface, surface.friction});
-        return after;
+                         std::max(0.0, -surface.restitution * met.impact_m_s), met.of_surface, surface.friction});
+        return met.after;
       };
       (void)stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer);
     });
