@@ -1,0 +1,148 @@
+// pneuma-report: runs the parts of the numerical report and writes the page, its plots and CSV files.
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "numerics/report/part.h"
+
+namespace pneuma::report {
+namespace {
+
+std::vector<Part> all_parts() {
+  return {work_precision(), volume_methods(), observed_order(), stability_map(), extreme_cases(), left_out()};
+}
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text << std::flush;
+  if (!file) throw std::runtime_error(path.string() + ": cannot be written");
+}
+
+std::string text_of(const std::vector<Outcome>& outcomes) {
+  std::string text;
+  for (const auto& [row, outcome] : outcomes) text.append(row).append("\t").append(outcome).append("\n");
+  return text;
+}
+
+std::string processor() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown processor";
+}
+
+std::string preface(bool quick) {
+  std::string text = "# Numerical report\n\n";
+  text.append("Written by `./dev report").append(quick ? " --quick" : "").append("` on one thread of an ");
+  text.append(processor()).append(" with ").append(std::to_string(std::thread::hardware_concurrency()));
+  text.append(
+      " threads, shared with others: compare times within this page only. All errors, orders and outcomes are the same "
+      "bits on any machine. The points of each plot lie in `csv/` beside the page where the report is run.\n");
+  return text;
+}
+
+/// What the rows of `expected` (row, tab, outcome) say otherwise, a line each.
+std::vector<std::string> changes(std::istream& expected, const std::vector<Outcome>& outcomes) {
+  std::map<std::string, std::string> left;
+  for (const auto& [row, outcome] : outcomes) left[row] = outcome;
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(expected, line);) {
+    const std::size_t tab = line.find('\t');
+    const std::string row = line.substr(0, tab);
+    const std::string before = tab == std::string::npos ? "" : line.substr(tab + 1);
+    const auto now = left.find(row);
+    if (now == left.end()) {
+      lines.push_back(std::string(row).append(": was ").append(before).append(", is not there"));
+      continue;
+    }
+    if (now->second != before) {
+      lines.push_back(std::string(row).append(": was ").append(before).append(", is ").append(now->second));
+    }
+    left.erase(now);
+  }
+  for (const auto& [row, outcome] : left) lines.push_back(std::string(row).append(": is new, ").append(outcome));
+  return lines;
+}
+
+struct Options {
+  std::string folder = "report";
+  std::string expected;
+  std::vector<std::string> only;
+  bool quick = false;
+  bool png = false;
+};
+
+int run(const Options& options) {
+  std::vector<Part> parts = all_parts();
+  if (!options.only.empty()) {
+    std::erase_if(parts,
+                  [&](const Part& part) { return std::ranges::find(options.only, part.name) == options.only.end(); });
+  }
+  const auto expected_s = [&](const Part& part) { return options.quick ? part.quick_s : part.full_s; };
+  double total_s = 0.0;
+  for (const Part& part : parts) total_s += expected_s(part);
+
+  std::filesystem::create_directories(options.folder);
+  Progress progress(total_s);
+  physics::Workers workers(std::max(1u, std::thread::hardware_concurrency()));
+  std::string page = preface(options.quick);
+  std::vector<Outcome> outcomes;
+  for (const Part& part : parts) {
+    progress.begin(part.title, expected_s(part));
+    Context context(options.folder, options.quick, options.png, progress, workers);
+    part.run(context);
+    progress.end();
+    page.append("\n").append(context.page.markdown());
+    outcomes.insert(outcomes.end(), context.outcomes.begin(), context.outcomes.end());
+  }
+  const std::filesystem::path folder = options.folder;
+  write_file(folder / "REPORT.md", page);
+  write_file(folder / "outcomes.tsv", text_of(outcomes));
+  std::cout << (folder / "REPORT.md").string() << '\n';
+  if (options.expected.empty()) return 0;
+
+  std::ifstream expected(options.expected);
+  if (!expected) throw std::runtime_error(options.expected + ": cannot be read");
+  const std::vector<std::string> changed = changes(expected, outcomes);
+  for (const std::string& line : changed) std::cerr << "pneuma-report: " << line << '\n';
+  return changed.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+void Context::figure(std::string_view name, const Plot& plot, std::string_view caption) {
+  draw(plot, folder_ / "plots", std::string(name), png_);
+  page.image(std::string("plots/").append(name).append(".svg"), caption);
+}
+
+}  // namespace pneuma::report
+
+int main(int argc, char** argv) {
+  pneuma::report::Options options;
+  CLI::App app(
+      "Error against run time, stability, extreme cases and what a scene leaves out: CSV, plots and one page.");
+  app.add_option("--out", options.folder, "The folder to write to")->capture_default_str();
+  app.add_flag("--quick", options.quick, "Fewer cases and shorter ladders, in under two minutes");
+  std::vector<std::string> names;
+  for (const pneuma::report::Part& part : pneuma::report::all_parts()) names.push_back(part.name);
+  app.add_option("--only", options.only, "A part alone (repeatable)")->check(CLI::IsMember(names));
+  app.add_flag("--png", options.png, "Each plot as PNG too");
+  app.add_option("--expect", options.expected,
+                 "Fail where a row's outcome is not the one in this file (outcomes.tsv of a run)");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    return pneuma::report::run(options);
+  } catch (const std::exception& error) {
+    std::cerr << "pneuma-report: " << error.what() << '\n';
+    return 1;
+  }
+}
