@@ -218,6 +218,18 @@ void check_gas(const Gas& gas, const Mesh& mesh, Fields body_fields) {
   if (const base::Status status = check_holds_gas(mesh); !status.ok()) body_fields.fail(status);
 }
 
+void check_volume(const Volume& volume, Fields fields) {
+  const auto within = [&](std::uint32_t max) { fields.at_least("resolution", volume.resolution, 1.0, max); };
+  if (volume.method == VolumeMethod::subdivided) {
+    within(base::volume_subdivisions_max);
+  } else if (volume.method == VolumeMethod::monte_carlo) {
+    within(base::volume_samples_max);
+  } else if (volume.resolution != 0) {
+    fields.fail("resolution",
+                "is " + std::to_string(volume.resolution) + "; only the methods SUBDIVIDED and MONTE_CARLO have one");
+  }
+}
+
 void check_pins(const SoftBody& body, Fields fields) {
   const std::size_t vertex_count = body.mesh->positions_m.size();
   for (std::size_t i = 0; i < body.pins.size(); ++i) {
@@ -294,6 +306,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
   springs.not_negative("bend_stiffness_n_m", body.springs.bend_stiffness_n_m, base::stiffness_max_n_m);
   springs.positive("rest_scale", body.springs.rest_scale, base::rest_scale_max);
   if (body.gas) check_gas(*body.gas, *body.mesh, fields);
+  check_volume(body.volume, fields.in("volume"));
   check_surface(body.surface, fields.in("surface"));
   check_pins(body, fields);
   fields.in("drag").not_negative("normal", body.drag.normal, base::coefficient_max);

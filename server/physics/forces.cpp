@@ -5,6 +5,7 @@
 
 #include "physics/bounds.h"
 #include "physics/gas.h"
+#include "physics/sampled_volume.h"
 
 namespace pneuma::physics {
 
@@ -23,6 +24,13 @@ double exact_volume_m3(const Mesh& mesh, std::span<const Vec3<Real>> x) {
     six_volumes += static_cast<double>(a.dot(b.cross(c)));
   }
   return six_volumes / 6.0;
+}
+
+// Of a body too thin for its samples, or turned inside out, they find nothing, or less: which of the two it is, and how
+// hard its gas is to press, only the exact volume tells.
+template <class Real>
+double found_or_exact(double sampled_m3, const SoftBody& body, std::span<const Vec3<Real>> x) {
+  return sampled_m3 > 0.0 ? sampled_m3 : exact_volume_m3<Real>(*body.mesh, x);
 }
 
 template <class Real>
@@ -132,7 +140,7 @@ void add_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<cons
 
 template <class Real>
 double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
-  switch (body.volume) {
+  switch (body.volume.method) {
     case VolumeMethod::exact:
       return exact_volume_m3<Real>(*body.mesh, x);
     case VolumeMethod::box:
@@ -141,6 +149,10 @@ double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
       return static_cast<double>(volume_m3(fit_ball<Real>(x)));
     case VolumeMethod::ellipsoid:
       return static_cast<double>(volume_m3(fit_ellipsoid<Real>(x)));
+    case VolumeMethod::subdivided:
+      return found_or_exact<Real>(subdivided_volume_m3<Real>(x, body.mesh->faces, body.volume.resolution), body, x);
+    case VolumeMethod::monte_carlo:
+      return found_or_exact<Real>(monte_carlo_volume_m3<Real>(x, body.mesh->faces, body.volume.resolution), body, x);
   }
   return 0.0;
 }

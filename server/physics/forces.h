@@ -14,7 +14,8 @@ struct Surroundings {
   Atmosphere atmosphere;
 };
 
-/// The body's volume at positions `x`, by its own method.
+/// The body's volume at positions `x`, by its own method. That of a body that is not flat is greater than 0 by every
+/// method, but for one turned inside out: by those that follow the skin it is not (gas.h takes it from there).
 template <class Real>
 [[nodiscard]] double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x);
 

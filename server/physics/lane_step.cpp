@@ -440,7 +440,7 @@ std::size_t LaneScratch<Real>::bytes() const {
 }
 
 bool has_lane_gas(const SoftBody& body, const Rings& rings) {
-  return body.gas && body.volume == VolumeMethod::exact && body.pressure_spread == PressureSpread::faces &&
+  return body.gas && body.volume.method == VolumeMethod::exact && body.pressure_spread == PressureSpread::faces &&
          rings.encloses;
 }
 

@@ -69,7 +69,13 @@ struct Gas {
   bool operator==(const Gas&) const = default;
 };
 
-enum class VolumeMethod { exact, box, ball, ellipsoid };
+enum class VolumeMethod { exact, box, ball, ellipsoid, subdivided, monte_carlo };
+/// How the gas's volume is measured.
+struct Volume {
+  VolumeMethod method = VolumeMethod::exact;
+  std::uint32_t resolution = 0;  // of subdivided and monte_carlo: cells along an edge of the box, samples in it
+  bool operator==(const Volume&) const = default;
+};
 enum class PressureSpread { faces, vertex_normals };
 
 // An empty optional leaves the decision to the other surface (see combine in contact.h).
@@ -105,7 +111,7 @@ struct SoftBody {
   double mass_kg = 1.0;
   Springs springs;
   std::optional<Gas> gas;
-  VolumeMethod volume = VolumeMethod::exact;
+  Volume volume;
   PressureSpread pressure_spread = PressureSpread::faces;
   Surface surface;
   std::vector<std::uint32_t> pins;

@@ -135,16 +135,20 @@ Status read_gas(const v1::Gas& in, physics::Gas& out) {
   return failures.first();
 }
 
-Status read_volume(const v1::Volume& in, physics::VolumeMethod& out) {
+Status read_volume(const v1::Volume& in, physics::Volume& out) {
   using enum physics::VolumeMethod;
   Failures failures;
   failures.note("method", read_enum(in.method(),
                                     {{v1::Volume::EXACT, exact},
                                      {v1::Volume::BOX, box},
                                      {v1::Volume::BALL, ball},
-                                     {v1::Volume::ELLIPSOID, ellipsoid}},
-                                    out));
-  failures.note("resolution", refuse_if(in.has_resolution(), "volume method that has a resolution"));
+                                     {v1::Volume::ELLIPSOID, ellipsoid},
+                                     {v1::Volume::SUBDIVIDED, subdivided},
+                                     {v1::Volume::MONTE_CARLO, monte_carlo}},
+                                    out.method));
+  out.resolution = in.resolution();
+  if (out.resolution == 0 && out.method == subdivided) out.resolution = base::volume_subdivisions_default;
+  if (out.resolution == 0 && out.method == monte_carlo) out.resolution = base::volume_samples_default;
   return failures.first();
 }
 

@@ -292,8 +292,8 @@ TEST_F(SimScene, BadScenesExitOneWithTheFieldFaceOrVertex) {
   refused(triangles("0, 2, 1, 0, 0, 3") + body + "}]}",
           "meshes[0].triangles.indices[3..5]: face 1 names vertex 0 twice");
   refused(triangles("0, 2, 1, 0, 1, 3, 0, 3, 2") + body + R"(, "gas": {"moles": 1}}]})", "is open");
-  refused(ball + R"(, "volume": {"method": "MONTE_CARLO"}}]})",
-          "soft_bodies[0].volume.method: this version has no MONTE_CARLO");
+  refused(ball + R"(, "volume": {"method": "SUBDIVIDED", "resolution": 129}}]})",
+          "soft_bodies[0].volume.resolution: is 129; its magnitude may be at most 128");
 }
 
 TEST_F(SimScene, WhatCannotBeReadOrWrittenExitsOneAndIsNamed) {

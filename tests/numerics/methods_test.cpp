@@ -30,6 +30,22 @@ TEST_P(EveryMethod, GoesOnFromASnapshotWithTheSameBits) {
   }
 }
 
+// By a sampled volume too a ball comes to rest at s = (1 + sqrt(1 + 12 nRT / K)) / 2, to within what the samples say.
+TEST_P(EveryMethod, SampledGasHoldsABallAtItsRadius) {
+  for (const Volume volume : {Volume{VolumeMethod::subdivided, 32}, Volume{VolumeMethod::monte_carlo, 16'384}}) {
+    const BreathingBall ball{.subdivisions = 1, .damping_n_s_m = 2.0};
+    Scene scene = ball.scene(1.0, GetParam(), 60, 0);
+    scene.stepping = stepping();
+    scene.soft_bodies[0].volume = volume;
+    World world = make_world(std::move(scene));
+    run_ticks(world, 300);
+    EXPECT_FALSE(world.is_frozen(0));
+    const std::shared_ptr<const Mesh> rest = ball.mesh(1.0);
+    const double rest_m3 = signed_volume_m3(rest->positions_m, rest->faces);
+    EXPECT_NEAR(std::cbrt(world.measure(0).volume_m3 / rest_m3) / ball.equilibrium_scale(), 1.0, 0.02);
+  }
+}
+
 // A triangle of springs: two vertices pinned, the third hangs. At rest its springs carry its weight:
 // 2 k (l - l0) h / l = m g, whatever the method.
 TEST_P(EveryMethod, APinnedTriangleHangsWhereItsWeightIsCarried) {

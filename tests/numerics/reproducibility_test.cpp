@@ -50,6 +50,22 @@ TEST_P(Reproducible, TheSameHashOnEveryRunAndAnyNumberOfWorkers) {
   EXPECT_EQ(hash_of(5), hash);
 }
 
+TEST_P(Reproducible, SampledVolumesAreTheSameOnEveryRunAndAnyNumberOfWorkers) {
+  const auto hash_of = [](const Volume& volume, std::size_t threads) {
+    Scene scene = crowded(GetParam());
+    for (SoftBody& body : scene.soft_bodies) body.volume = volume;
+    World world = make_world(std::move(scene));
+    run_ticks(world, 20, threads);
+    return world.state_hash();
+  };
+  for (const Volume volume : {Volume{VolumeMethod::subdivided, 8}, Volume{VolumeMethod::monte_carlo, 500}}) {
+    const std::uint64_t hash = hash_of(volume, 1);
+    EXPECT_EQ(hash_of(volume, 1), hash);
+    EXPECT_EQ(hash_of(volume, 2), hash);
+    EXPECT_EQ(hash_of(volume, 5), hash);
+  }
+}
+
 TEST_P(Reproducible, TheHashMovesWithTheState) {
   World world = make_world(crowded(GetParam()));
   run_ticks(world, 5);

@@ -221,7 +221,9 @@ TEST(Gas, GoesOnAtItsTemperatureUnderAnotherLawRatioOrMeasureOfVolume) {
   const double live_k = 300.0 * std::pow(8.0, 0.4);
   EXPECT_NEAR(temperature_after([](SoftBody& body) { body.gas->heat_capacity_ratio = 5.0 / 3.0; }), live_k, 1e-9);
   EXPECT_NEAR(temperature_after([](SoftBody& body) { body.gas->law = GasLaw::isothermal; }), live_k, 1e-9);
-  EXPECT_NEAR(temperature_after([](SoftBody& body) { body.volume = VolumeMethod::box; }), live_k, 1e-9);
+  EXPECT_NEAR(temperature_after([](SoftBody& body) { body.volume.method = VolumeMethod::box; }), live_k, 1e-9);
+  const Volume coarse{VolumeMethod::subdivided, 3};
+  EXPECT_NEAR(temperature_after([&](SoftBody& body) { body.volume = coarse; }), live_k, 1e-9);
   EXPECT_NEAR(temperature_after([](SoftBody& body) { body.gas->moles = 2.0; }), live_k, 1e-9);
 }
 

@@ -119,7 +119,7 @@ TEST(Measures, FreeFallTradesHeightForSpeed) {
 
 TEST(Measures, VolumeIsExactWhateverTheBodyStepsBy) {
   SoftBody body = ball_of_gas(GasLaw::isothermal);
-  body.volume = VolumeMethod::box;
+  body.volume.method = VolumeMethod::box;
   const BodyMeasures sums = measure(make_soft_state<double>(body), 0.0, Vec3d::Zero());
   EXPECT_NEAR(sums.volume_m3, signed_volume_m3(body.mesh->positions_m, body.mesh->faces), 1e-15);
   EXPECT_GT(0.02 * gas_constant_j_mol_k * 293.15 / sums.volume_m3, 1.5 * sums.pressure_pa);

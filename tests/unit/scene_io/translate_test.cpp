@@ -52,7 +52,7 @@ TEST(ToPhysics, SoftBodyHasTheDefaults) {
   EXPECT_EQ(body.gas->temperature_k, 293.15);
   EXPECT_EQ(body.gas->heat_capacity_ratio, 1.4);
   EXPECT_EQ(body.gas->law, physics::GasLaw::isothermal);
-  EXPECT_EQ(body.volume, physics::VolumeMethod::exact);
+  EXPECT_EQ(body.volume, physics::Volume{});
   EXPECT_EQ(body.pressure_spread, physics::PressureSpread::faces);
   EXPECT_EQ(body.collision.soft, physics::SoftCollision::bounds);
   EXPECT_EQ(body.collision.bounds, physics::BoundsKind::ellipsoid);
@@ -181,15 +181,27 @@ TEST(ToPhysics, BodiesSleepUnlessTheSceneSaysOtherwise) {
   EXPECT_FALSE(translate(R"({"stepping": {"sleep": false}})")->stepping.sleep);
 }
 
+TEST(ToPhysics, VolumeMethodsThatSampleHaveAResolution) {
+  using enum physics::VolumeMethod;
+  const auto volume = [](const std::string& text) {
+    const auto scene = with_body(R"("volume": {)" + text + "}");
+    EXPECT_TRUE(scene.ok()) << scene.status().message();
+    return scene->soft_bodies[0].volume;
+  };
+  EXPECT_EQ(volume(R"("method": "ELLIPSOID")"), (physics::Volume{ellipsoid, 0}));
+  EXPECT_EQ(volume(R"("method": "ELLIPSOID", "resolution": 0)"), (physics::Volume{ellipsoid, 0}));
+  EXPECT_EQ(volume(R"("method": "SUBDIVIDED")"), (physics::Volume{subdivided, 16}));
+  EXPECT_EQ(volume(R"("method": "SUBDIVIDED", "resolution": 128)"), (physics::Volume{subdivided, 128}));
+  EXPECT_EQ(volume(R"("method": "MONTE_CARLO")"), (physics::Volume{monte_carlo, 4'096}));
+  EXPECT_EQ(volume(R"("method": "MONTE_CARLO", "resolution": 65536)"), (physics::Volume{monte_carlo, 65'536}));
+}
+
 TEST(ToPhysics, WhatIsNotBuiltYetIsUnsupportedByPath) {
   const auto check = [](const base::Result<physics::Scene>& scene, const std::string& path) {
     ASSERT_FALSE(scene.ok()) << path;
     EXPECT_EQ(scene.status().code(), base::StatusCode::unsupported) << scene.status().message();
     EXPECT_EQ(scene.status().where(), path);
   };
-  check(with_body(R"("volume": {"method": "SUBDIVIDED"})"), "soft_bodies[0].volume.method");
-  check(with_body(R"("volume": {"method": "MONTE_CARLO"})"), "soft_bodies[0].volume.method");
-  check(with_body(R"("volume": {"resolution": 4})"), "soft_bodies[0].volume.resolution");
   check(with_body(R"("collision": {"soft": "EXACT"})"), "soft_bodies[0].collision.soft");
   check(with_body(R"("collision": {"self": true})"), "soft_bodies[0].collision.self");
 }
@@ -203,6 +215,8 @@ TEST(ToPhysics, EnumNumberThatNobodyNamedIsRefused) {
 TEST(ToPhysics, WhatTheEngineRefusesKeepsItsPath) {
   EXPECT_EQ(error_of(with_body(R"("mass_kg": -1)")).substr(0, 23), "soft_bodies[0].mass_kg:");
   EXPECT_EQ(error_of(with_body(R"("pins": [162])")).substr(0, 23), "soft_bodies[0].pins[0]:");
+  EXPECT_EQ(error_of(with_body(R"("volume": {"resolution": 4})")),
+            "soft_bodies[0].volume.resolution: is 4; only the methods SUBDIVIDED and MONTE_CARLO have one");
 }
 
 TEST(ToProto, ShapesRoundTrip) {
