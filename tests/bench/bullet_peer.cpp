@@ -11,7 +11,8 @@ struct BulletBall::Body {
   btScalar dt_s = 0;
 };
 
-BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball) : body_(std::make_unique<Body>()) {
+BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSolver& solver)
+    : body_(std::make_unique<Body>()) {
   std::vector<btScalar> coordinates;
   for (const auto& position : mesh.positions_m) {
     for (int axis = 0; axis < 3; ++axis) coordinates.push_back(static_cast<btScalar>(position[axis]));
@@ -25,10 +26,10 @@ BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball) : body_(
   body_->body.reset(btSoftBodyHelpers::CreateFromTriMesh(body_->world, coordinates.data(), triangles.data(),
                                                          static_cast<int>(mesh.faces.size()), false));
   body_->body->setTotalMass(static_cast<btScalar>(ball.mass_kg));
-  body_->body->m_materials[0]->m_kLST = 0.5;
+  body_->body->m_materials[0]->m_kLST = static_cast<btScalar>(solver.link_stiffness);
   body_->body->m_cfg.kPR = static_cast<btScalar>(ball.nrt_j);
   body_->body->m_cfg.kDP = 0.01F;
-  body_->body->m_cfg.piterations = iterations;
+  body_->body->m_cfg.piterations = solver.iterations;
   body_->dt_s = static_cast<btScalar>(ball.dt_s);
 }
 
@@ -39,6 +40,10 @@ void BulletBall::step() {
   body_->body->predictMotion(body_->dt_s);
   body_->body->solveConstraints();
   body_->body->integrateMotion();
+}
+
+double BulletBall::volume_m3() const {
+  return static_cast<double>(body_->body->getVolume());
 }
 
 }  // namespace pneuma::bench

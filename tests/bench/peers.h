@@ -40,15 +40,21 @@ class PlainBall {
   double volume_m3_ = 0.0;
 };
 
-/// Bullet's btSoftBody with pressure and five iterations a step of its position solver; no world, so that nothing but
-/// the body is stepped.
+/// How hard Bullet works: the passes of its position solver a step, and the share of a spring's strain that each takes
+/// away (m_kLST, at most 1). Its springs have no stiffness in N/m.
+struct BulletSolver {
+  int iterations = 5;
+  double link_stiffness = 0.5;
+};
+
+/// Bullet's btSoftBody with pressure; no world, so that nothing but the body is stepped.
 class BulletBall {
  public:
-  static constexpr int iterations = 5;
-  BulletBall(const physics::Mesh& mesh, const BallCase& ball);
+  BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSolver& solver = {});
   ~BulletBall();
   BulletBall(BulletBall&&) noexcept;
   void step();
+  [[nodiscard]] double volume_m3() const;
 
  private:
   struct Body;

@@ -11,11 +11,14 @@ double cpu_time_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-std::vector<double> race_s(const std::vector<std::function<void()>>& contenders, int rounds, double once_s) {
-  const auto timed_s = [](const std::function<void()>& run) {
+std::vector<double> race_s(const std::vector<std::function<void()>>& contenders, int rounds, double once_s,
+                           const std::function<void()>& between) {
+  const auto timed_s = [&](const std::function<void()>& run) {
     const double begun_s = cpu_time_s();
     run();
-    return cpu_time_s() - begun_s;
+    const double took_s = cpu_time_s() - begun_s;
+    if (between) between();
+    return took_s;
   };
   std::vector<double> warm_up_s;
   for (const auto& contender : contenders) warm_up_s.push_back(timed_s(contender));
