@@ -121,9 +121,8 @@ double distance_m(std::span<const Vec3d> a, std::span<const Vec3d> b) {
   return std::sqrt(squares / static_cast<double>(a.size()));
 }
 
-void Survey::add(Scene scene, const std::string& name, const Error& error) {
+void Survey::add(Scene scene, const std::string& name, bool may_fail, const Error& error) {
   const physics::Integrator asked = scene.stepping.integrator;
-  const bool may_fail = physics::is_explicit(asked);
   Run run(std::move(scene));
   if (!run.refusal().empty()) {
     ++refused_;
@@ -147,7 +146,7 @@ void Survey::add(Scene scene, const std::string& name, const Error& error) {
 
 void Survey::add_all(const Scene& scene, const Error& error) {
   for (const physics::Integrator integrator : every_integrator) {
-    add(with_integrator(scene, integrator), method_name(integrator), error);
+    add(with_integrator(scene, integrator), method_name(integrator), physics::is_explicit(integrator), error);
   }
 }
 

@@ -67,16 +67,16 @@ inline constexpr std::array<physics::Integrator, 8> every_integrator{
 /// Two digits: "3.1e-07".
 [[nodiscard]] std::string brief(double value);
 
-/// What came of a scene by each integrator. AUTO, the implicit methods and XPBD must run it and come within the limit;
-/// an explicit one may be refused, or report that a body ran away, but where it goes on it is as right as they are.
+/// What came of a scene by each integrator: all that run it to its end come within the limit. One that may fail may
+/// instead be refused, or report that a body ran away.
 class Survey {
  public:
   /// `error` of a run to its end.
   using Error = std::function<double(Run&)>;
   explicit Survey(double error_max) : error_max_(error_max) {}
   /// Runs the scene by its own integrator, called `name` in the figure.
-  void add(physics::Scene scene, const std::string& name, const Error& error);
-  /// By every integrator, at the substeps that each chooses.
+  void add(physics::Scene scene, const std::string& name, bool may_fail, const Error& error);
+  /// By every integrator, at the substeps that each chooses. The explicit ones may fail.
   void add_all(const physics::Scene& scene, const Error& error);
   /// "what: AUTO 0.1 %, worst XPBD 0.5 %, 4 refused"
   using Format = std::string (*)(double);
