@@ -125,7 +125,7 @@ void substep_against_peers(benchmark::State& bench) {
       };
     };
     const std::vector<double> ns = race_ns(
-        {ours(world, one), {step_all(plain), vertices}, {step_all(bullet), vertices * BulletSolver{}.iterations}},
+        {ours(world, one), {step_all(plain), vertices}, {step_all(bullet), vertices * BulletSettings{}.iterations}},
         cpu_s);
     bench.counters["ns_per_vertex"] = ns[0];
     bench.counters["plain_ns"] = ns[1];

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "physics/mesh.h"
@@ -40,20 +41,23 @@ class PlainBall {
   double volume_m3_ = 0.0;
 };
 
-/// How hard Bullet works: the passes of its position solver a step, and the share of a spring's strain that each takes
-/// away (m_kLST, at most 1). Its springs have no stiffness in N/m.
-struct BulletSolver {
-  int iterations = 5;
-  double link_stiffness = 0.5;
+/// How hard Bullet works, and how it damps.
+struct BulletSettings {
+  int iterations = 5;           // passes of the position solver, a step
+  double link_stiffness = 0.5;  // share of a spring's strain that a pass takes away; there is no stiffness in N/m
+  double damping = 0.01;        // of 1, of all motion
 };
 
 /// Bullet's btSoftBody with pressure; no world, so that nothing but the body is stepped.
 class BulletBall {
  public:
-  BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSolver& solver = {});
+  BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings = {});
   ~BulletBall();
   BulletBall(BulletBall&&) noexcept;
+  /// Sets the vertices there, all at one velocity; the links keep the mesh's lengths.
+  void place(std::span<const Eigen::Vector3d> positions_m, const Eigen::Vector3d& velocity_m_s);
   void step();
+  [[nodiscard]] std::vector<Eigen::Vector3d> positions_m() const;
   [[nodiscard]] double volume_m3() const;
 
  private:
