@@ -13,19 +13,12 @@ namespace {
 class Order : public testing::TestWithParam<Integrator> {
  protected:
   // Observed twice: from three runs of 1/30 s, each with half the step of the one before.
-  static void expect_order(Scene scene, std::uint32_t coarsest) {
-    scene.stepping.rate_hz = 30;
-    scene.stepping.error_target = 1e-9;  // what a linear solve leaves is not to be seen
-    const auto end_of = [&](Integrator integrator, std::uint32_t substeps) {
-      scene.stepping.integrator = integrator;
-      scene.stepping.substeps = substeps;
-      World world = make_world(scene);
-      run_ticks(world, 1);
-      return positions_of(world);
-    };
-    const std::vector<Vec3d> exact = end_of(Integrator::rk4, 4096);
+  static void expect_order(const Scene& scene, std::uint32_t coarsest) {
+    const std::vector<Vec3d> exact = after_a_thirtieth(scene, Integrator::rk4, 4096);
     std::array<double, 3> error_m{};
-    for (std::size_t i = 0; i < 3; ++i) error_m[i] = distance_m(end_of(GetParam(), coarsest << i), exact);
+    for (std::size_t i = 0; i < 3; ++i) {
+      error_m[i] = distance_m(after_a_thirtieth(scene, GetParam(), coarsest << i), exact);
+    }
     EXPECT_NEAR(std::log2(error_m[0] / error_m[1]), order_of(GetParam()), 0.1);
     EXPECT_NEAR(std::log2(error_m[1] / error_m[2]), order_of(GetParam()), 0.1);
   }
@@ -41,16 +34,7 @@ TEST_P(Order, IsObservedOnABreathingIcosahedron) {
 }
 
 TEST_P(Order, IsObservedWithAllForcesAtOnce) {
-  Scene scene = BreathingBall{.subdivisions = 1, .damping_n_s_m = 0.3, .nrt_j = 50.0}.scene(0.9, GetParam(), 30, 1);
-  scene.gravity = {0.5, -9.81, 0};
-  scene.atmosphere = {.pressure_pa = 20.0, .density_kg_m3 = 1.2, .wind = {12.0, 3.0, 1.0}};
-  SoftBody& ball = scene.soft_bodies[0];
-  ball.drag = {.normal = 0.5, .tangential = 0.1};
-  ball.springs.bend_stiffness_n_m = 0.5;
-  ball.gas->law = GasLaw::adiabatic;
-  ball.angular_velocity = {1.0, -2.0, 0.5};
-  ball.pins = {3};
-  expect_order(std::move(scene), coarsest());
+  expect_order(all_forces_scene(), coarsest());
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, Order, testing::ValuesIn(every_integrator), test_name_of);

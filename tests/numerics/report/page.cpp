@@ -23,6 +23,13 @@ std::string number(double value, int digits) {
   return text.data();
 }
 
+std::string fixed(double value, int decimals) {
+  if (!std::isfinite(value)) return "failed";
+  std::array<char, 340> text{};
+  std::snprintf(text.data(), text.size(), "%.*f", decimals, value);
+  return text.data();
+}
+
 std::string percent(double ratio, int digits) {
   return std::isfinite(ratio) ? number(100.0 * ratio, digits) + " %" : number(ratio);
 }

@@ -26,6 +26,8 @@ constexpr std::array<Style, 10> styles{{{"#000000", 7, 1},
                                         {"#606060", 10, 2},
                                         {"#8B2FC9", 12, 2}}};
 
+constexpr int cross = 2;  // gnuplot's marker of that shape
+
 const Style& style_of(int style) {
   return styles.at(static_cast<std::size_t>(style) % styles.size());
 }
@@ -50,6 +52,7 @@ void set_axis(std::ostream& script, char axis, const Axis& as) {
 const char* with(Mark mark) {
   switch (mark) {
     case Mark::points:
+    case Mark::crosses:
       return "points";
     case Mark::line:
     case Mark::dashed:
@@ -72,9 +75,11 @@ void write_series(std::ostream& script, const Plot& plot) {
     const Style& style = style_of(series.style);
     script << (i == 0 ? "" : ", \\\n     ") << "$series" << i << " with " << with(series.mark) << " lc rgb '"
            << style.colour << "' lw 2";
-    if (series.mark != Mark::points) script << " dt " << (series.mark == Mark::dashed ? 2 : style.dash);
-    if (series.mark == Mark::points || series.mark == Mark::line_and_points)
-      script << " pt " << style.marker << " ps 0.9";
+    const bool points = series.mark == Mark::points || series.mark == Mark::crosses;
+    if (!points) script << " dt " << (series.mark == Mark::dashed ? 2 : style.dash);
+    if (points || series.mark == Mark::line_and_points) {
+      script << " pt " << (series.mark == Mark::crosses ? cross : style.marker) << " ps 1";
+    }
     script << (series.label.empty() ? " notitle" : " title " + quoted(series.label));
   }
   script << '\n';
@@ -83,12 +88,13 @@ void write_series(std::ostream& script, const Plot& plot) {
 std::string script_of(const Plot& plot, const std::filesystem::path& file, bool png) {
   std::ostringstream script;
   script.precision(12);
-  script << (png ? "set terminal pngcairo size 1200,900 font 'sans,18' background '#ffffff'\n"
-                 : "set terminal svg size 800,600 dynamic font 'sans-serif,16' background '#ffffff'\n");
+  script << (png ? "set terminal pngcairo size 1280,1120 font 'sans,12' fontscale 2 linewidth 2 pointscale 2 "
+                   "background '#ffffff'\n"
+                 : "set terminal svg size 640,560 dynamic font 'sans-serif,16' background '#ffffff'\n");
   script << "set output " << quoted(file.string()) << '\n'
          << "set encoding utf8\n"
-            "set border 3 lc rgb '#404040'\nset tics nomirror\nset grid lc rgb '#d8d8d8' lw 1\n"
-            "set key outside below center horizontal Left reverse samplen 2 width 1\n"
+            "set border 3 lc rgb '#404040'\nset tics nomirror\nset grid lc rgb '#d8d8d8' lw 1 dt 1\n"
+            "set key outside below center horizontal Left reverse samplen 3 width 1 height 1\n"
          << "set title " << quoted(plot.title) << '\n';
   set_axis(script, 'x', plot.x);
   set_axis(script, 'y', plot.y);
