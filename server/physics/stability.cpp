@@ -189,6 +189,7 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
   const Points scaling = breathing(mesh);
   modes.scaling_m2 = dot(scaling, scaling);
   modes.scaling_j = dot(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
+  modes.scaling_j_s = dot(scaling, stiffness.apply(scaling, damping_of(springs), Part::springs));
   modes.scaling_m3 = dot(scaling, gradient);
   return modes;
 }
@@ -225,6 +226,7 @@ Frequencies frequencies_of(const SoftBody& body, const Atmosphere& atmosphere, c
   result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
   const double restoring_j = modes.scaling_j + gas_pa_m3 * modes.scaling_m3 * modes.scaling_m3;
   result.breathing_rad_s = std::sqrt(std::max(restoring_j, 0.0) / (vertex_kg * modes.scaling_m2));
+  result.breathing_decay_1_s = modes.scaling_j_s / (vertex_kg * modes.scaling_m2);
   return result;
 }
 

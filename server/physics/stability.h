@@ -15,11 +15,12 @@ namespace pneuma::physics {
 
 /// The fastest and the breathing motion of a body at rest.
 struct Frequencies {
-  double fastest_rad_s = 0.0;      // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
-  double fastest_decay_1_s = 0.0;  // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
-  double gas_rad_s = 0.0;          // of the gas alone, along gradV
-  double bending_rad_s = 0.0;      // of bending alone, which nothing damps
-  double breathing_rad_s = 0.0;    // Rayleigh quotient of uniform scaling
+  double fastest_rad_s = 0.0;        // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
+  double fastest_decay_1_s = 0.0;    // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
+  double gas_rad_s = 0.0;            // of the gas alone, along gradV
+  double bending_rad_s = 0.0;        // of bending alone, which nothing damps
+  double breathing_rad_s = 0.0;      // Rayleigh quotient of uniform scaling
+  double breathing_decay_1_s = 0.0;  // of uniform scaling, by spring damping alone
   bool operator==(const Frequencies&) const = default;
 };
 
@@ -40,6 +41,7 @@ struct SkinModes {
   double gradient_n2_m2 = 0.0;  // |K gradV|^2
   double scaling_m2 = 0.0;      // of scaling s: s . s
   double scaling_j = 0.0;       // s . K s
+  double scaling_j_s = 0.0;     // s . D s
   double scaling_m3 = 0.0;      // s . gradV
 };
 

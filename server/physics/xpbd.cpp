@@ -50,21 +50,28 @@ class Xpbd {
     }
   }
 
-  void pull_springs() {
-    const auto stiffness = static_cast<Real>(h_ * h_ * body_.body.springs.stiffness_n_m);
-    if (!(stiffness > 0)) return;
-    const std::vector<Edge>& edges = body_.body.mesh->edges;
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const auto [a, b] = edges[i];
-      const Vec3<Real> along = body_.x[b] - body_.x[a] + (body_.dr[b] - body_.dr[a]);
-      const Real length = along.norm();
-      if (!(length > 0)) continue;
-      const Real give = inverse_mass(a) + inverse_mass(b);
-      const Real stretch = stiffness * (length - body_.rest_length_m(i)) / (Real{1} + stiffness * give);
-      const Vec3<Real> pull = stretch / length * along;
-      body_.dr[a] += inverse_mass(a) * pull;
-      body_.dr[b] -= inverse_mass(b) * pull;
+  // There and back, with the gas in between: a pass in one order only is no symmetric operator, and a step that takes
+  // its velocity from it may have growing modes (a ball at rest began to spin).
+  void solve(Profile* profile) {
+    scratch_.spring_pull.assign(body_.body.springs.stiffness_n_m > 0.0 ? body_.body.mesh->edges.size() : 0, Real{0});
+    scratch_.hinge_turn.assign(body_.hinges.size(), 0.0);
+    scratch_.grab_pull.assign(body_.grabs.size(), Vec3d::Zero());
+    timed(profile, Stage::springs, scratch_.spring_pull.size(), [&](std::size_t i) { pull_spring(i); });
+    timed(profile, Stage::bending, body_.hinges.size(), [&](std::size_t i) { bend(i); });
+    timed(profile, Stage::grabs, body_.grabs.size(), [&](std::size_t i) { hold_grab(i); });
+    if (body_.gas) {
+      const StageTimer timer(profile, Stage::pressure);
+      press();
     }
+    const auto backwards = [](std::size_t count, auto&& one) {
+      return [count, one](std::size_t i) { one(count - 1 - i); };
+    };
+    const std::size_t springs = scratch_.spring_pull.size();
+    timed(profile, Stage::grabs, body_.grabs.size(),
+          backwards(body_.grabs.size(), [&](std::size_t i) { hold_grab(i); }));
+    timed(profile, Stage::bending, body_.hinges.size(),
+          backwards(body_.hinges.size(), [&](std::size_t i) { bend(i); }));
+    timed(profile, Stage::springs, springs, backwards(springs, [&](std::size_t i) { pull_spring(i); }));
   }
 
   // Of velocities, after the move: in one constraint with the spring, as XPBD's paper has it, a damping with
@@ -81,42 +88,6 @@ class Xpbd {
       const Vec3<Real> pull = damping * apart / (Real{1} + damping * give) * along;
       body_.v[a] += inverse_mass(a) * pull;
       body_.v[b] -= inverse_mass(b) * pull;
-    }
-  }
-
-  void bend() {
-    const double stiffness = h_ * h_ * body_.body.springs.bend_stiffness_n_m;
-    for (const Hinge& hinge : body_.hinges) {
-      std::array<Vec3d, 4> corners;
-      for (std::size_t i = 0; i < 4; ++i) {
-        const std::uint32_t vertex = hinge.vertices[i];
-        corners[i] = (body_.x[vertex] + body_.dr[vertex]).template cast<double>();
-      }
-      const auto angle = hinge_angle(corners);
-      if (!angle) continue;
-      double give = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) {
-        give += static_cast<double>(inverse_mass(hinge.vertices[i])) * angle->gradient[i].squaredNorm();
-      }
-      const double share = stiffness * hinge.weight;
-      const double turn = share * bend_rad(hinge, *angle) / (1.0 + share * give);
-      for (std::size_t i = 0; i < 4; ++i) {
-        const std::uint32_t vertex = hinge.vertices[i];
-        body_.dr[vertex] -= inverse_mass(vertex) * (turn * angle->gradient[i]).template cast<Real>();
-      }
-    }
-  }
-
-  void hold_grabs() {
-    for (const Grab& grab : body_.grabs) {
-      if (body_.is_pinned(grab.vertex)) continue;
-      const double stiffness = h_ * h_ * grab.stiffness_n_m;
-      const double damping = h_ * grab.damping_n_s_m;
-      const auto weight = static_cast<double>(inverse_mass(grab.vertex));
-      const Vec3d moved = body_.dr[grab.vertex].template cast<double>();
-      const Vec3d offset = grab.target - body_.x[grab.vertex].template cast<double>() - moved;
-      const Vec3d pull = (stiffness * offset - damping * moved) / (1.0 + (stiffness + damping) * weight);
-      body_.dr[grab.vertex] += (weight * pull).template cast<Real>();
     }
   }
 
@@ -154,6 +125,65 @@ class Xpbd {
   }
 
  private:
+  template <class Constraint>
+  static void timed(Profile* profile, Stage stage, std::size_t count, const Constraint& constraint) {
+    if (count == 0) return;
+    const StageTimer timer(profile, stage);
+    for (std::size_t i = 0; i < count; ++i) constraint(i);
+  }
+
+  void pull_spring(std::size_t i) {
+    const auto [a, b] = body_.body.mesh->edges[i];
+    const Vec3<Real> along = body_.x[b] - body_.x[a] + (body_.dr[b] - body_.dr[a]);
+    const Real length = along.norm();
+    if (!(length > 0)) return;
+    const auto stiffness = static_cast<Real>(h_ * h_ * body_.body.springs.stiffness_n_m);
+    const Real give = inverse_mass(a) + inverse_mass(b);
+    Real& pull = scratch_.spring_pull[i];
+    const Real more = (stiffness * (length - body_.rest_length_m(i)) - pull) / (Real{1} + stiffness * give);
+    pull += more;
+    const Vec3<Real> towards = more / length * along;
+    body_.dr[a] += inverse_mass(a) * towards;
+    body_.dr[b] -= inverse_mass(b) * towards;
+  }
+
+  void bend(std::size_t index) {
+    const Hinge& hinge = body_.hinges[index];
+    std::array<Vec3d, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint32_t vertex = hinge.vertices[i];
+      corners[i] = (body_.x[vertex] + body_.dr[vertex]).template cast<double>();
+    }
+    const auto angle = hinge_angle(corners);
+    if (!angle) return;
+    double give = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      give += static_cast<double>(inverse_mass(hinge.vertices[i])) * angle->gradient[i].squaredNorm();
+    }
+    const double share = h_ * h_ * body_.body.springs.bend_stiffness_n_m * hinge.weight;
+    double& turn = scratch_.hinge_turn[index];
+    const double more = (share * bend_rad(hinge, *angle) - turn) / (1.0 + share * give);
+    turn += more;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::uint32_t vertex = hinge.vertices[i];
+      body_.dr[vertex] -= inverse_mass(vertex) * (more * angle->gradient[i]).template cast<Real>();
+    }
+  }
+
+  void hold_grab(std::size_t i) {
+    const Grab& grab = body_.grabs[i];
+    if (body_.is_pinned(grab.vertex)) return;
+    const double stiffness = h_ * h_ * grab.stiffness_n_m;
+    const double damping = h_ * grab.damping_n_s_m;
+    const auto weight = static_cast<double>(inverse_mass(grab.vertex));
+    const Vec3d moved = body_.dr[grab.vertex].template cast<double>();
+    const Vec3d offset = grab.target - body_.x[grab.vertex].template cast<double>() - moved;
+    Vec3d& pull = scratch_.grab_pull[i];
+    const Vec3d more = (stiffness * offset - damping * moved - pull) / (1.0 + (stiffness + damping) * weight);
+    pull += more;
+    body_.dr[grab.vertex] += (weight * more).template cast<Real>();
+  }
+
   [[nodiscard]] double pressure_pa(double volume_m3) const {
     return gas_pressure_pa(*body_.gas, *body_.body.gas, volume_m3) - surroundings_.atmosphere.pressure_pa;
   }
@@ -195,22 +225,7 @@ void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, 
     const StageTimer timer(profile, Stage::integrate);
     step.predict();
   }
-  {
-    const StageTimer timer(profile, Stage::springs);
-    step.pull_springs();
-  }
-  if (!body.hinges.empty()) {
-    const StageTimer timer(profile, Stage::bending);
-    step.bend();
-  }
-  if (!body.grabs.empty()) {
-    const StageTimer timer(profile, Stage::grabs);
-    step.hold_grabs();
-  }
-  if (body.gas) {
-    const StageTimer timer(profile, Stage::pressure);
-    step.press();
-  }
+  step.solve(profile);
   const StageTimer timer(profile, Stage::integrate);
   step.finish();
   step.damp();

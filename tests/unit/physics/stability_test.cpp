@@ -177,6 +177,30 @@ TEST(Substeps, ChosenOnesHoldForEveryIntegrator) {
   }
 }
 
+// The springs' damping stops their own motion at once, and that of the gas, which is faster, hardly.
+TEST(Substeps, AtTheLimitHoldAGasThatItsSkinHardlyDamps) {
+  for (const Integrator integrator : {Integrator::explicit_euler, Integrator::midpoint}) {
+    Scene scene;
+    SoftBody body = ball(2, 1.0, 52.0);
+    body.springs.damping_n_s_m = 0.1;
+    scene.soft_bodies.push_back(body);
+    const double limit_s = stability_limit_s(integrator, estimate_frequencies(body, {}));
+    scene.stepping.integrator = integrator;
+    scene.stepping.substeps = static_cast<std::uint32_t>(std::ceil(1.0 / scene.stepping.rate_hz / limit_s));
+    auto world = World::create(scene);
+    ASSERT_TRUE(world.ok()) << world.status().message();
+    const auto energy_j = [&] {
+      const BodyMeasures now = world->measure(0);
+      return now.kinetic_j + now.elastic_j + now.gas_j;
+    };
+    const double at_start_j = energy_j();
+    Workers workers(1);
+    for (int tick = 0; tick < 60; ++tick) world->step_tick(workers);
+    EXPECT_FALSE(world->is_frozen(0)) << name_of(integrator);
+    EXPECT_LT(energy_j() - at_start_j, 0.05 * std::abs(at_start_j)) << name_of(integrator);
+  }
+}
+
 TEST(Substeps, HoldALightClothInAStrongWind) {
   Scene scene;
   scene.stepping.integrator = Integrator::rk4;  // for which the springs alone would allow a longer step than the drag
