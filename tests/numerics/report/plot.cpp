@@ -3,9 +3,10 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
-#include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 namespace pneuma::report {
 namespace {
@@ -25,8 +26,6 @@ constexpr std::array<Style, 10> styles{{{"#000000", 7, 1},
                                         {"#7A5C00", 8, 2},
                                         {"#606060", 10, 2},
                                         {"#8B2FC9", 12, 2}}};
-
-constexpr int cross = 2;  // gnuplot's marker of that shape
 
 const Style& style_of(int style) {
   return styles.at(static_cast<std::size_t>(style) % styles.size());
@@ -49,9 +48,10 @@ void set_axis(std::ostream& script, char axis, const Axis& as) {
   }
 }
 
-const char* with(Mark mark) {
+std::string_view with(Mark mark) {
   switch (mark) {
     case Mark::points:
+    case Mark::circles:
     case Mark::crosses:
       return "points";
     case Mark::line:
@@ -61,6 +61,23 @@ const char* with(Mark mark) {
       return "linespoints";
   }
   return "";
+}
+
+// gnuplot's number of it.
+std::optional<int> marker_of(const Series& series) {
+  switch (series.mark) {
+    case Mark::line_and_points:
+    case Mark::points:
+      return style_of(series.style).marker;
+    case Mark::circles:
+      return 6;
+    case Mark::crosses:
+      return 2;
+    case Mark::line:
+    case Mark::dashed:
+      break;
+  }
+  return std::nullopt;
 }
 
 void write_series(std::ostream& script, const Plot& plot) {
@@ -75,11 +92,9 @@ void write_series(std::ostream& script, const Plot& plot) {
     const Style& style = style_of(series.style);
     script << (i == 0 ? "" : ", \\\n     ") << "$series" << i << " with " << with(series.mark) << " lc rgb '"
            << style.colour << "' lw 2";
-    const bool points = series.mark == Mark::points || series.mark == Mark::crosses;
-    if (!points) script << " dt " << (series.mark == Mark::dashed ? 2 : style.dash);
-    if (points || series.mark == Mark::line_and_points) {
-      script << " pt " << (series.mark == Mark::crosses ? cross : style.marker) << " ps 1";
-    }
+    const std::optional<int> marker = marker_of(series);
+    if (with(series.mark) != "points") script << " dt " << (series.mark == Mark::dashed ? 2 : style.dash);
+    if (marker) script << " pt " << *marker << " ps 1";
     script << (series.label.empty() ? " notitle" : " title " + quoted(series.label));
   }
   script << '\n';

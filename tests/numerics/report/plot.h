@@ -15,7 +15,7 @@ struct Axis {
   std::pair<double, double> range{0.0, 0.0};  // equal: as the points need
 };
 
-enum class Mark { line_and_points, points, crosses, line, dashed };  // crosses: what failed
+enum class Mark { line_and_points, points, circles, crosses, line, dashed };  // crosses: what failed
 
 struct Series {
   std::string label;  // empty: not in the key
