@@ -41,7 +41,7 @@ std::string quoted(const std::string& text) {
 }
 
 void set_axis(std::ostream& script, char axis, const Axis& as) {
-  script << "set " << axis << "label " << quoted(as.label) << '\n';
+  script << "set " << axis << "label " << quoted(as.label) << (axis == 'x' ? " offset 0,0.4" : "") << '\n';
   if (as.log) script << "set logscale " << axis << "\nset format " << axis << " '10^{%L}'\n";
   if (as.range.first != as.range.second) {
     script << "set " << axis << "range [" << as.range.first << ':' << as.range.second << "]\n";

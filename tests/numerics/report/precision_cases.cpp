@@ -158,11 +158,11 @@ Measuring measuring_of(const Case& subject) {
   return measuring;
 }
 
-std::vector<Case> all_cases() {
+std::vector<Case> all_cases(bool quick) {
   std::vector<Case> cases = motions();
   for (const RestingBall& ball : resting_balls()) {
     Case subject{.name = ball.name, .words = "let go in the shape of its springs, comes to rest"};
-    subject.ticks = 180;
+    subject.ticks = quick ? 60 : 180;
     subject.rest_ticks = 30;
     subject.explicit_from = 64;
     subject.reference_substeps = 1024;

@@ -35,8 +35,8 @@ struct Case {
   std::vector<Judged> judged = {};         // the reference is converged by the first
 };
 
-/// Motions without damping, then stiff balls that come to rest.
-[[nodiscard]] std::vector<Case> all_cases();
+/// Motions without damping, then stiff balls that come to rest (`quick`: for a shorter time).
+[[nodiscard]] std::vector<Case> all_cases(bool quick);
 
 /// A ball of 162 vertices and 1 kg that comes to rest, let go in the shape of its springs, a sphere of 1 m.
 struct RestingBall {

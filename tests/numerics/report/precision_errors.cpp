@@ -36,7 +36,8 @@ struct Scales {
 Scales scales_of(const Trajectory& reference) {
   Scales scales;
   for (const Sample& sample : reference.samples) {
-    scales.energy_j = std::max(scales.energy_j, sample.kinetic_j);
+    const double lost_j = std::abs(sample.energy_j - reference.samples.front().energy_j);
+    scales.energy_j = std::max({scales.energy_j, sample.kinetic_j, lost_j});
     for (const physics::BodyMeasures& body : sample.soft) {
       scales.speed_m_s = std::max(scales.speed_m_s, body.max_speed_m_s);
     }
@@ -112,7 +113,7 @@ Errors errors_of(const Trajectory& run, const Trajectory& reference, const Measu
   for (std::size_t tick = 0; tick < reference.samples.size(); ++tick) {
     const Sample& at = run.samples[tick];
     const Sample& then = reference.samples[tick];
-    sums.add(at, then, measuring, tick < measuring.free_ticks);
+    sums.add(at, then, measuring, tick <= measuring.free_ticks);
     energy.add((at.energy_j - then.energy_j) / scales.energy_j);
     momentum.add((at.momentum - then.momentum).norm() / momentum_scale);
     angular_momentum.add((at.angular_momentum - then.angular_momentum).norm() /

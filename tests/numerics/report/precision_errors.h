@@ -24,7 +24,7 @@ struct Sample {
 };
 
 struct Trajectory {
-  std::vector<Sample> samples;  // one a tick
+  std::vector<Sample> samples;  // at the start, and after each tick
   std::string failure;          // why it ended before its time; empty: it did not
 };
 
@@ -34,7 +34,7 @@ struct Errors {
   double position = none;          // of the vertices, in body sizes, before anything touches
   double centre = none;            // centres of mass, in body sizes
   double volume = none;            // of its own
-  double energy = none;            // in the most kinetic energy
+  double energy = none;            // in the most that is kinetic, or won or lost since the start
   double momentum = none;          // in mass times the greatest speed
   double angular_momentum = none;  // in mass times the greatest speed times body size
   double period = none;            // of breathing

@@ -1,8 +1,10 @@
 #include "numerics/report/precision_hindsight.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "numerics/report/methods.h"
+#include "numerics/report/page.h"
 
 namespace pneuma::report::precision {
 
@@ -47,6 +49,16 @@ std::string describe(const Run& run) {
     text.append(", ").append(std::to_string(run.setting.newton_iterations)).append(" iterations");
   }
   return text;
+}
+
+std::string milliseconds(double cpu_ms_per_s) {
+  const double unit = std::pow(10.0, std::floor(std::log10(cpu_ms_per_s)) - 1.0);
+  return number(std::round(cpu_ms_per_s / unit) * unit, 6) + " ms";
+}
+
+std::string share(double error) {
+  constexpr double least = 1e-6;
+  return error < least ? "under " + percent(least) : percent(error);
 }
 
 }  // namespace pneuma::report::precision

@@ -31,5 +31,9 @@ struct Verdict {
 
 /// "midpoint, 16 substeps".
 [[nodiscard]] std::string describe(const Run& run);
+/// "160 ms", of CPU time in a simulated second.
+[[nodiscard]] std::string milliseconds(double cpu_ms_per_s);
+/// "0.53 %", and no more than that it is small where nobody would ask.
+[[nodiscard]] std::string share(double error);
 
 }  // namespace pneuma::report::precision

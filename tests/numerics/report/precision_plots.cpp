@@ -47,37 +47,57 @@ class Diagram {
     if (!series.points.empty()) plot_.series.push_back(std::move(series));
   }
 
-  /// A line across, with words above it at the right.
-  void level(double error, const std::string& words) {
+  /// What a method failed at stands above a line, its method in the key if nothing else of it is.
+  void add_failed(Series series, bool in_key) {
+    if (series.points.empty()) return;
+    if (!in_key) series.label.clear();
+    series.mark = Mark::points;
+    plot_.series.push_back(std::move(series));
+    any_failed_ = true;
+  }
+
+  enum class Side { left, right };
+  /// A line across, with words by it.
+  void level(double error, const std::string& words, Side side) {
     if (!(error >= least_error)) return;
+    least_ = std::min(least_, error);
+    const bool below = error > 0.2 && error < 1.0;  // above would be among what failed
     std::ostringstream line;
     line << "set arrow from graph 0, first " << error << " to graph 1, first " << error
-         << " nohead dt 3 lw 2 lc rgb '#404040'\nset label \"" << words << "\" at graph 0.99, first " << error
-         << " right offset 0,0.6 front tc rgb '#404040'";
+         << " nohead dt 3 lw 2 lc rgb '#404040'\nset label \"" << words << "\" at graph "
+         << (side == Side::left ? "0.01" : "0.99") << ", first " << error << (side == Side::left ? " left" : " right")
+         << " offset 0," << (below ? "-0.6" : "0.6") << " front tc rgb '#404040'";
     plot_.commands.push_back(line.str());
   }
 
   [[nodiscard]] Plot plot() {
-    plot_.y.range = {0.5 * least_, 2.0 * failed_at};
-    level(failed_at / 1.7, "failed: above this line");
+    plot_.y.range = {0.5 * least_, any_failed_ ? 2.0 * failed_at : 1.0};
+    if (any_failed_) level(failed_at / 1.7, "failed: above this line", Side::right);
     return plot_;
   }
 
  private:
   Plot plot_;
   double least_ = 1.0;
+  bool any_failed_ = false;
 };
 
 /// The runs of one method, and apart from them those that failed.
 struct Ladder {
   Series holds;
   Series failed;
+
+  void draw(Diagram& diagram) && {
+    const bool none_holds = holds.points.empty();
+    diagram.add(std::move(holds));
+    diagram.add_failed(std::move(failed), none_holds);
+  }
 };
 
 Ladder ladder_of(Integrator integrator, const Measured& measured, const Judged& judged) {
   const int style = style_of(integrator);
   Ladder ladder{.holds{.label = title_of(integrator), .style = style, .points{}},
-                .failed{.label = "", .style = style, .points{}, .mark = Mark::points}};
+                .failed{.label = title_of(integrator), .style = style, .points{}}};
   for (const Run& run : measured.runs) {
     if (!run.is_plain() || run.setting.integrator != integrator) continue;
     const double error = run.judged(judged.error);
@@ -115,7 +135,7 @@ Series chosen(const Measured& measured, const Judged& judged) {
 
 Ladder bullet(const Measured& measured) {
   Ladder ladder{.holds{.label = "Bullet, 1 to 50 iterations", .style = bullet_style, .points{}},
-                .failed{.label = "", .style = bullet_style, .points{}, .mark = Mark::points}};
+                .failed{.label = "Bullet", .style = bullet_style, .points{}}};
   for (const Peer& peer : measured.peers) {
     const bool holds = peer.volume_error <= 1.0;
     (holds ? ladder.holds : ladder.failed)
@@ -129,21 +149,15 @@ Ladder bullet(const Measured& measured) {
 Plot diagram(const Measured& measured, const Judged& judged) {
   Diagram diagram(judged.title, judged.label);
   for (const Integrator integrator : every_integrator) {
-    Ladder ladder = ladder_of(integrator, measured, judged);
-    diagram.add(std::move(ladder.holds));
-    diagram.add(std::move(ladder.failed));
+    ladder_of(integrator, measured, judged).draw(diagram);
   }
   for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
     diagram.add(tightly_solved(integrator, measured, judged));
   }
-  if (!measured.peers.empty()) {
-    Ladder ladder = bullet(measured);
-    diagram.add(std::move(ladder.holds));
-    diagram.add(std::move(ladder.failed));
-  }
+  bullet(measured).draw(diagram);
   diagram.add(chosen(measured, judged));
-  diagram.level(measured.standstill.*judged.error, "a body that stays as it is");
-  diagram.level(measured.reference.halving.*judged.error, "what the reference knows");
+  diagram.level(measured.standstill.*judged.error, "a body that stays as it is", Diagram::Side::right);
+  diagram.level(measured.reference.halving.*judged.error, "what the reference knows", Diagram::Side::left);
   return diagram.plot();
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 std::string with_time(const Run* run) {
   if (run == nullptr) return "none here";
-  return describe(*run).append(": ").append(number(run->cpu_ms_per_s, 2)).append(" ms");
+  return describe(*run).append(": ").append(milliseconds(run->cpu_ms_per_s));
 }
 
 std::string ratio_cell(const Verdict& row, const Run* run) {
@@ -24,7 +24,7 @@ std::string cell(double value) {
 }
 
 std::vector<std::string> measures_row(const std::string& first, const Run& run) {
-  std::vector<std::string> row{first, describe(run), number(run.cpu_ms_per_s, 2)};
+  std::vector<std::string> row{first, describe(run), milliseconds(run.cpu_ms_per_s)};
   if (!run.failure.empty()) {
     row.insert(row.end(), {"failed", "-", "-", "-", "-", "-", "-"});
     return row;
@@ -38,8 +38,8 @@ std::vector<std::string> measures_row(const std::string& first, const Run& run) 
 }
 
 const std::vector<std::string>& measures_columns(const std::string& first) {
-  static std::vector<std::string> columns{"",       "run",    "CPU ms per s", "position",         "centre of mass",
-                                          "volume", "energy", "momentum",     "angular momentum", "period"};
+  static std::vector<std::string> columns{"",       "run",    "CPU time", "position",         "centre of mass",
+                                          "volume", "energy", "momentum", "angular momentum", "period"};
   columns.front() = first;
   return columns;
 }
@@ -61,13 +61,14 @@ const Run* middle_rung(const Measured& measured, Integrator integrator) {
 void write_iterations(Page& page, const std::vector<Measured>& all) {
   std::vector<std::vector<std::string>> rows;
   for (const Measured& measured : all) {
+    if (measured.subject.rest_ticks > 0) continue;  // where it rests is the same for any
     const Judged& judged = measured.subject.judged.front();
     for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
       std::vector<std::string> row{judged.title, title_of(integrator)};
       for (const Run& run : measured.runs) {
         if (run.setting.error_target != tight_target || run.setting.substeps != 1) continue;
         if (run.setting.integrator != integrator) continue;
-        row.push_back(percent(run.judged(judged.error)).append(" in ").append(number(run.cpu_ms_per_s, 2)) + " ms");
+        row.push_back(share(run.judged(judged.error)) + " in " + milliseconds(run.cpu_ms_per_s));
       }
       if (row.size() > 2) rows.push_back(std::move(row));
     }
@@ -85,8 +86,9 @@ void write_verdicts(Page& page, const std::vector<Verdict>& rows) {
   std::vector<std::vector<std::string>> choices;
   std::vector<std::vector<std::string>> cheapest;
   for (const Verdict& row : rows) {
-    choices.push_back({row.judged->title, describe(*row.automatic), percent(row.error),
-                       number(row.automatic->cpu_ms_per_s, 2), with_time(row.as_exact), ratio_cell(row, row.as_exact)});
+    choices.push_back({row.judged->title, describe(*row.automatic), share(row.error),
+                       milliseconds(row.automatic->cpu_ms_per_s), with_time(row.as_exact),
+                       ratio_cell(row, row.as_exact)});
     cheapest.push_back({row.judged->title, with_time(row.within_percent), ratio_cell(row, row.within_percent),
                         with_time(row.within_per_mille), ratio_cell(row, row.within_per_mille)});
   }
@@ -94,7 +96,14 @@ void write_verdicts(Page& page, const std::vector<Verdict>& rows) {
       "What `AUTO` chose at its target of 1 %, how far off it was, and the cheapest run in hindsight that was as exact "
       "(or within 0.01 %). Times are CPU milliseconds a simulated second; the last column is AUTO's time over that "
       "run's.");
-  page.table({"case", "AUTO's choice", "its error", "CPU ms per s", "best in hindsight", "ratio"}, choices);
+  page.table({"case", "AUTO's choice", "its error", "CPU time", "best in hindsight", "ratio"}, choices);
+  std::vector<std::vector<std::string>> reasons;
+  for (const Verdict& row : rows) {
+    if (row.judged == &row.measured->subject.judged.front())
+      reasons.push_back({row.judged->title, row.automatic->reason});
+  }
+  page.paragraph("Why, in the words of `AUTO` itself (stats and `pneuma-sim` give them too):");
+  page.table({"case", "reason"}, reasons);
   page.paragraph("The cheapest runs within 1 % and within 0.1 %, and AUTO's time over each.");
   page.table({"case", "within 1 %", "ratio", "within 0.1 %", "ratio"}, cheapest);
 }
@@ -104,8 +113,10 @@ void write_measures(Page& page, const std::vector<Measured>& all) {
   page.paragraph(
       "Root mean squares over the ticks against the reference: position and centre of mass in body sizes, volume in "
       "its "
-      "own, energy (with what dampers and the wind took) in the most kinetic energy, momentum in mass times the "
-      "greatest speed, angular momentum in that times body size, the period of breathing in its own. First AUTO's "
+      "own, energy (so also what dampers and the wind took) in the most that is kinetic or was won or lost, momentum "
+      "in "
+      "mass times the greatest speed, angular momentum in that times body size, the period of breathing in its own. "
+      "First AUTO's "
       "runs:");
   std::vector<std::vector<std::string>> rows;
   for (const Measured& measured : all) rows.push_back(measures_row(measured.subject.name, automatic(measured)));
@@ -128,7 +139,7 @@ void write_peers(Page& page, const std::vector<Measured>& all) {
     if (measured.peers.empty()) continue;
     const std::string& title = measured.subject.judged.front().title;
     const auto add = [&](const std::string& program, double error, double cpu_ms_per_s) {
-      rows.push_back({title, program, percent(error), number(cpu_ms_per_s, 2)});
+      rows.push_back({title, program, share(error), milliseconds(cpu_ms_per_s)});
     };
     const auto add_run = [&](const std::string& name, const Run& run) {
       add(name + describe(run), run.judged(&Errors::volume_at_rest), run.cpu_ms_per_s);
@@ -154,7 +165,7 @@ void write_peers(Page& page, const std::vector<Measured>& all) {
       "its balls are softer than asked for until its iterations are many; with 1,000 times the gas it may also pass "
       "the "
       "right volume, which it does not aim at.");
-  page.table({"case", "program", "volume off by", "CPU ms per s"}, rows);
+  page.table({"case", "program", "volume off by", "CPU time"}, rows);
 }
 
 void write_references(Page& page, const std::vector<Measured>& all) {
@@ -173,7 +184,7 @@ void write_references(Page& page, const std::vector<Measured>& all) {
       "RK4 in double precision, its step halved until that changes the measure by less than 1e-9. Where something "
       "touches, that holds until then; after it trajectories are chaotic, so only centres of mass, volume and energy "
       "are compared, and what halving changes there is as much as the reference knows. Energy is kept where nothing "
-      "damps, blows or bounces: its change is that of the reference, in its most kinetic energy. Durations are what "
+      "damps, blows or bounces: its change is the reference's own, in its most kinetic energy. Durations are what "
       "such steps can follow in the time there is.");
   page.table(
       {"case", "what moves", "simulated s", "steps in 1/60 s", "halving changes", "after contact", "energy change"},

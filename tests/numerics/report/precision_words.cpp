@@ -8,14 +8,6 @@ namespace pneuma::report::precision {
 
 namespace {
 
-std::string milliseconds(const Run& run) {
-  return number(run.cpu_ms_per_s, 2) + " ms";
-}
-
-std::string times(double ratio) {
-  return number(ratio, 2);
-}
-
 void append_item(std::string& list, const std::string& item, const char* separator = "; ") {
   list.append(list.empty() ? "" : separator).append(item);
 }
@@ -29,7 +21,7 @@ void write_winners(Page& page, const std::vector<Verdict>& rows, const Run* Verd
       const Run* run = row.*winner;
       if (run == nullptr || run->setting.integrator != integrator) continue;
       append_item(where, row.judged->title + " (" + std::to_string(run->setting.substeps) + " a tick, " +
-                             milliseconds(*run) + ")");
+                             milliseconds(run->cpu_ms_per_s) + ")");
     }
     if (where.empty()) continue;
     page.bullet("**" + title_of(integrator) + "** costs least " + within + " for: " + where + ".");
@@ -47,7 +39,7 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
   const Verdict* dearest = nullptr;
   for (const Verdict& row : rows) {
     if (!row.holds_target()) {
-      append_item(missed, row.judged->title + " (" + percent(row.error) + ")");
+      append_item(missed, row.judged->title + " (" + share(row.error) + ")");
     } else if (row.within_percent != nullptr) {
       ratios.push_back(row.ratio_to(row.within_percent));
       if (dearest == nullptr || ratios.back() > dearest->ratio_to(dearest->within_percent)) dearest = &row;
@@ -58,9 +50,9 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
                      std::to_string(rows.size()) + " rows";
   if (dearest != nullptr) {
     std::ranges::sort(ratios);
-    text += ", where it took " + times(ratios[ratios.size() / 2]) +
+    text += ", where it took " + number(ratios[ratios.size() / 2], 2) +
             " times as long as the cheapest run within 1 % in the middle one, and " +
-            times(dearest->ratio_to(dearest->within_percent)) + " times in the dearest (" + dearest->judged->title +
+            number(dearest->ratio_to(dearest->within_percent), 2) + " times in the dearest (" + dearest->judged->title +
             ")";
   }
   page.bullet(text + ". So leave `integrator` at `AUTO` unless your scene is one of those below.");

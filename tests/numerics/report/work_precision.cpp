@@ -22,7 +22,7 @@ constexpr double errors_share = 0.35;
 
 std::vector<Measured> begin(bool quick) {
   std::vector<Measured> all;
-  for (Case& subject : all_cases()) {
+  for (Case& subject : all_cases(quick)) {
     Measured& measured = all.emplace_back();
     measured.runs = make_ladder(subject, quick);
     measured.subject = std::move(subject);
