@@ -21,8 +21,8 @@ inline constexpr std::size_t world_colliders_max = 256;
 inline constexpr std::size_t body_grabs_max = 64;
 // A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.
 inline constexpr std::uint32_t icosphere_subdivisions_max = 6;
-// At the largest of each, the hand's volume is off by 0.01 % and by 0.2 % and costs fifty and two hundred exact ones: finer,
-// and a substep of one body takes milliseconds. At the defaults it is off by 1 % and by 2 %.
+// At the largest of each, the hand's volume is off by 0.01 % and 0.2 % and costs fifty and two hundred exact ones. At
+// the defaults it is off by 1 % and 2 %.
 inline constexpr std::uint32_t volume_subdivisions_max = 128;
 inline constexpr std::uint32_t volume_subdivisions_default = 16;
 inline constexpr std::uint32_t volume_samples_max = 65'536;
