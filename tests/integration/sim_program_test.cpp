@@ -228,6 +228,20 @@ TEST(SimProgram, EveryBuiltInSceneRunsAndSumsUp) {
   }
 }
 
+// Of the hand's volume, an unstretched skin holds 0.343 l.
+TEST(SimProgram, EveryVolumeMethodHoldsTheHandsGas) {
+  for (const char* method : {"EXACT", "BOX", "BALL", "ELLIPSOID", "SUBDIVIDED", "MONTE_CARLO"}) {
+    const Finished finished =
+        sim({"hand", "--seconds", "0.2", "--csv", "-", "--set", std::string("soft_bodies[0].volume.method=") + method});
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    const auto rows = split(finished.output, '\n');
+    ASSERT_EQ(rows.size(), 14U) << method;
+    const double volume_m3 = std::stod(split(rows[13], ',')[3]);
+    EXPECT_GT(volume_m3, 1.5e-4) << method;
+    EXPECT_LT(volume_m3, 4.5e-4) << method;
+  }
+}
+
 TEST(SimProgram, VersionAndHelp) {
   const Finished version = sim({"--version"});
   EXPECT_EQ(version.exit_status, 0);

@@ -32,7 +32,7 @@ TEST_P(EveryMethod, GoesOnFromASnapshotWithTheSameBits) {
 
 // By a sampled volume too a ball comes to rest at s = (1 + sqrt(1 + 12 nRT / K)) / 2, to within what the samples say.
 TEST_P(EveryMethod, SampledGasHoldsABallAtItsRadius) {
-  for (const Volume volume : {Volume{VolumeMethod::subdivided, 32}, Volume{VolumeMethod::monte_carlo, 16'384}}) {
+  for (const Volume volume : {Volume{VolumeMethod::subdivided, 32}, Volume{VolumeMethod::monte_carlo, 4'096}}) {
     const BreathingBall ball{.subdivisions = 1, .damping_n_s_m = 2.0};
     Scene scene = ball.scene(1.0, GetParam(), 60, 0);
     scene.stepping = stepping();
