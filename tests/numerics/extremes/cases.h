@@ -1,0 +1,14 @@
+// The extreme cases by what they strain, each group in a source of its own.
+#pragma once
+
+#include <vector>
+
+#include "numerics/extremes/extreme_case.h"
+
+namespace pneuma::extremes {
+
+[[nodiscard]] std::vector<ExtremeCase> input_cases();
+[[nodiscard]] std::vector<ExtremeCase> contact_cases();
+[[nodiscard]] std::vector<ExtremeCase> endurance_cases();
+
+}  // namespace pneuma::extremes
