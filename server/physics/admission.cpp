@@ -110,10 +110,10 @@ std::string item(std::string_view list, std::size_t index) {
   return std::string(list) + "[" + std::to_string(index) + "]";
 }
 
-/// Distance of the furthest vertex from the mesh's own origin.
-double reach_m(const Mesh& mesh) {
+/// Distance of the furthest vertex from the body's own origin, at the start.
+double reach_m(const SoftBody& body) {
   double squared = 0.0;
-  for (const Vec3d& position : mesh.positions_m) squared = std::max(squared, position.squaredNorm());
+  for (const Vec3d& position : body.start_shape_m()) squared = std::max(squared, position.squaredNorm());
   return std::sqrt(squared);
 }
 
@@ -228,9 +228,25 @@ void check_pins(const SoftBody& body, Fields fields) {
   if (body.pin_boundary && body.mesh->closed) fields.fail("pin_boundary", "the mesh is closed and has no border");
 }
 
+/// One for each of the mesh's vertices, or none.
+void check_start_positions(const SoftBody& body, Fields fields) {
+  const std::size_t vertex_count = body.mesh->positions_m.size();
+  const std::size_t count = body.start_positions_m.size();
+  if (count != 0 && count != vertex_count) {
+    fields.fail("start_positions",
+                "place " + std::to_string(count) + " vertices of a mesh of " + std::to_string(vertex_count));
+  }
+  for (std::size_t i = 0; i < 3 * count; ++i) {
+    const double coordinate_m = body.start_positions_m[i / 3][static_cast<Eigen::Index>(i % 3)];
+    if (std::abs(coordinate_m) <= base::coordinate_max_m) continue;
+    fields.finite(item("start_positions", i), coordinate_m, base::coordinate_max_m);
+    return;
+  }
+}
+
 /// No vertex may start past the limits at which a body counts as run away.
 void check_start_of_vertices(const SoftBody& body, Fields fields) {
-  const double reach = reach_m(*body.mesh);
+  const double reach = reach_m(body);
   if (body.position.cwiseAbs().maxCoeff() + reach > base::coordinate_max_m) {
     fields.fail("position", "puts a vertex further than " + number_text(base::coordinate_max_m) + " m from the origin",
                 base::StatusCode::limit_exceeded);
@@ -252,7 +268,7 @@ void check_edges(const SoftBody& body, Precision precision, Fields fields) {
                 base::StatusCode::limit_exceeded);
   }
   if (precision == Precision::double_precision) return;
-  const double reach = body.position.cwiseAbs().maxCoeff() + reach_m(*body.mesh);
+  const double reach = body.position.cwiseAbs().maxCoeff() + reach_m(body);
   if (reach > base::single_precision_edges_max * shortest_m) {
     fields.fail("position",
                 "puts a vertex " + number_text(reach) + " m from the origin, more than " +
@@ -268,6 +284,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
     return;
   }
   check_motion(body, fields);
+  check_start_positions(body, fields);
   check_start_of_vertices(body, fields);
   check_edges(body, precision, fields);
   fields.mass_kg(body.mass_kg);

@@ -22,7 +22,7 @@ GasState make_gas_state(const Gas& gas, double volume_m3) {
 GasState make_gas_state(const Gas& gas, double volume_m3, double rest_volume_m3) {
   GasState state = make_gas_state(gas, rest_volume_m3);
   if (gas.law == GasLaw::adiabatic) {
-    state.temperature_ref_k *= std::pow(floored(state, volume_m3) / rest_volume_m3, gas.heat_capacity_ratio - 1.0);
+    state.temperature_ref_k *= portable_pow(floored(state, volume_m3) / rest_volume_m3, gas.heat_capacity_ratio - 1.0);
   }
   return state;
 }

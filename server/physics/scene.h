@@ -112,6 +112,11 @@ struct SoftBody {
   bool pin_boundary = false;
   Drag drag;
   Collision collision;
+  std::vector<Vec3d> start_positions_m;  // of the mesh's vertices, in the body's frame; empty: the mesh's own
+
+  [[nodiscard]] const std::vector<Vec3d>& start_shape_m() const {
+    return start_positions_m.empty() ? mesh->positions_m : start_positions_m;
+  }
 };
 
 struct PlaneShape {

@@ -68,7 +68,7 @@ SoftState<Real> make_soft_state(const SoftBody& body) {
   const std::size_t count = body.mesh->positions_m.size();
   state.x.reserve(count);
   state.v.reserve(count);
-  for (const Vec3d& local : body.mesh->positions_m) {
+  for (const Vec3d& local : body.start_shape_m()) {
     const Vec3d arm = body.orientation * local;
     state.x.push_back((body.position + arm).cast<Real>());
     state.v.push_back((body.velocity + body.angular_velocity.cross(arm)).cast<Real>());
@@ -76,14 +76,16 @@ SoftState<Real> make_soft_state(const SoftBody& body) {
   state.dr.assign(count, Vec3<Real>::Zero());
   apply_constants(state, body);
   if (body.mesh->closed) state.volume_m3 = body_volume_m3<Real>(body, state.x);
-  if (body.gas) state.gas = make_gas_state(*body.gas, state.volume_m3);
+  if (!body.gas) return state;
+  state.gas = body.start_positions_m.empty() ? make_gas_state(*body.gas, state.volume_m3)
+                                             : make_gas_state(*body.gas, state.volume_m3, rest_volume_m3<Real>(body));
   return state;
 }
 
 bool continues(const SoftBody& before, const SoftBody& after) {
   return same_mesh(*before.mesh, *after.mesh) && before.position == after.position &&
          before.orientation.coeffs() == after.orientation.coeffs() && before.velocity == after.velocity &&
-         before.angular_velocity == after.angular_velocity;
+         before.angular_velocity == after.angular_velocity && before.start_positions_m == after.start_positions_m;
 }
 
 template <class Real>

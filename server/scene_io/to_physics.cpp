@@ -213,11 +213,28 @@ void read_motion(const In& in, Out& out, Failures& failures) {
   out.surface = to_surface(in.surface());
 }
 
+/// As many vertices as the mesh has, counted before they are made.
+Status read_start_positions(const google::protobuf::RepeatedField<double>& in, const physics::Mesh& mesh,
+                            std::vector<Vec3d>& out) {
+  const auto count = static_cast<std::size_t>(in.size());
+  const std::size_t wanted = 3 * mesh.positions_m.size();
+  if (count != 0 && count != wanted) {
+    return base::invalid("are " + std::to_string(count) + " numbers; a mesh of " +
+                         std::to_string(mesh.positions_m.size()) + " vertices has " + std::to_string(wanted));
+  }
+  out.reserve(count / 3);
+  for (int i = 0; i < in.size(); i += 3) out.emplace_back(in[i], in[i + 1], in[i + 2]);
+  return {};
+}
+
 Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics::SoftBody& out) {
   Failures failures;
   const auto mesh = meshes.find(in.mesh());
   failures.note("mesh", mesh.status());
-  if (mesh.ok()) out.mesh = *mesh;
+  if (mesh.ok()) {
+    out.mesh = *mesh;
+    failures.note("start_positions", read_start_positions(in.start_positions(), **mesh, out.start_positions_m));
+  }
   read_motion(in, out, failures);
   if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
   read_springs(in.springs(), out.springs);

@@ -193,6 +193,21 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"soft_bodies[1].surface.thickness_m", [](Scene& s) { s.soft_bodies[1].surface.thickness_m = -0.1; }},
         Row{"soft_bodies[0].pins[1]", [](Scene& s) { s.soft_bodies[0].pins[1] = 42; }},
         Row{"soft_bodies[0].pin_boundary", [](Scene& s) { s.soft_bodies[0].pin_boundary = true; }},
+        Row{"soft_bodies[0].start_positions",
+            [](Scene& s) { s.soft_bodies[0].start_positions_m.assign(41, Vec3d::Zero()); }},
+        Row{"soft_bodies[0].start_positions[124]",
+            [](Scene& s) {
+              s.soft_bodies[0].start_positions_m.assign(42, Vec3d::Zero());
+              s.soft_bodies[0].start_positions_m[41].y() = not_a_number;
+            }},
+        Row{"soft_bodies[0].start_positions[0]",
+            [](Scene& s) { s.soft_bodies[0].start_positions_m.assign(42, Vec3d(2e7, 0, 0)); }, limit},
+        Row{"soft_bodies[0].position",
+            [](Scene& s) {
+              s.soft_bodies[0].position.x() = 5e6;
+              s.soft_bodies[0].start_positions_m.assign(42, Vec3d(6e6, 0, 0));
+            },
+            limit},
         Row{"soft_bodies[0].drag.normal", [](Scene& s) { s.soft_bodies[0].drag.normal = -1; }},
         Row{"soft_bodies[0].drag.tangential", [](Scene& s) { s.soft_bodies[0].drag.tangential = not_a_number; }}));
 

@@ -60,6 +60,16 @@ TEST(ToPhysics, SoftBodyHasTheDefaults) {
   EXPECT_EQ(body.orientation.coeffs(), physics::Quatd::Identity().coeffs());
 }
 
+TEST(ToPhysics, StartPositionsAreThreeNumbersAVertex) {
+  const auto scene = translate(R"({"meshes": [{"name": "m", "grid": {"columns": 1, "rows": 1}}],
+      "soft_bodies": [{"name": "b", "mesh": "m", "start_positions": [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]}]})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  ASSERT_EQ(scene->soft_bodies[0].start_positions_m.size(), 4U);
+  EXPECT_EQ(scene->soft_bodies[0].start_positions_m[3], physics::Vec3d(10, 11, 12));
+  EXPECT_EQ(error_of(with_body(R"("start_positions": [1, 2, 3])")),
+            "soft_bodies[0].start_positions: are 3 numbers; a mesh of 162 vertices has 486");
+}
+
 TEST(ToPhysics, BodiesShareAMeshBuiltOnce) {
   const auto scene = translate(std::string("{") + ball_mesh +
                                R"(, "soft_bodies": [{"name": "a", "mesh": "ball"}, {"name": "b", "mesh": "ball"}]})");

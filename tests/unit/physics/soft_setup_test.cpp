@@ -1,0 +1,115 @@
+// Shows that a body begins where its scene places its vertices, while its springs, its bends and the volume that its
+// gas is measured by stay those of its mesh: energies, pressures and temperatures against their closed forms.
+#include "physics/soft_setup.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "physics/gas.h"
+#include "physics/measures.h"
+#include "physics/world.h"
+
+namespace pneuma::physics {
+namespace {
+
+constexpr double stiffness_n_m = 40.0;
+
+SoftBody ball(double radius_m = 0.5) {
+  SoftBody body;
+  body.name = "ball";
+  body.mesh = *make_icosphere(2, radius_m);
+  body.springs.stiffness_n_m = stiffness_n_m;
+  return body;
+}
+
+/// The mesh's shape, `scale` times as large; inside out where negative.
+std::vector<Vec3d> scaled_shape(const SoftBody& body, double scale) {
+  std::vector<Vec3d> shape;
+  for (const Vec3d& position : body.mesh->positions_m) shape.emplace_back(scale * position);
+  return shape;
+}
+
+SoftBody started(SoftBody body, double scale) {
+  body.start_positions_m = scaled_shape(body, scale);
+  return body;
+}
+
+World world_of(const SoftBody& body) {
+  Scene scene;
+  scene.soft_bodies = {body};
+  auto world = World::create(scene);
+  if (!world.ok()) throw std::runtime_error(world.status().message());
+  return std::move(*world);
+}
+
+TEST(StartPositions, ArePlacedAsTheBodyIs) {
+  SoftBody body = started(ball(), 0.5);
+  body.position = {1, 2, 3};
+  body.orientation = Quatd(Eigen::AngleAxisd(0.7, Vec3d(1, 1, 0).normalized()));
+  body.velocity = {0, 1, 0};
+  body.angular_velocity = {0, 0, 2};
+  const SoftState<double> state = make_soft_state<double>(body);
+  for (std::size_t i = 0; i < state.x.size(); ++i) {
+    const Vec3d arm = body.orientation * (0.5 * body.mesh->positions_m[i]);
+    EXPECT_LT((state.x[i] - (body.position + arm)).norm(), 1e-15);
+    EXPECT_LT((state.v[i] - (body.velocity + body.angular_velocity.cross(arm))).norm(), 1e-15);
+  }
+}
+
+TEST(StartPositions, OfTheMeshItselfChangeNothing) {
+  SoftBody body = ball();
+  body.gas = Gas{.moles = 0.01};
+  World plain = world_of(body);
+  World placed = world_of(started(body, 1.0));
+  Workers workers(1);
+  for (int i = 0; i < 30; ++i) {
+    plain.step_tick(workers);
+    placed.step_tick(workers);
+  }
+  EXPECT_EQ(plain.state_hash(), placed.state_hash());
+}
+
+TEST(StartPositions, LeaveSpringsTheirRestLengths) {
+  const SoftBody body = started(ball(), 0.5);
+  double squares_m2 = 0.0;
+  for (const double length_m : body.mesh->edge_lengths_m) squares_m2 += length_m * length_m;
+  EXPECT_NEAR(world_of(body).measure(0).elastic_j, 0.5 * stiffness_n_m * 0.25 * squares_m2, 1e-12);
+}
+
+TEST(StartPositions, GasHasItsTemperatureInThemAndIsMeasuredByTheMesh) {
+  for (const GasLaw law : {GasLaw::isothermal, GasLaw::adiabatic}) {
+    SoftBody body = ball();
+    body.gas = Gas{.moles = 0.01, .temperature_k = 300.0, .law = law};
+    const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
+    const SoftState<double> state = make_soft_state<double>(started(body, 0.5));
+    EXPECT_NEAR(state.gas->volume_ref_m3, volume_m3, 1e-15);
+    EXPECT_NEAR(gas_temperature_k(*state.gas, *body.gas, volume_m3 / 8), 300.0, 1e-9);
+    EXPECT_NEAR(gas_temperature_k(*state.gas, *body.gas, volume_m3),
+                law == GasLaw::adiabatic ? 300.0 * std::pow(1.0 / 8.0, 0.4) : 300.0, 1e-9);
+  }
+}
+
+TEST(StartPositions, InsideOutIsToldOfAndStaysFinite) {
+  SoftBody body = ball();
+  body.gas = Gas{.moles = 0.01};
+  World world = world_of(started(body, -1.0));
+  Workers workers(1);
+  world.step_tick(workers);
+  const std::vector<BodyGasEvent> events = world.take_gas_events();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].event.kind, GasEvent::Kind::inverted);
+  for (int i = 0; i < 120; ++i) world.step_tick(workers);
+  EXPECT_TRUE(std::isfinite(world.measure(0).volume_m3));
+}
+
+TEST(StartPositions, OtherOnesBeginTheBodyAnew) {
+  EXPECT_TRUE(continues(started(ball(), 0.5), started(ball(), 0.5)));
+  EXPECT_FALSE(continues(started(ball(), 0.5), started(ball(), 0.6)));
+  EXPECT_FALSE(continues(started(ball(), 0.5), ball()));
+}
+
+}  // namespace
+}  // namespace pneuma::physics
