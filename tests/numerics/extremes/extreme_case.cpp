@@ -1,9 +1,23 @@
 #include "numerics/extremes/extreme_case.h"
 
+#include <algorithm>
+
+#include "numerics/extremes/cases.h"
+
 namespace pneuma::extremes {
+namespace {
+
+std::vector<ExtremeCase> in_order(const std::vector<std::vector<ExtremeCase>>& groups) {
+  std::vector<ExtremeCase> all;
+  for (const std::vector<ExtremeCase>& group : groups) all.insert(all.end(), group.begin(), group.end());
+  std::ranges::sort(all, {}, &ExtremeCase::number);
+  return all;
+}
+
+}  // namespace
 
 const std::vector<ExtremeCase>& extreme_cases() {
-  static const std::vector<ExtremeCase> all;
+  static const std::vector<ExtremeCase> all = in_order({input_cases()});
   return all;
 }
 
