@@ -17,7 +17,7 @@ std::vector<ExtremeCase> in_order(const std::vector<std::vector<ExtremeCase>>& g
 }  // namespace
 
 const std::vector<ExtremeCase>& extreme_cases() {
-  static const std::vector<ExtremeCase> all = in_order({input_cases()});
+  static const std::vector<ExtremeCase> all = in_order({input_cases(), contact_cases(), endurance_cases()});
   return all;
 }
 

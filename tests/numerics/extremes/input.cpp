@@ -251,6 +251,46 @@ Result run_not_a_number(bool) {
                     .append(" refusals, each by its path")};
 }
 
+/// What may be wrong with a mesh, and where that is said.
+struct Fault {
+  std::string name;
+  std::function<void(v1::Mesh::Triangles&)> make;
+  std::string where;
+};
+
+std::vector<Fault> faults() {
+  return {{"a face is missing", [](auto& mesh) { mesh.mutable_indices()->Truncate(mesh.indices_size() - 3); },
+           "soft_bodies[0].mesh"},
+          {"a face is flipped", [](auto& mesh) { mesh.mutable_indices()->SwapElements(0, 1); }, "meshes[0].triangles"},
+          {"it is inside out",
+           [](auto& mesh) {
+             for (int i = 0; i < mesh.indices_size(); i += 3) mesh.mutable_indices()->SwapElements(i, i + 1);
+           },
+           "soft_bodies[0].mesh"},
+          {"faces meet at two vertices of one place",
+           [](auto& mesh) {
+             *mesh.add_positions() = v1::Vec3(mesh.positions(0));
+             mesh.set_indices(0, static_cast<std::uint32_t>(mesh.positions_size() - 1));
+           },
+           "soft_bodies[0].mesh"}};
+}
+
+Result run_open_or_flipped(bool) {
+  auto good = scene_io::load_scene(scene_path("12-open-or-flipped.json"));
+  if (!good.ok()) throw std::runtime_error(good.status().message());
+  if (const auto taken = scene_io::to_physics(*good); !taken.ok()) return {false, taken.status().message()};
+  int refused = 0;
+  for (const Fault& fault : faults()) {
+    v1::Scene bad = *good;
+    fault.make(*bad.mutable_meshes(0)->mutable_triangles());
+    const Status status = scene_io::to_physics(bad).status();
+    if (status.ok()) return {false, fault.name + ", and it is taken"};
+    if (!status.where().starts_with(fault.where)) return {false, fault.name + ", and is refused as " + status.message()};
+    ++refused;
+  }
+  return {true, std::to_string(refused).append(" faults refused, each by its mesh")};
+}
+
 }  // namespace
 
 std::vector<ExtremeCase> input_cases() {
@@ -259,6 +299,12 @@ std::vector<ExtremeCase> input_cases() {
            .scene = "10-not-a-number.json",
            .criterion = "each refused, by the path of the field or its vector; the world as before",
            .run = run_not_a_number,
+           .bullet = nullptr},
+          {.number = 12,
+           .name = "an open, flipped or unwelded mesh with gas",
+           .scene = "12-open-or-flipped.json",
+           .criterion = "refused, with the mesh named",
+           .run = run_open_or_flipped,
            .bullet = nullptr}};
 }
 
