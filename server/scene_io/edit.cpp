@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "scene_io/finite_numbers.h"
 #include "scene_io/quoted.h"
 
 namespace pneuma::scene_io {
@@ -176,6 +177,8 @@ std::string change_name(const v1::SceneChange& made) {
 }  // namespace
 
 base::Result<v1::Scene> apply_edit(const v1::Scene& scene, const v1::SceneEdit& edit) {
+  // Of what a later change overwrites too, which the result does not show.
+  if (Status status = check_finite(edit); !status.ok()) return status;
   v1::Scene edited = scene;
   for (int i = 0; i < edit.changes_size(); ++i) {
     const std::string path = "changes[" + std::to_string(i) + "]";

@@ -2,6 +2,8 @@
 // that cannot be made, named by its path, leaves the scene as it was.
 #include "scene_io/edit.h"
 
+#include <limits>
+
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
@@ -149,6 +151,20 @@ TEST(Edit, AddsAreBounded) {
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), base::StatusCode::limit_exceeded);
   EXPECT_EQ(scene.status().where(), "changes[256].add_soft_body");
+}
+
+TEST(Edit, ANumberThatIsNoneIsRefusedEvenWhereALaterChangeOverwritesIt) {
+  v1::SceneEdit wind;
+  wind.add_changes()->mutable_set_atmosphere()->mutable_wind()->set_x(std::numeric_limits<double>::quiet_NaN());
+  wind.add_changes()->mutable_set_wind()->set_z(1.0);
+  EXPECT_EQ(error_of(apply_edit(scene_before(), wind)), "changes[0].set_atmosphere.wind.x: is not finite");
+
+  v1::SceneEdit mesh;
+  auto& triangles = *mesh.add_changes()->mutable_add_mesh()->mutable_triangles();
+  triangles.add_positions();
+  triangles.add_positions()->set_y(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(error_of(apply_edit(scene_before(), mesh)),
+            "changes[0].add_mesh.triangles.positions[1].y: is not finite");
 }
 
 TEST(RenewedBodies, AreThoseAddedAndTheRigidOnesWhoseMotionIsSet) {

@@ -1,0 +1,185 @@
+// Cases of contact: a hit too fast for any step, a load a thousand times as heavy, bodies that begin within each other.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "numerics/extremes/cases.h"
+#include "numerics/extremes/variants.h"
+#include "physics/stability.h"
+
+namespace pneuma::extremes {
+namespace {
+
+using physics::Precision;
+using physics::Quatd;
+using physics::Scene;
+using physics::Vec3d;
+using physics::World;
+
+/// What of the scene was behind a wall at some time.
+struct Passage {
+  bool soft = false;
+  bool ball = false;
+  bool slab = false;
+  std::size_t frozen = 0;
+};
+
+// Of round-off in single precision, tens of metres away.
+constexpr double past_min_m = 1e-3;
+
+Passage run_wall(const Scene& scene) {
+  World world = make_world(scene);
+  physics::Workers workers(1);
+  const auto thickness_m = [](const physics::Shape& shape) {
+    return std::get<physics::BoxShape>(shape).half_extents_m;
+  };
+  const physics::ColliderState& wall = world.colliders()[0];
+  const Vec3d wall_m = thickness_m(wall.collider.shape);
+  const auto past_m = [&](const Vec3d& x) { return (wall.orientation.conjugate() * (x - wall.position)).x(); };
+  Passage passage;
+  for (int tick = 0; tick < 12; ++tick) {
+    world.step_tick(workers);
+    passage.frozen += world.take_frozen().size();
+    for (const Vec3d& x : positions_of(world, 0)) {
+      passage.soft |= !x.allFinite() || past_m(x) > past_min_m - wall_m.x();
+    }
+    const physics::RigidState& plate = world.rigid_bodies()[2];
+    const Vec3d plate_m = thickness_m(plate.body.shape);
+    for (const Vec3d& x : positions_of(world, 1)) {
+      const Vec3d local = plate.orientation.conjugate() * (x - plate.position);
+      const bool within = std::abs(local.y()) < plate_m.y() && std::abs(local.z()) < plate_m.z();
+      passage.soft |= !x.allFinite() || (within && local.x() > past_min_m - plate_m.x());
+    }
+    passage.ball |= !(past_m(world.rigid_bodies()[0].position) < 0.0);
+    passage.slab |= !(past_m(world.rigid_bodies()[1].position) < 0.0);
+  }
+  return passage;
+}
+
+std::string of(std::size_t count, std::size_t all) {
+  return std::to_string(count).append(" of ").append(std::to_string(all));
+}
+
+Result run_thin_wall(bool) {
+  const std::vector<Variant> variants = every_variant();
+  std::size_t runs = 0;
+  std::size_t soft = 0;
+  std::size_t ball = 0;
+  std::size_t slab = 0;
+  std::size_t frozen = 0;
+  for (const Variant& variant : variants) {
+    for (const double angle_rad : {0.0, 0.3, 0.6}) {
+      Scene scene = load("13-thin-wall.json");
+      set(scene, variant);
+      scene.colliders[0].orientation = Eigen::AngleAxisd(angle_rad, Vec3d(0.1, 0.2, 1.0).normalized());
+      const Passage passage = run_wall(scene);
+      ++runs;
+      soft += passage.soft ? 1 : 0;
+      ball += passage.ball ? 1 : 0;
+      slab += passage.slab ? 1 : 0;
+      frozen += passage.frozen > 0 ? 1 : 0;
+    }
+  }
+  return {soft + ball + slab == 0, std::string("through in ")
+                                       .append(of(soft, runs))
+                                       .append(" runs: a soft ball; in ")
+                                       .append(std::to_string(ball))
+                                       .append(": a rigid ball; in ")
+                                       .append(std::to_string(slab))
+                                       .append(": a rigid slab; torn and frozen in ")
+                                       .append(std::to_string(frozen))};
+}
+
+Result run_heavy_on_light(bool) {
+  constexpr int seconds = 60;
+  std::size_t runs = 0;
+  std::size_t stood = 0;
+  int longest_s = 0;
+  for (const Variant& variant : every_variant()) {
+    // Explicit Euler would need 9,125 substeps a tick here, more than there may be.
+    if (variant.integrator == physics::Integrator::explicit_euler) continue;
+    Scene scene = load("14-heavy-on-light.json");
+    set(scene, variant);
+    World world = make_world(scene);
+    physics::Workers workers(1);
+    const physics::RigidState& load = world.rigid_bodies()[0];
+    const double half_m = std::get<physics::BoxShape>(load.body.shape).half_extents_m.y();
+    const auto stands = [&] {
+      // A quarter of the ball's height is left below it, and it is upright.
+      const bool is_up = (load.orientation * Vec3d::UnitY()).y() > 0.9;
+      return is_up && load.position.y() - half_m > 0.25 && !world.is_frozen(0);
+    };
+    int second = 0;
+    for (; second < seconds && stands(); ++second) {
+      for (int tick = 0; tick < 60; ++tick) world.step_tick(workers);
+    }
+    ++runs;
+    stood += stands() ? 1 : 0;
+    longest_s = std::max(longest_s, second);
+  }
+  return {stood == runs, std::string("stands in ")
+                             .append(of(stood, runs))
+                             .append(" runs; the longest for ")
+                             .append(std::to_string(longest_s))
+                             .append(" s")};
+}
+
+/// One length of overlap in a period of the ball's own breathing: what presses it out is its skin and its gas.
+double exit_bound_m_s(const physics::SoftBody& body, double overlap_m) {
+  return overlap_m * physics::estimate_frequencies(body, {}).breathing_rad_s / (2.0 * std::numbers::pi);
+}
+
+Result run_deep_overlap(bool) {
+  double furthest = 0.0;
+  double fastest_m_s = 0.0;
+  bool finite = true;
+  for (const Variant& variant : every_variant()) {
+    Scene scene = load("15-deep-overlap.json");
+    set(scene, variant);
+    const double radius_m = 0.5;
+    const std::vector<double> overlaps_m{radius_m, radius_m, 1.4 * radius_m + 0.5, radius_m};
+    World world = make_world(scene);
+    physics::Workers workers(1);
+    for (int tick = 0; tick < 120; ++tick) {
+      world.step_tick(workers);
+      for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
+        const double speed_m_s = world.measure(body).momentum.norm() / scene.soft_bodies[body].mass_kg;
+        fastest_m_s = std::max(fastest_m_s, speed_m_s);
+        furthest = std::max(furthest, speed_m_s / exit_bound_m_s(scene.soft_bodies[body], overlaps_m[body]));
+        finite &= std::isfinite(speed_m_s) && !world.is_frozen(body);
+      }
+    }
+  }
+  return {finite && furthest < 1.0, std::string("fastest ")
+                                        .append(number(fastest_m_s, 2))
+                                        .append(" m/s, ")
+                                        .append(number(furthest, 2))
+                                        .append(" of the bound")};
+}
+
+}  // namespace
+
+std::vector<ExtremeCase> contact_cases() {
+  return {{.number = 13,
+           .name = "1,000 m/s at a wall of 1 cm",
+           .scene = "13-thin-wall.json",
+           .criterion = "nothing through, soft or rigid, straight or slanting, at a fixed wall or a rigid plate",
+           .holds = false,
+           .run = run_thin_wall,
+           .bullet = nullptr},
+          {.number = 14,
+           .name = "1,000 kg on a ball of 1 kg",
+           .scene = "14-heavy-on-light.json",
+           .criterion = "the load stands for 60 s, upright, the ball whole below it",
+           .holds = false,
+           .run = run_heavy_on_light,
+           .bullet = nullptr},
+          {.number = 15,
+           .name = "bodies that begin within each other",
+           .scene = "15-deep-overlap.json",
+           .criterion = "no faster out than the overlap in one breathing period",
+           .run = run_deep_overlap,
+           .bullet = nullptr}};
+}
+
+}  // namespace pneuma::extremes
