@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "base/limits.h"
@@ -34,7 +35,7 @@ class LaneStep {
         settings_(settings),
         advance_(advance),
         scratch_(scratch),
-        workers_(mesh.rings.slot_count() >= parallel_slots_min ? workers : nullptr),
+        workers_(layout == LaneLayout::alone && mesh.rings.slot_count() >= parallel_slots_min ? workers : nullptr),
         profile_(profile),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
@@ -84,7 +85,13 @@ class LaneStep {
   // Sets well[lane] where all substeps so far kept a body within what freezes it (is_well in simulation.cpp), by bounds
   // that need no look at each vertex in each substep: the largest components of velocity and move, and where it ended.
   // What once is not a number stays so to the end.
-  void find_well(std::uint32_t substeps, std::span<std::uint8_t> well) const {
+  void find_well(std::uint32_t substeps, std::span<std::uint8_t> well) {
+    if (workers_ != nullptr) {
+      for (const PerLane<Real>& maxima : scratch_.block_maxima) {
+        update_.v_max_m_s.lanes[0] = std::max(update_.v_max_m_s.lanes[0], maxima.lanes[0]);
+        update_.move_max_m.lanes[0] = std::max(update_.move_max_m.lanes[0], maxima.lanes[1]);
+      }
+    }
     const auto root_3 = std::numbers::sqrt3_v<Real>;
     const auto speed_max = static_cast<Real>(base::speed_max_m_s) / root_3;
     std::array<Real, pack_slots> reach_max{};  // one a number of a row of pack_slots; all rows are alike
@@ -99,18 +106,11 @@ class LaneStep {
         reach_max[i] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
       }
     }
-    std::array<std::int32_t, pack_slots> outside{};
-    for (std::size_t row = 0; row < scratch_.x.size(); row += pack_slots) {
-      const Real* x = scratch_.x.data() + row;
-      const Real* v = scratch_.v.data() + row;
-      for (std::size_t i = 0; i < pack_slots; ++i) {  // the 0 after each z of a body alone is not outside
-        const bool near = std::abs(x[i]) <= reach_max[i];
-        const bool slow = std::abs(v[i]) <= speed_max;
-        outside[i] |= static_cast<std::int32_t>(!(near & slow));
+    for_blocks([&](std::size_t block) { find_outside(block, reach_max, speed_max); });
+    for (const PerLane<Real>& outside : scratch_.block_volumes) {
+      for (std::size_t i = 0; i < pack_slots; ++i) {
+        if (outside.lanes[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
       }
-    }
-    for (std::size_t i = 0; i < pack_slots; ++i) {
-      if (outside[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
     }
   }
 
@@ -135,16 +135,44 @@ class LaneStep {
   }
 
  private:
+  // Calls work(block) for each, on as many threads as the body is shared among.
+  template <class Work>
+  void for_blocks(const Work& work) const {
+    if (workers_ != nullptr) return workers_->for_each(block_count(), std::cref(work));
+    for (std::size_t block = 0; block < block_count(); ++block) work(block);
+  }
+
   void store_alone() const {
     SoftState<Real>& body = *bodies_[0];
     std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
     const LaneArray<Real>& moved_lanes = advance_ ? scratch_.x : scratch_.move;
-    for (std::size_t i = 0; i < body.x.size(); ++i) {
-      const std::size_t from = at(mesh_.rings.slots[i], 0, 0);
-      moved[i] = {moved_lanes[from], moved_lanes[from + 1], moved_lanes[from + 2]};
-      body.v[i] = {scratch_.v[from], scratch_.v[from + 1], scratch_.v[from + 2]};
+    for_blocks([&](std::size_t block) {  // there are no more vertices than slots
+      const std::size_t end = std::min(slots_end(block), body.x.size());
+      for (std::size_t i = slots_begin(block); i < end; ++i) {
+        const std::size_t from = at(mesh_.rings.slots[i], 0, 0);
+        moved[i] = {moved_lanes[from], moved_lanes[from + 1], moved_lanes[from + 2]};
+        body.v[i] = {scratch_.v[from], scratch_.v[from + 1], scratch_.v[from + 2]};
+      }
+    });
+  }
+
+  // The block's volumes have been used: which of its places of a row of pack_slots are outside takes the same room.
+  void find_outside(std::size_t block, const std::array<Real, pack_slots>& reach_max, Real speed_max) {
+    std::array<std::int32_t, pack_slots> outside{};
+    for (std::size_t row = at(slots_begin(block), 0, 0); row < at(slots_end(block), 0, 0); row += pack_slots) {
+      const Real* x = scratch_.x.data() + row;
+      const Real* v = scratch_.v.data() + row;
+      for (std::size_t i = 0; i < pack_slots; ++i) {  // the 0 after each z of a body alone is not outside
+        const bool near = std::abs(x[i]) <= reach_max[i];
+        const bool slow = std::abs(v[i]) <= speed_max;
+        outside[i] |= static_cast<std::int32_t>(!(near & slow));
+      }
+    }
+    for (std::size_t i = 0; i < pack_slots; ++i) {
+      scratch_.block_volumes[block].lanes[i] = static_cast<Real>(outside[i]);
     }
   }
+
   [[nodiscard]] bool has_stiffness() const {
     return std::ranges::any_of(bodies_, [](const auto* body) { return body->body.springs.stiffness_n_m > 0.0; });
   }
@@ -176,6 +204,7 @@ class LaneStep {
     resize_where(rk4, scratch_.x_slopes);
     resize_where(rk4, scratch_.v_slopes);
     scratch_.block_volumes.resize(block_count());
+    if (workers_ != nullptr) scratch_.block_maxima.assign(block_count(), {});
     scratch_.pinned_slots.clear();
     for (std::size_t i = 0; i < bodies_[0]->pinned.size(); ++i) {
       if (bodies_[0]->pinned[i] != 0) scratch_.pinned_slots.push_back(mesh_.rings.slots[i]);
@@ -227,19 +256,7 @@ class LaneStep {
     clear_unused_slots(scratch_.force);
     if (gas_) clear_unused_slots(scratch_.gradient);
     if (layout_ == LaneLayout::alone) {
-      const SoftState<Real>& body = *bodies_[0];
-      Real* x = scratch_.x.data();
-      Real* v = scratch_.v.data();
-      for (const std::uint32_t vertex : mesh_.rings.vertices) {
-        const Vec3<Real>& from_x = body.x[vertex];
-        const Vec3<Real>& from_v = body.v[vertex];
-        for (Eigen::Index c = 0; c < 3; ++c) {
-          *x++ = from_x[c];
-          *v++ = from_v[c];
-        }
-        *x++ = 0;
-        *v++ = 0;
-      }
+      for_blocks([this](std::size_t block) { load_alone(block); });
       return;
     }
     std::size_t to = 0;
@@ -252,6 +269,23 @@ class LaneStep {
         }
       }
       to += 3 * width_;
+    }
+  }
+
+  void load_alone(std::size_t block) {
+    const SoftState<Real>& body = *bodies_[0];
+    for (std::size_t slot = slots_begin(block); slot < slots_end(block); ++slot) {
+      const std::uint32_t vertex = mesh_.rings.vertices[slot];
+      const Vec3<Real>& from_x = body.x[vertex];
+      const Vec3<Real>& from_v = body.v[vertex];
+      Real* x = scratch_.x.data() + at(slot, 0, 0);
+      Real* v = scratch_.v.data() + at(slot, 0, 0);
+      for (Eigen::Index c = 0; c < 3; ++c) {
+        x[c] = from_x[c];
+        v[c] = from_v[c];
+      }
+      x[3] = 0;
+      v[3] = 0;
     }
   }
 
@@ -270,27 +304,22 @@ class LaneStep {
     return std::min((block + 1) * block_packs, mesh_.rings.packs.size());
   }
 
+  [[nodiscard]] std::size_t slots_begin(std::size_t block) const { return block * block_packs * pack_slots; }
+  [[nodiscard]] std::size_t slots_end(std::size_t block) const { return packs_end(block) * pack_slots; }
+
   void evaluate_and_update(const LaneArray<Real>& x, const LaneArray<Real>& v, Substage substage) {
     if (sprung_) {
       const StageTimer timer(profile_, Stage::springs);
-      ring_.x = x.data();
-      ring_.v = v.data();
-      if (pulled_) kernels_.pulls[damped_](ring_);
-      const auto pass_over = [this](std::size_t block, RingPass<Real>& pass) {
-        pass.begin = block * block_packs;
-        pass.end = packs_end(block);
-        pass.volumes_18_m3 = &scratch_.block_volumes[block];
-        if (pulled_) {
-          kernels_.pulled_rings[gas_](pass);
-        } else {
-          kernels_(layout_, damped_, gas_, pass);
-        }
-      };
       if (workers_ == nullptr) {
+        ring_.x = x.data();
+        ring_.v = v.data();
+        if (pulled_) kernels_.pulls[damped_](ring_);
         for (std::size_t block = 0; block < block_count(); ++block) pass_over(block, ring_);
       } else {
-        workers_->for_each(block_count(), [&](std::size_t block) {
+        for_blocks([&](std::size_t block) {
           RingPass<Real> pass = ring_;
+          pass.x = x.data();
+          pass.v = v.data();
           pass_over(block, pass);
         });
       }
@@ -304,24 +333,29 @@ class LaneStep {
       update_.end = slot_count();
       kernels_(layout_, substage, gas_, advance_, update_);
     } else {
-      update_in_parallel(substage);
+      for_blocks([&](std::size_t block) {
+        UpdatePass<Real> pass = update_;
+        pass.begin = slots_begin(block);
+        pass.end = slots_end(block);
+        Real* maxima = scratch_.block_maxima[block].lanes;
+        pass.v_max_m_s.lanes[0] = maxima[0];
+        pass.move_max_m.lanes[0] = maxima[1];
+        kernels_(layout_, substage, gas_, advance_, pass);
+        maxima[0] = pass.v_max_m_s.lanes[0];
+        maxima[1] = pass.move_max_m.lanes[0];
+      });
     }
     if (!scratch_.pinned_slots.empty()) hold_pinned(substage);
   }
 
-  void update_in_parallel(Substage substage) {
-    workers_->for_each(block_count(), [&](std::size_t block) {
-      UpdatePass<Real> pass = update_;
-      pass.begin = block * block_packs * pack_slots;
-      pass.end = packs_end(block) * pack_slots;
-      kernels_(layout_, substage, gas_, advance_, pass);
-      // The blocks' volumes have been used; their largest components take the same room.
-      scratch_.block_volumes[block].lanes[0] = pass.v_max_m_s.lanes[0];
-      scratch_.block_volumes[block].lanes[1] = pass.move_max_m.lanes[0];
-    });
-    for (const PerLane<Real>& block : scratch_.block_volumes) {
-      update_.v_max_m_s.lanes[0] = std::max(update_.v_max_m_s.lanes[0], block.lanes[0]);
-      update_.move_max_m.lanes[0] = std::max(update_.move_max_m.lanes[0], block.lanes[1]);
+  void pass_over(std::size_t block, RingPass<Real>& pass) const {
+    pass.begin = block * block_packs;
+    pass.end = packs_end(block);
+    pass.volumes_18_m3 = &scratch_.block_volumes[block];
+    if (pulled_) {
+      kernels_.pulled_rings[gas_](pass);
+    } else {
+      kernels_(layout_, damped_, gas_, pass);
     }
   }
 
@@ -435,7 +469,7 @@ std::size_t LaneScratch<Real>::bytes() const {
     numbers += array->capacity();
   }
   numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
-  return numbers * sizeof(Real) + block_volumes.capacity() * sizeof(PerLane<Real>) +
+  return numbers * sizeof(Real) + (block_volumes.capacity() + block_maxima.capacity()) * sizeof(PerLane<Real>) +
          pinned_slots.capacity() * sizeof(std::uint32_t);
 }
 

@@ -53,7 +53,8 @@ struct LaneScratch {
   LaneArray<Real> v_stage;
   LaneArray<Real> x_slopes;  // RK4 only
   LaneArray<Real> v_slopes;
-  std::vector<PerLane<Real>> block_volumes;
+  std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_volumes;
+  std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_maxima;  // of a body that threads share only
   std::vector<std::uint32_t> pinned_slots;
   // For forces that the kernels do not know, in the mesh's order of vertices.
   std::vector<Vec3<Real>> other_x;

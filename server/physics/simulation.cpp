@@ -211,8 +211,10 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, Workers& workers
   if (bodies.next_task == 0) {
     bodies.tasks = cut_into_tasks<Real>(bodies.plan, bodies.states, lane_settings());
     bodies.task_substeps = choice.substeps - substep_index;
+    const std::size_t threads_a_task = bodies.tasks.size() == 1 ? workers.threads() : 1;
     for (const StepTask& task : bodies.tasks) {
-      const auto most = static_cast<std::uint32_t>(std::max<std::size_t>(slots_max / slots_of(task), 1));
+      const auto most =
+          static_cast<std::uint32_t>(std::max<std::size_t>(slots_max * threads_a_task / slots_of(task), 1));
       bodies.task_substeps = std::min(bodies.task_substeps, most);
     }
   }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cassert>
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -10,23 +11,59 @@
 namespace pneuma::physics {
 namespace {
 
-// A thread looks this often before it sleeps: the next stage of a step comes within microseconds, the next tick in
-// milliseconds. Yielding between looks leaves the core to whoever has work.
-constexpr int looks_before_sleep = 200;
+// How a thread waits for what another does. The next stage of a step comes within microseconds: it is looked for
+// without leaving the core, some tens of microseconds long. The stage after a serial one may take longer, and there may
+// be more threads than cores: yielding between looks leaves the core to whoever has work. The next tick comes in
+// milliseconds: the thread sleeps.
+constexpr int looks_before_yield = 1'000;
+constexpr int yields_before_sleep = 200;
+
+void pause_briefly() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#else
+  std::this_thread::yield();
+#endif
+}
+
+// Waits as long as that for `holds`; false if it still does not.
+template <class Condition>
+bool comes_soon(const Condition& holds) {
+  for (int look = 0; look < looks_before_yield; ++look) {
+    if (holds()) return true;
+    pause_briefly();
+  }
+  for (int yield = 0; yield < yields_before_sleep; ++yield) {
+    if (holds()) return true;
+    std::this_thread::yield();
+  }
+  return false;
+}
+
+// Writing to one thread's must not slow the others down.
+constexpr std::size_t cache_line_bytes = 64;
 
 }  // namespace
 
+// A round is cut into a share of neighbouring items for each thread. A thread takes its own items first, then what is
+// left of others', so that a thread that comes late, or not at all, is not waited for. Nobody joins a round: who has
+// taken an item holds the round open until he has reported it, and so may read what the round is about.
 struct Workers::Pool {
-  explicit Pool(std::size_t helper_count) {
+  struct alignas(cache_line_bytes) Share {
+    std::atomic<std::size_t> left{0};  // items that nobody has taken: the last ones of the share
+    std::size_t end = 0;               // the item after the share's last one
+    const std::function<void(std::size_t)>* work = nullptr;
+  };
+
+  explicit Pool(std::size_t helper_count) : shares(helper_count + 1) {
     helpers.reserve(helper_count);
-    for (std::size_t i = 0; i < helper_count; ++i) helpers.emplace_back([this] { help(); });
+    for (std::size_t i = 0; i < helper_count; ++i) helpers.emplace_back([this, i] { help(i + 1); });
   }
 
   ~Pool() {
     {
       const std::lock_guard lock(mutex);
       stopping = true;
-      round.fetch_add(1, std::memory_order_release);
     }
     begun.notify_all();
     for (std::thread& helper : helpers) helper.join();
@@ -35,63 +72,82 @@ struct Workers::Pool {
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
-  void run(std::size_t item_count, const std::function<void(std::size_t)>& item_work) {
-    {
-      const std::lock_guard lock(mutex);
-      assert(work == nullptr && "for_each is not re-entrant");
-      work = &item_work;
-      count = item_count;
-      next.store(0, std::memory_order_relaxed);
-      round.fetch_add(1, std::memory_order_release);
+  void run(std::size_t count, const std::function<void(std::size_t)>& item_work) {
+    assert(!running && "for_each is not re-entrant");
+    running = true;
+    reported.store(0, std::memory_order_relaxed);
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < shares.size(); ++i) {  // the caller's, who has more to do, is the smallest
+      shares[i].end = (i + 1) * count / shares.size();
+      shares[i].work = &item_work;
+      shares[i].left.store(shares[i].end - begin);
+      begin = shares[i].end;
     }
-    begun.notify_all();
-    take_items(item_work, item_count);
-    for (int look = 0; look < looks_before_sleep && busy.load(std::memory_order_acquire) != 0; ++look) {
-      std::this_thread::yield();
-    }
-    std::unique_lock lock(mutex);
-    work = nullptr;  // a helper that wakes from here on finds nothing to join
-    ended.wait(lock, [this] { return busy.load(std::memory_order_relaxed) == 0; });
-  }
-
-  void help() {
-    std::uint64_t seen = 0;
-    for (;;) {
-      for (int look = 0; look < looks_before_sleep && round.load(std::memory_order_acquire) == seen; ++look) {
-        std::this_thread::yield();
+    // Of a helper that goes to sleep, either this sees that, or it sees the items: both are sequentially consistent.
+    if (sleepers.load() != 0) {
+      {
+        const std::lock_guard lock(mutex);
       }
+      begun.notify_all();
+    }
+    const std::size_t of_helpers = count - take_items(0);
+    const auto all_reported = [&] { return reported.load() == of_helpers; };
+    if (!comes_soon(all_reported)) {
       std::unique_lock lock(mutex);
-      begun.wait(lock, [&] { return round.load(std::memory_order_relaxed) != seen; });
-      if (stopping) return;
-      seen = round.load(std::memory_order_relaxed);
-      if (work == nullptr) continue;
-      const std::function<void(std::size_t)>& item_work = *work;
-      const std::size_t item_count = count;
-      busy.fetch_add(1, std::memory_order_relaxed);
-      lock.unlock();
-      take_items(item_work, item_count);
-      lock.lock();
-      if (busy.fetch_sub(1, std::memory_order_release) == 1) ended.notify_one();
+      caller_sleeps.store(true);
+      ended.wait(lock, all_reported);
+      caller_sleeps.store(false);
+    }
+    running = false;
+  }
+
+  void help(std::size_t thread) {
+    const auto has_items = [&] { return shares[thread].left.load() != 0; };
+    for (;;) {
+      if (!comes_soon(has_items)) {
+        std::unique_lock lock(mutex);
+        sleepers.fetch_add(1);
+        begun.wait(lock, [&] { return stopping || has_items(); });
+        sleepers.fetch_sub(1);
+        if (stopping) return;
+      }
+      const std::size_t taken = take_items(thread);
+      if (taken == 0) continue;
+      reported.fetch_add(taken);
+      if (caller_sleeps.load()) {
+        {
+          const std::lock_guard lock(mutex);
+        }
+        ended.notify_one();
+      }
     }
   }
 
-  void take_items(const std::function<void(std::size_t)>& item_work, std::size_t item_count) {
-    for (std::size_t i = next.fetch_add(1, std::memory_order_relaxed); i < item_count;
-         i = next.fetch_add(1, std::memory_order_relaxed)) {
-      item_work(i);
+  // Runs items until none is left to take; returns how many.
+  std::size_t take_items(std::size_t thread) {
+    std::size_t taken = 0;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      Share& share = shares[(thread + i) % shares.size()];
+      std::size_t left = share.left.load(std::memory_order_acquire);
+      while (left != 0) {
+        if (!share.left.compare_exchange_weak(left, left - 1, std::memory_order_acquire)) continue;
+        (*share.work)(share.end - left);
+        ++taken;
+        left = share.left.load(std::memory_order_acquire);
+      }
     }
+    return taken;
   }
 
-  // Written under the mutex; the atomics are also looked at without it.
-  std::mutex mutex;
+  std::vector<Share> shares;                                       // the caller's first
+  bool running = false;                                            // a round, for the caller only
+  alignas(cache_line_bytes) std::atomic<std::size_t> reported{0};  // items done by helpers
+  std::atomic<std::size_t> sleepers{0};
+  std::atomic<bool> caller_sleeps{false};
+  std::mutex mutex;  // of the conditions, and of `stopping`
   std::condition_variable begun;
   std::condition_variable ended;
-  const std::function<void(std::size_t)>* work = nullptr;  // null between rounds
-  std::size_t count = 0;
   bool stopping = false;
-  std::atomic<std::uint64_t> round{0};
-  std::atomic<std::size_t> busy{0};  // helpers that joined the round
-  std::atomic<std::size_t> next{0};  // the next item that nobody has
   std::vector<std::thread> helpers;
 };
 

@@ -16,7 +16,8 @@ class Workers {
   Workers& operator=(const Workers&) = delete;
 
   /// Calls work(i) for every i in [0, count), each once, in any order and on any thread; returns when all are done.
-  /// `work` writes only to what belongs to its index.
+  /// `work` writes only to what belongs to its index. Where no thread is late, rounds of one count have each index on
+  /// the same thread, which then has in its cache what belongs to it; neighbouring indices mostly share one.
   void for_each(std::size_t count, const std::function<void(std::size_t)>& work);
 
   [[nodiscard]] std::size_t threads() const;

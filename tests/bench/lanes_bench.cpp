@@ -26,6 +26,8 @@ using physics::Isa;
 
 constexpr int rounds = 15;
 constexpr std::uint32_t substeps = 64;
+// Of contenders on several threads: in their turn before last the others slept, and take milliseconds to come.
+constexpr double threads_turn_s = 0.04;
 
 physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, std::size_t index) {
   const BallCase ball;
@@ -73,8 +75,8 @@ struct Contender {
   double count = 0.0;
 };
 
-/// Nanoseconds a count of each, the median of rounds in which they take turns.
-std::vector<double> race_ns(const std::vector<Contender>& contenders, double (*clock_s)()) {
+/// Nanoseconds a count of each, the median of rounds in which they take turns of `turn_s`.
+std::vector<double> race_ns(const std::vector<Contender>& contenders, double (*clock_s)(), double turn_s = 0.004) {
   std::vector<std::vector<double>> times(contenders.size());
   for (const Contender& contender : contenders) contender.run();
   for (int round = 0; round < rounds; ++round) {
@@ -84,7 +86,7 @@ std::vector<double> race_ns(const std::vector<Contender>& contenders, double (*c
       do {
         contenders[i].run();
         ++runs;
-      } while (clock_s() - start < 0.004);
+      } while (clock_s() - start < turn_s);
       times[i].push_back((clock_s() - start) * 1e9 / (runs * contenders[i].count));
     }
   }
@@ -117,6 +119,7 @@ void substep_against_peers(benchmark::State& bench) {
   std::vector<BulletBall> bullet;
   for (std::size_t i = 0; i < count; ++i) bullet.emplace_back(*mesh, ball);
   physics::Workers one(1);
+  physics::Workers another(1);
   physics::Workers two(2);
   for ([[maybe_unused]] auto _ : bench) {
     const auto step_all = [](auto& balls) {
@@ -133,8 +136,14 @@ void substep_against_peers(benchmark::State& bench) {
     bench.counters["over_plain"] = ns[1] / ns[0];
     bench.counters["over_bullet"] = ns[2] / ns[0];
     if (count == 1 && mesh->positions_m.size() > 10'000) {
-      const std::vector<double> wall_ns = race_ns({ours(world, one), ours(world, two)}, wall_s);
+      physics::World other = balls_world(mesh, count);
+      const auto step_both = [&] {
+        two.for_each(2, [&](std::size_t i) { (i == 0 ? world : other).step_tick(i == 0 ? one : another); });
+      };
+      const std::vector<double> wall_ns =
+          race_ns({ours(world, one), ours(world, two), {step_both, 2.0 * vertices * substeps}}, wall_s, threads_turn_s);
       bench.counters["two_threads"] = wall_ns[0] / wall_ns[1];
+      bench.counters["two_apart"] = wall_ns[0] / wall_ns[2];
     }
   }
   (void)physics::use_isa(physics::isa_names[static_cast<std::size_t>(before)]);
