@@ -26,8 +26,8 @@ double exact_volume_m3(const Mesh& mesh, std::span<const Vec3<Real>> x) {
   return six_volumes / 6.0;
 }
 
-// Of a body too thin for its samples, or turned inside out, they find nothing, or less: which of the two it is, and how
-// hard its gas is to press, only the exact volume tells.
+// Of a body too thin for its samples, in too many layers, or turned inside out, sampling finds nothing, or less: which
+// it is, and how hard its gas is to press, only the exact volume tells.
 template <class Real>
 double found_or_exact(double sampled_m3, const SoftBody& body, std::span<const Vec3<Real>> x) {
   return sampled_m3 > 0.0 ? sampled_m3 : exact_volume_m3<Real>(*body.mesh, x);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/limits.h"
 #include "physics/bounds.h"
 
 namespace pneuma::physics {
@@ -49,12 +50,13 @@ std::uint32_t first_row(const Grid& grid, double y) {
 }
 
 // The rows that a face crosses. A row runs into the face where the face's border runs down, and leaves where it runs
-// up, if the face looks up; so the border says which way it looks, and no sliver's area is asked for.
+// up, if the face looks up; so the border says which way it looks, and no sliver's area is asked for. Returns how many
+// crossings that took.
 template <class Grid>
-void scan_face(std::array<Vec3d, 3>& corners, Grid& grid) {
+std::uint64_t scan_face(std::array<Vec3d, 3>& corners, Grid& grid) {
   auto& [low, middle, high] = corners;
   std::uint32_t row = first_row(grid, std::min({low.y(), middle.y(), high.y()}));
-  if (row >= grid.rows() || !(grid.row_y(row) < std::max({low.y(), middle.y(), high.y()}))) return;
+  if (row >= grid.rows() || !(grid.row_y(row) < std::max({low.y(), middle.y(), high.y()}))) return 0;
   bool turned = false;
   const auto order = [&turned](Vec3d& below, Vec3d& above) {
     if (!(above.y() < below.y())) return;
@@ -67,6 +69,7 @@ void scan_face(std::array<Vec3d, 3>& corners, Grid& grid) {
   const GridEdge lower(low, middle);
   const GridEdge upper(middle, high);
   const GridEdge whole(low, high);
+  std::uint64_t crossings = 0;
   for (; row < grid.rows(); ++row) {
     const double y = grid.row_y(row);
     if (!(y < high.y())) break;
@@ -74,12 +77,9 @@ void scan_face(std::array<Vec3d, 3>& corners, Grid& grid) {
     const Crossing other = y < middle.y() ? lower.at(y) : upper.at(y);
     const Crossing& in = turned ? other : one;
     const Crossing& out = turned ? one : other;
-    if (in.x < out.x) {
-      grid.add(row, in, out, 1);
-    } else {
-      grid.add(row, out, in, -1);
-    }
+    crossings += 1 + (in.x < out.x ? grid.add(row, in, out, 1) : grid.add(row, out, in, -1));
   }
+  return crossings;
 }
 
 // Of the box's volume, as `grid` counts it. The grid's y is in rows and its z in heights of the box.
@@ -89,12 +89,14 @@ double scanned_volume_m3(std::span<const Vec3<Real>> x, std::span<const Face> fa
   const Vec3d corner = box.min.template cast<double>();
   const Vec3d extents_m = box.max.template cast<double>() - corner;
   const Vec3d to_grid = Vec3d(grid.columns(), grid.rows(), 1.0).cwiseQuotient(extents_m);
+  std::uint64_t crossings = 0;
   for (const Face& face : faces) {
     std::array<Vec3d, 3> corners;
     for (std::size_t i = 0; i < 3; ++i) {
       corners[i] = (x[face[i]].template cast<double>() - corner).cwiseProduct(to_grid);
     }
-    scan_face(corners, grid);
+    crossings += scan_face(corners, grid);
+    if (crossings > base::volume_crossings_max) return 0.0;
   }
   return grid.share() * extents_m.prod();
 }
@@ -109,12 +111,14 @@ class CellGrid {
   [[nodiscard]] std::uint32_t columns() const { return resolution_; }
   [[nodiscard]] static double row_y(std::uint32_t row) { return row + 0.5; }
 
-  void add(std::uint32_t /*row*/, const Crossing& from, const Crossing& to, int sign) {
+  /// Returns at how many lines it looked one by one: none.
+  std::uint32_t add(std::uint32_t /*row*/, const Crossing& from, const Crossing& to, int sign) {
     const std::uint32_t begin = first_column(from.x);
     const std::uint32_t end = first_column(to.x);
-    if (begin >= end) return;
+    if (begin >= end) return 0;
     const double way = (0.5 * (begin + end) - from.x) / (to.x - from.x);
     heights_ += sign * static_cast<double>(end - begin) * (from.z + way * (to.z - from.z));
+    return 0;
   }
   [[nodiscard]] double share() const { return heights_ / (static_cast<double>(resolution_) * resolution_); }
 
@@ -156,20 +160,24 @@ class SampleGrid {
   // Multiples of the golden section, modulo 1, from the middle on.
   [[nodiscard]] static double row_y(std::uint32_t row) { return row + unit(0x80000000U + row * 0x9e3779b9U); }
 
-  void add(std::uint32_t row, const Crossing& from, const Crossing& to, int sign) {
+  /// Returns at how many samples it looked.
+  std::uint32_t add(std::uint32_t row, const Crossing& from, const Crossing& to, int sign) {
     const bool longer = row < longer_rows_;
     const std::uint32_t cells = cells_ + (longer ? 1 : 0);
     const double begin = from.x * cells;
     const double end = to.x * cells;
     const double z_per_cell = (to.z - from.z) / (end - begin);
     std::int64_t below = 0;
-    for (std::uint32_t cell = floor_within(begin, cells); cell < cells; ++cell) {
+    const std::uint32_t first = floor_within(begin, cells);
+    std::uint32_t cell = first;
+    for (; cell < cells; ++cell) {
       const double x = cell + unit(hash((row << 16U) + cell));
       if (!(x < end)) break;
       if (x < begin) continue;
       below += sample_z(row, cell) < from.z + (x - begin) * z_per_cell ? 1 : 0;
     }
     below_[longer ? 1 : 0] += sign * below;
+    return cell - first;
   }
   [[nodiscard]] double share() const {
     return (static_cast<double>(below_[0]) / cells_ + static_cast<double>(below_[1]) / (cells_ + 1)) / rows_;

@@ -6,6 +6,7 @@
 // Faces are scan-converted row by row, so the time goes with the faces and with the lines that each covers. No memory
 // is used. A line through an edge or a vertex meets one of the faces there, whichever way they look: the two faces at
 // an edge compute where it crosses a row from the same numbers, and half-open intervals share out what lies between.
+// Both are 0 where that takes more than base::volume_crossings_max crossings: of a skin in very many layers.
 #pragma once
 
 #include <cstdint>

@@ -167,6 +167,15 @@ TEST_P(SampledVolume, DependsNeitherOnThePlaceNorOnTheOrderOfFaces) {
   }
 }
 
+TEST_P(SampledVolume, OfASkinInTooManyLayersIsNotFound) {
+  Skin layers = skin_of(make_box({1, 1, 1}, 1));
+  const std::vector<Face> one = layers.faces;
+  const std::uint32_t finest = volume_m3.ladder.back();
+  EXPECT_NEAR(volume_m3(layers, finest), 8.0, 1e-12);
+  for (int i = 0; i < 20'000; ++i) layers.faces.insert(layers.faces.end(), one.begin(), one.end());
+  EXPECT_EQ(volume_m3(layers, finest), 0.0);
+}
+
 TEST_P(SampledVolume, InSinglePrecisionAgrees) {
   const Skin skin = torus(40, 20);
   std::vector<Vec3<float>> x;
