@@ -25,6 +25,8 @@ constexpr double given_growth_max_1_s = 1.0;
 // XPBD with one pass a substep rests at a volume too large by this times (w h)^2, w the gas's frequency, whatever the
 // springs: measured on a ball of 162 vertices, 1 kg, nRT = 100 J and 1e5 J, k from 1e3 to 1e9 N/m, 4 to 160 substeps.
 constexpr double xpbd_rest_error = 4.4;
+// A given step may leave it that much too large; past that it is wrong, and no mere error.
+constexpr double xpbd_given_rest_error_max = 0.05;
 // Of other loads the error is not known beforehand; small steps are what makes one pass enough.
 constexpr double xpbd_substeps_min = 20.0;
 
@@ -84,6 +86,17 @@ double limit_of_one_s(Integrator integrator, double w, double c) {
   }
 }
 
+// The step at which XPBD leaves a gas that much too large a volume.
+double xpbd_rest_step_s(const Frequencies& frequencies, double error) {
+  return frequencies.gas_rad_s > 0.0 ? std::sqrt(error / xpbd_rest_error) / frequencies.gas_rad_s : unlimited;
+}
+
+// Past this a given step is not to be taken unasked.
+double given_limit_s(Integrator integrator, const Frequencies& frequencies) {
+  return integrator == Integrator::xpbd ? xpbd_rest_step_s(frequencies, xpbd_given_rest_error_max)
+                                        : stability_limit_s(integrator, frequencies);
+}
+
 // The step at which a period of frequency w is off by `error`, from the leading term of each method's phase or
 // amplitude error.
 double longest_accurate_step_s(Integrator integrator, const Frequencies& frequencies, double error,
@@ -92,9 +105,8 @@ double longest_accurate_step_s(Integrator integrator, const Frequencies& frequen
   const double turn = 2.0 * std::numbers::pi;
   const bool seen = w > 0.0 && w * tick_period_s < std::numbers::pi;
   double to_rest = unlimited;
-  if (integrator == Integrator::xpbd) to_rest = tick_period_s / xpbd_substeps_min;
-  if (integrator == Integrator::xpbd && frequencies.gas_rad_s > 0.0) {
-    to_rest = std::min(to_rest, std::sqrt(error / xpbd_rest_error) / frequencies.gas_rad_s);
+  if (integrator == Integrator::xpbd) {
+    to_rest = std::min(tick_period_s / xpbd_substeps_min, xpbd_rest_step_s(frequencies, error));
   }
   if (!(w > 0.0)) return to_rest;
   switch (integrator) {
@@ -137,8 +149,8 @@ class Demands {
       return longest_step_s(integrator, frequencies, scene_.stepping.error_target, period_s_);
     });
   }
-  [[nodiscard]] Step stable_step(Integrator integrator) const {
-    return shortest([&](const Frequencies& frequencies) { return stability_limit_s(integrator, frequencies); });
+  [[nodiscard]] Step given_limit(Integrator integrator) const {
+    return shortest([&](const Frequencies& frequencies) { return given_limit_s(integrator, frequencies); });
   }
   [[nodiscard]] const Frequencies& of(std::size_t body) const { return frequencies_[body]; }
   [[nodiscard]] const std::string& name(std::size_t body) const { return scene_.soft_bodies[body].name; }
@@ -173,8 +185,8 @@ std::string body_path(std::size_t body) {
 
 base::Status too_many(const Demands& demands, const Demands::Step& step) {
   std::ostringstream what;
-  what << "an explicit step of \"" << demands.name(step.body) << "\" is stable up to " << step.step_s
-       << " s, which asks for " << step.substeps << " substeps a tick; the limit is " << base::substeps_max
+  what << "a step of \"" << demands.name(step.body) << "\" may be at most " << step.step_s << " s, which asks for "
+       << step.substeps << " substeps a tick; the limit is " << base::substeps_max
        << " (lower stiffness, damping or pressure, more mass, a higher rate_hz, or an implicit integrator helps)";
   return {base::StatusCode::failed_precondition, what.str(), body_path(step.body)};
 }
@@ -202,7 +214,7 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   for (const Candidate& candidate : candidates) {
     Demands::Step step = demands.longest_step(candidate.integrator);
     const bool accurate = step.substeps <= most;
-    if (!accurate) step = demands.stable_step(candidate.integrator);
+    if (!accurate) step = demands.given_limit(candidate.integrator);
     if (step.substeps > most) continue;
     if (given > 0.0 || !accurate) step.substeps = most;
     const Rank rank{touchable && !is_explicit(candidate.integrator), !accurate, candidate.cost * step.substeps};
@@ -235,28 +247,35 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
 }
 
 // Whether a bound that costs little already says so: an edit of a large scene should not wait for the estimate.
-bool surely_stable(const Scene& scene) {
+bool surely_within_limits(const Scene& scene) {
   const double step_s = 1.0 / scene.stepping.rate_hz / scene.stepping.substeps;
   const Integrator integrator = scene.stepping.integrator;
-  return !is_explicit(integrator) || std::ranges::all_of(scene.soft_bodies, [&](const SoftBody& body) {
+  if (!is_explicit(integrator) && integrator != Integrator::xpbd) return true;
+  return std::ranges::all_of(scene.soft_bodies, [&](const SoftBody& body) {
     const Frequencies bound = bound_frequencies(body, scene.atmosphere);
     // Damping helps explicit Euler and midpoint, and may be less than its bound.
     const double undamped_s = limit_of_one_s(integrator, bound.fastest_rad_s, 0.0);
-    return step_s <= std::min(undamped_s, stability_limit_s(integrator, bound));
+    return step_s <= std::min(undamped_s, given_limit_s(integrator, bound));
   });
 }
 
 base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& known) {
   const Stepping& stepping = scene.stepping;
-  if (surely_stable(scene)) return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
+  if (surely_within_limits(scene)) return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
   const Demands demands(scene, known);
-  const Demands::Step stable = demands.stable_step(stepping.integrator);
-  if (stable.substeps <= stepping.substeps) {
+  const Demands::Step last = demands.given_limit(stepping.integrator);
+  if (last.substeps <= stepping.substeps) {
     return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
   }
+  const bool xpbd = stepping.integrator == Integrator::xpbd;
   std::ostringstream limit;
-  limit << '"' << demands.name(stable.body) << "\" is stable up to a step of " << stable.step_s << " s, "
-        << stable.substeps << " substeps";
+  limit << '"' << demands.name(last.body) << '"';
+  if (xpbd) {
+    limit << " rests within " << 100.0 * xpbd_given_rest_error_max << " % of its volume";
+  } else {
+    limit << " is stable";
+  }
+  limit << " up to a step of " << last.step_s << " s, " << last.substeps << " substeps";
   const Demands::Step chosen = demands.longest_step(stepping.integrator);
   switch (stepping.on_unstable) {
     case OnUnstable::refuse: {
@@ -279,7 +298,9 @@ base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& kno
     case OnUnstable::allow:
       break;
   }
-  return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says, though unstable: " + limit.str()};
+  return SubstepChoice{
+      stepping.substeps, stepping.integrator,
+      std::string("as the scene says, though ") + (xpbd ? "inaccurate: " : "unstable: ") + limit.str()};
 }
 
 }  // namespace

@@ -148,8 +148,9 @@ class Xpbd {
   }
 
   void finish() {
-    const auto per_step = static_cast<Real>(1.0 / h_);
-    for (std::size_t i = 0; i < body_.x.size(); ++i) body_.v[i] = per_step * body_.dr[i];
+    // By the same rounded number that predict() multiplies with: its reciprocal would be off one way in every step.
+    const auto h = static_cast<Real>(h_);
+    for (std::size_t i = 0; i < body_.x.size(); ++i) body_.v[i] = body_.dr[i] / h;
   }
 
  private:

@@ -11,7 +11,8 @@ struct BulletBall::Body {
   btScalar dt_s = 0;
 };
 
-BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball) : body_(std::make_unique<Body>()) {
+BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings)
+    : body_(std::make_unique<Body>()) {
   std::vector<btScalar> coordinates;
   for (const auto& position : mesh.positions_m) {
     for (int axis = 0; axis < 3; ++axis) coordinates.push_back(static_cast<btScalar>(position[axis]));
@@ -25,15 +26,36 @@ BulletBall::BulletBall(const physics::Mesh& mesh, const BallCase& ball) : body_(
   body_->body.reset(btSoftBodyHelpers::CreateFromTriMesh(body_->world, coordinates.data(), triangles.data(),
                                                          static_cast<int>(mesh.faces.size()), false));
   body_->body->setTotalMass(static_cast<btScalar>(ball.mass_kg));
-  body_->body->m_materials[0]->m_kLST = 0.5;
+  body_->body->m_materials[0]->m_kLST = static_cast<btScalar>(settings.link_stiffness);
   body_->body->m_cfg.kPR = static_cast<btScalar>(ball.nrt_j);
-  body_->body->m_cfg.kDP = 0.01F;
-  body_->body->m_cfg.piterations = iterations;
+  body_->body->m_cfg.kDP = static_cast<btScalar>(settings.damping);
+  body_->body->m_cfg.piterations = settings.iterations;
   body_->dt_s = static_cast<btScalar>(ball.dt_s);
 }
 
 BulletBall::~BulletBall() = default;
 BulletBall::BulletBall(BulletBall&&) noexcept = default;
+
+void BulletBall::place(std::span<const Eigen::Vector3d> positions_m, const Eigen::Vector3d& velocity_m_s) {
+  const auto to_bullet = [](const Eigen::Vector3d& of) {
+    return btVector3(static_cast<btScalar>(of.x()), static_cast<btScalar>(of.y()), static_cast<btScalar>(of.z()));
+  };
+  for (int i = 0; i < body_->body->m_nodes.size(); ++i) {
+    btSoftBody::Node& node = body_->body->m_nodes[i];
+    node.m_x = node.m_q = to_bullet(positions_m[static_cast<std::size_t>(i)]);
+    node.m_v = to_bullet(velocity_m_s);
+  }
+  body_->body->updateNormals();  // the first step's pressure goes along them
+}
+
+std::vector<Eigen::Vector3d> BulletBall::positions_m() const {
+  std::vector<Eigen::Vector3d> positions;
+  for (int i = 0; i < body_->body->m_nodes.size(); ++i) {
+    const btVector3& x = body_->body->m_nodes[i].m_x;
+    positions.emplace_back(x.x(), x.y(), x.z());
+  }
+  return positions;
+}
 
 void BulletBall::step() {
   body_->body->predictMotion(body_->dt_s);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "physics/mesh.h"
@@ -40,15 +41,22 @@ class PlainBall {
   double volume_m3_ = 0.0;
 };
 
-/// Bullet's btSoftBody with pressure and five iterations a step of its position solver; no world, so that nothing but
-/// the body is stepped.
+struct BulletSettings {
+  int iterations = 5;           // of the position solver, a step
+  double link_stiffness = 0.5;  // of 1, whatever the case's stiffness: Bullet's links have none in N/m
+  double damping = 0.01;        // of 1, of all motion
+};
+
+/// Bullet's btSoftBody with pressure; no world, so that nothing but the body is stepped.
 class BulletBall {
  public:
-  static constexpr int iterations = 5;
-  BulletBall(const physics::Mesh& mesh, const BallCase& ball);
+  BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings = {});
   ~BulletBall();
   BulletBall(BulletBall&&) noexcept;
+  /// Sets the vertices there, all at one velocity; the links keep the mesh's lengths.
+  void place(std::span<const Eigen::Vector3d> positions_m, const Eigen::Vector3d& velocity_m_s);
   void step();
+  [[nodiscard]] std::vector<Eigen::Vector3d> positions_m() const;
 
  private:
   struct Body;

@@ -1,4 +1,4 @@
-// The extreme cases by what they strain, each group in a source of its own.
+// The extreme cases by what they strain; extreme_cases() has them all.
 #pragma once
 
 #include <vector>
@@ -7,6 +7,10 @@
 
 namespace pneuma::extremes {
 
+[[nodiscard]] std::vector<ExtremeCase> stiff_cases();
+[[nodiscard]] std::vector<ExtremeCase> gas_cases();
+[[nodiscard]] std::vector<ExtremeCase> shape_cases();
+[[nodiscard]] std::vector<ExtremeCase> scale_cases();
 [[nodiscard]] std::vector<ExtremeCase> input_cases();
 [[nodiscard]] std::vector<ExtremeCase> contact_cases();
 [[nodiscard]] std::vector<ExtremeCase> endurance_cases();

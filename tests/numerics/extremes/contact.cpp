@@ -67,8 +67,7 @@ Result run_thin_wall(bool) {
   std::size_t frozen = 0;
   for (const Variant& variant : variants) {
     for (const double angle_rad : {0.0, 0.3, 0.6}) {
-      Scene scene = load("13-thin-wall.json");
-      set(scene, variant);
+      Scene scene = with(scene_of("13-thin-wall.json"), variant);
       scene.colliders[0].orientation = Eigen::AngleAxisd(angle_rad, Vec3d(0.1, 0.2, 1.0).normalized());
       const Passage passage = run_wall(scene);
       ++runs;
@@ -96,8 +95,7 @@ Result run_heavy_on_light(bool) {
   for (const Variant& variant : every_variant()) {
     // Explicit Euler would need 9,125 substeps a tick here, more than there may be.
     if (variant.integrator == physics::Integrator::explicit_euler) continue;
-    Scene scene = load("14-heavy-on-light.json");
-    set(scene, variant);
+    Scene scene = with(scene_of("14-heavy-on-light.json"), variant);
     World world = make_world(scene);
     physics::Workers workers(1);
     const physics::RigidState& load = world.rigid_bodies()[0];
@@ -129,8 +127,7 @@ Result run_deep_overlap(bool) {
   double fastest_m_s = 0.0;
   bool finite = true;
   for (const Variant& variant : every_variant()) {
-    Scene scene = load("15-deep-overlap.json");
-    set(scene, variant);
+    Scene scene = with(scene_of("15-deep-overlap.json"), variant);
     const double radius_m = 0.5;
     const std::vector<double> overlaps_m{radius_m, radius_m, 1.4 * radius_m + 0.5, radius_m};
     World world = make_world(scene);
@@ -146,9 +143,9 @@ Result run_deep_overlap(bool) {
     }
   }
   return {finite && furthest < 1.0, std::string("fastest ")
-                                        .append(number(fastest_m_s, 2))
+                                        .append(brief(fastest_m_s))
                                         .append(" m/s, ")
-                                        .append(number(furthest, 2))
+                                        .append(brief(furthest))
                                         .append(" of the bound")};
 }
 

@@ -35,8 +35,7 @@ Result run_threads(bool quick) {
   std::string different;
   for (const Variant variant : {Variant{Integrator::midpoint, Precision::single_precision},
                                 Variant{Integrator::implicit_euler, Precision::double_precision}}) {
-    Scene scene = load("19-threads.json");
-    set(scene, variant);
+    Scene scene = with(scene_of("19-threads.json"), variant);
     const std::uint64_t alone = hash_after(scene, ticks, 1);
     for (const std::size_t threads : {2U, 16U}) {
       if (hash_after(scene, ticks, threads) == alone) {
@@ -66,7 +65,7 @@ constexpr std::size_t heap_growth_max = 64 * 1024;
 Result run_half_an_hour(bool quick) {
   const int windows = quick ? 4 : 30;
   const int window_ticks = quick ? 900 : 3'600;
-  World world = make_world(load("20-half-an-hour.json"));
+  World world = make_world(scene_of("20-half-an-hour.json"));
   physics::Workers workers(1);
   double first_j = 0.0;
   double furthest = 0.0;
@@ -88,7 +87,7 @@ Result run_half_an_hour(bool quick) {
   const bool whole = world.take_frozen().empty();
   return {furthest < energy_share_max && flat && whole,
           std::string("energy ")
-              .append(number(100.0 * furthest, 2))
+              .append(brief(100.0 * furthest))
               .append(" % off at most, heap ")
               .append(flat ? "flat" : "grows")
               .append(whole ? "" : ", a ball frozen")};

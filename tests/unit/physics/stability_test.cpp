@@ -229,6 +229,27 @@ TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   EXPECT_NE(choose(scene)->reason.find("unstable"), std::string::npos);
 }
 
+TEST(Substeps, OfXpbdThatLeaveTheGasTooLargeAVolumeAreRefused) {
+  Scene scene;
+  scene.stepping = {.integrator = Integrator::xpbd};
+  scene.soft_bodies.push_back(ball(2, 100.0, 0.0));
+  scene.soft_bodies[0].gas = Gas{.moles = 4.0};
+  const std::uint32_t within_1_percent = choose(scene)->substeps;
+  // The error falls with the square of the step: within 5 % it takes the square root of a fifth as many.
+  const auto within_5_percent = static_cast<std::uint32_t>(std::ceil(within_1_percent / std::sqrt(5.0)));
+  scene.stepping.substeps = within_5_percent + 1;
+  EXPECT_TRUE(choose(scene).ok());
+  scene.stepping.substeps = within_5_percent - 1;
+  const auto refused = choose(scene);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.status().what().find("rests within 5 % of its volume"), std::string::npos)
+      << refused.status().what();
+  scene.stepping.on_unstable = OnUnstable::substep;
+  EXPECT_EQ(choose(scene)->substeps, within_1_percent);
+  scene.stepping.on_unstable = OnUnstable::allow;
+  EXPECT_EQ(choose(scene)->substeps, within_5_percent - 1);
+}
+
 TEST(Substeps, TooFewAreRefusedWithWhatIsPastTheirLimitToo) {
   // Stable at 2,640; a margin more is past substeps_max.
   Scene scene;
