@@ -131,7 +131,12 @@ Result<World> make_world(const Flags& flags) {
   if (flags.integrator) scene->mutable_stepping()->set_integrator(*flags.integrator);
   if (flags.substeps) scene->mutable_stepping()->set_substeps(*flags.substeps);
   if (flags.precision) scene->mutable_stepping()->set_precision(*flags.precision);
-  auto built = pneuma::scene_io::to_physics(*scene);
+  const auto meshes = pneuma::scene_io::MeshLibrary::build(*scene);
+  if (!meshes.ok()) return in_scene(meshes.status(), flags.scene);
+  for (const auto& [mesh, report] : meshes->mended()) {
+    std::fprintf(stderr, "mesh \"%s\" mended: %s\n", mesh.c_str(), pneuma::physics::describe(report).c_str());
+  }
+  auto built = pneuma::scene_io::to_physics(*scene, *meshes);
   if (!built.ok()) return in_scene(built.status(), flags.scene);
   auto world = World::create(std::move(*built));
   return world.ok() ? std::move(world) : in_scene(world.status(), flags.scene);

@@ -130,7 +130,7 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
     reply.mutable_grabbed()->set_tick(next_tick());
     return reply;
   }
-  return done_reply(message.request_id(), shown_from, name_, effect->detail);
+  return done_reply(message.request_id(), shown_from, name_, effect->detail, effect->mended);
 }
 
 HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {

@@ -69,6 +69,22 @@ v1::Scene LiveWorld::scene() const {
   return scene_io::to_proto(world_.scene(), *edited_);
 }
 
+std::vector<v1::MendedMesh> LiveWorld::mended() const {
+  std::vector<v1::MendedMesh> all;
+  for (const auto& [mesh, report] : meshes_.mended()) {
+    v1::MendedMesh& mended = all.emplace_back();
+    mended.set_mesh(mesh);
+    mended.set_vertices_welded(static_cast<std::uint32_t>(report.vertices_welded));
+    mended.set_vertices_dropped(static_cast<std::uint32_t>(report.vertices_dropped));
+    mended.set_faces_dropped(static_cast<std::uint32_t>(report.faces_dropped));
+    mended.set_faces_turned(static_cast<std::uint32_t>(report.faces_turned));
+    mended.set_holes_closed(static_cast<std::uint32_t>(report.holes_closed));
+    mended.set_faces_added(static_cast<std::uint32_t>(report.faces_added));
+    mended.set_detail(physics::describe(report));
+  }
+  return all;
+}
+
 bool LiveWorld::is_change(const v1::ClientMessage& request) {
   switch (request.request_case()) {
     case v1::ClientMessage::kEdit:
@@ -136,6 +152,7 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
   meshes_ = std::move(*meshes);
   Effect effect;
   effect.edited = true;
+  effect.mended = mended();
   return effect;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/status.h"
 #include "physics/world.h"
@@ -24,6 +25,7 @@ class LiveWorld {
     bool edited = false;                 // what the frames speak of, or where it is, may have changed without a step
     std::optional<v1::Grabbed> grabbed;  // its tick left open
     std::string detail;                  // for the reply: what was hit
+    std::vector<v1::MendedMesh> mended;  // for the reply: meshes that an edit brought
   };
 
   /// What it takes to go on somewhere else.
@@ -57,6 +59,8 @@ class LiveWorld {
   /// The scene as it is now: edits applied, gas live.
   [[nodiscard]] v1::Scene scene() const;
   [[nodiscard]] const Grabs& grabs() const { return grabs_; }
+  /// The meshes that the last scene or edit brought and that asked to be mended.
+  [[nodiscard]] std::vector<v1::MendedMesh> mended() const;
 
  private:
   using SharedScene = std::shared_ptr<const v1::Scene>;

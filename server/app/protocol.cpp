@@ -53,12 +53,13 @@ v1::ServerMessage error_reply(std::uint64_t request_id, const base::Status& stat
 }
 
 v1::ServerMessage done_reply(std::uint64_t request_id, std::uint64_t tick, const std::string& world,
-                             const std::string& detail) {
+                             const std::string& detail, const std::vector<v1::MendedMesh>& mended) {
   v1::ServerMessage message;
   message.set_request_id(request_id);
   message.mutable_done()->set_tick(tick);
   message.mutable_done()->set_world(world);
   message.mutable_done()->set_detail(detail);
+  message.mutable_done()->mutable_mended()->Add(mended.begin(), mended.end());
   return message;
 }
 

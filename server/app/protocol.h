@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/status.h"
 #include "net/server.h"
@@ -16,7 +17,8 @@ namespace pneuma::app {
 [[nodiscard]] v1::ServerMessage error_reply(std::uint64_t request_id, const base::Status& status,
                                             double retry_after_s = 0.0);
 [[nodiscard]] v1::ServerMessage done_reply(std::uint64_t request_id, std::uint64_t tick, const std::string& world,
-                                           const std::string& detail = {});
+                                           const std::string& detail = {},
+                                           const std::vector<v1::MendedMesh>& mended = {});
 [[nodiscard]] v1::ServerMessage event_message(v1::Event::Kind kind, const std::string& world, std::uint64_t tick,
                                               const std::string& body = {}, const std::string& detail = {});
 

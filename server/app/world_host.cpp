@@ -128,8 +128,8 @@ base::Status WorldHost::add_scene(const std::string& name_or_file) {
   }
   auto name = registry_.reserve_like(wanted);
   if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
-  const Status built = build(*name, std::move(*scene), false);
-  return built.ok() ? built : scene_io::in_scene(built, name_or_file);
+  const auto built = build(*name, std::move(*scene), false);
+  return built.ok() ? Status() : scene_io::in_scene(built.status(), name_or_file);
 }
 
 void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
@@ -157,20 +157,19 @@ void WorldHost::create_now(const Request& request) {
     if (!name.ok()) {
       return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
     }
-    if (auto status = build(*name, std::move(*scene), asked.paused()); !status.ok()) {
-      return refuse(request, status.inside(source_field(asked)));
-    }
+    const auto mended = build(*name, std::move(*scene), asked.paused());
+    if (!mended.ok()) return refuse(request, mended.status().inside(source_field(asked)));
     metrics_.count_command("create_world", "ok");
     spdlog::info("world={} session={} created", *name, request.session->id());
-    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name)));
+    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name, {}, *mended)));
   } catch (const std::exception& error) {
     spdlog::error("session={} create_world threw: {}", request.session->id(), error.what());
     refuse(request, {StatusCode::internal, "the server failed at this request"});
   }
 }
 
-/// Under a reserved name, which is given back where it fails.
-base::Status WorldHost::build(const std::string& name, v1::Scene scene, bool paused) {
+/// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
+base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused) {
   try {
     auto live = LiveWorld::create(std::move(scene));
     if (!live.ok()) {
@@ -178,12 +177,16 @@ base::Status WorldHost::build(const std::string& name, v1::Scene scene, bool pau
       return live.status();
     }
     auto journal = archive_ ? archive_->begin(name, *live, paused) : nullptr;
+    const std::vector<v1::MendedMesh> mended = live->mended();
+    for (const v1::MendedMesh& mesh : mended) {
+      spdlog::info("world={} mesh \"{}\" mended: {}", name, mesh.mesh(), mesh.detail());
+    }
     host(name, std::move(*live), paused, std::move(journal));
-    return {};
+    return mended;
   } catch (const std::exception& error) {
     registry_.erase(name);
     spdlog::error("world={} create threw: {}", name, error.what());
-    return {StatusCode::internal, "the server failed at this scene"};
+    return Status(StatusCode::internal, "the server failed at this scene");
   }
 }
 

@@ -64,7 +64,7 @@ class WorldHost {
   void create_now(const Request& request);
 
   void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal);
-  [[nodiscard]] base::Status build(const std::string& name, v1::Scene scene, bool paused);
+  [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
 
   const Config& config_;

@@ -14,6 +14,8 @@ inline constexpr std::uint32_t protocol_version = 1;
 inline constexpr std::size_t mesh_vertices_max = 65'536;
 // Euler: a closed surface of V vertices has about 2 V faces; more is no mesh that we can serve in time.
 inline constexpr std::size_t mesh_faces_max = 4 * mesh_vertices_max;
+// Of a hole to be closed: the time for it goes with the square, 50 ms here.
+inline constexpr std::size_t mesh_hole_vertices_max = 2'048;
 inline constexpr std::size_t world_bodies_max = 256;
 inline constexpr std::size_t world_vertices_max = 262'144;
 inline constexpr std::size_t world_colliders_max = 256;

@@ -5,8 +5,8 @@
 
 namespace pneuma::physics {
 
-/// Below this share of its volume in the mesh's shape, a gas presses as it would there: a body squeezed flat or turned inside
-/// out is pushed back out, by a force that stays bounded.
+/// Below this share of its volume in the mesh's shape, a gas presses as it would there: a body squeezed flat or turned
+/// inside out is pushed back out, by a force that stays bounded.
 inline constexpr double gas_volume_floor = 1e-3;
 
 /// A volume that was lost is back where it is past this share of the mesh's: well clear of the noise about 0.

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "base/limits.h"
+#include "physics/half_edges.h"
 
 namespace pneuma::physics {
 namespace {
@@ -16,43 +17,8 @@ namespace {
 // rounding gives a face of three vertices in line about 1e-16.
 constexpr double face_area_min_relative = 1e-12;
 
-struct HalfEdge {
-  Edge edge;
-  std::uint32_t face;
-  bool rising;  // runs from the lower index to the higher
-};
-
-std::string face_text(std::size_t face) {
-  return "face " + std::to_string(face);
-}
-/// Where a scene lists the face: its three of the indices.
-std::string face_path(std::size_t face) {
-  return "indices[" + std::to_string(3 * face) + ".." + std::to_string(3 * face + 2) + "]";
-}
-base::Status bad_face(std::size_t face, const std::string& what) {
-  return base::invalid(face_text(face) + " " + what, face_path(face));
-}
 std::string position_path(std::size_t vertex) {
   return "positions[" + std::to_string(vertex) + "]";
-}
-std::string edge_text(const Edge& edge) {
-  return "the edge of vertices " + std::to_string(edge[0]) + " and " + std::to_string(edge[1]);
-}
-
-/// Sorted by edge, then by face.
-std::vector<HalfEdge> half_edges_of(const std::vector<Face>& faces) {
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(faces.size() * 3);
-  for (std::uint32_t f = 0; f < faces.size(); ++f) {
-    for (std::size_t corner = 0; corner < 3; ++corner) {
-      const std::uint32_t from = faces[f][corner];
-      const std::uint32_t to = faces[f][(corner + 1) % 3];
-      half_edges.push_back({{std::min(from, to), std::max(from, to)}, f, from < to});
-    }
-  }
-  std::sort(half_edges.begin(), half_edges.end(),
-            [](const HalfEdge& a, const HalfEdge& b) { return std::pair(a.edge, a.face) < std::pair(b.edge, b.face); });
-  return half_edges;
 }
 
 base::Status check_counts(std::size_t vertex_count, std::size_t face_count) {
@@ -81,27 +47,13 @@ base::Status check_positions(const std::vector<Eigen::Vector3d>& positions_m) {
 }
 
 base::Status check_faces(const std::vector<Eigen::Vector3d>& positions_m, const std::vector<Face>& faces) {
-  Eigen::Vector3d low = positions_m.front();
-  Eigen::Vector3d high = positions_m.front();
-  for (const Eigen::Vector3d& position : positions_m) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  const double area_min_m2 = face_area_min_relative * (high - low).squaredNorm();
+  const double area_min_m2 = face_area_min_m2(positions_m);
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto [a, b, c] = faces[f];
-    for (const std::uint32_t index : faces[f]) {
-      if (index >= positions_m.size()) {
-        return bad_face(f, "names vertex " + std::to_string(index) + " of a mesh of " +
-                               std::to_string(positions_m.size()) + " vertices");
-      }
-    }
     if (a == b || b == c || c == a) {
       return bad_face(f, "names vertex " + std::to_string(a == b || a == c ? a : b) + " twice");
     }
-    const Eigen::Vector3d along = positions_m[b] - positions_m[a];
-    const Eigen::Vector3d across = positions_m[c] - positions_m[a];
-    if (0.5 * along.cross(across).norm() <= area_min_m2) {
+    if (face_area_m2(positions_m, faces[f]) <= area_min_m2) {
       return bad_face(f, "has zero area (vertices " + std::to_string(a) + ", " + std::to_string(b) + ", " +
                              std::to_string(c) + " are in line)");
     }
@@ -182,9 +134,42 @@ bool same_mesh(const Mesh& a, const Mesh& b) {
   return &a == &b || (a.positions_m == b.positions_m && a.faces == b.faces);
 }
 
-base::Result<std::shared_ptr<const Mesh>> make_mesh(std::vector<Eigen::Vector3d> positions_m, std::vector<Face> faces) {
+double diagonal_m(std::span<const Eigen::Vector3d> positions_m) {
+  Eigen::Vector3d low = positions_m.front();
+  Eigen::Vector3d high = low;
+  for (const Eigen::Vector3d& position : positions_m) {
+    low = low.cwiseMin(position);
+    high = high.cwiseMax(position);
+  }
+  return (high - low).norm();
+}
+
+double face_area_m2(std::span<const Eigen::Vector3d> positions_m, const Face& face) {
+  const Eigen::Vector3d along = positions_m[face[1]] - positions_m[face[0]];
+  const Eigen::Vector3d across = positions_m[face[2]] - positions_m[face[0]];
+  return 0.5 * along.cross(across).norm();
+}
+
+double face_area_min_m2(std::span<const Eigen::Vector3d> positions_m) {
+  const double length_m = diagonal_m(positions_m);
+  return face_area_min_relative * length_m * length_m;
+}
+
+base::Status check_lists(const std::vector<Eigen::Vector3d>& positions_m, const std::vector<Face>& faces) {
   if (base::Status status = check_counts(positions_m.size(), faces.size()); !status.ok()) return status;
   if (base::Status status = check_positions(positions_m); !status.ok()) return status;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (const std::uint32_t index : faces[f]) {
+      if (index < positions_m.size()) continue;
+      return bad_face(f, "names vertex " + std::to_string(index) + " of a mesh of " +
+                             std::to_string(positions_m.size()) + " vertices");
+    }
+  }
+  return {};
+}
+
+base::Result<std::shared_ptr<const Mesh>> make_mesh(std::vector<Eigen::Vector3d> positions_m, std::vector<Face> faces) {
+  if (base::Status status = check_lists(positions_m, faces); !status.ok()) return status;
   if (base::Status status = check_faces(positions_m, faces); !status.ok()) return status;
 
   auto mesh = std::make_shared<Mesh>();
@@ -208,7 +193,9 @@ base::Status check_holds_gas(const Mesh& mesh) {
     const std::vector<HalfEdge> half_edges = half_edges_of(mesh.faces);
     std::size_t open = 0;
     while (open + 1 < half_edges.size() && half_edges[open].edge == half_edges[open + 1].edge) open += 2;
-    return base::invalid("gas needs a closed mesh; " + edge_text(half_edges[open].edge) + " is open", "mesh");
+    return base::invalid(
+        "gas needs a closed mesh; " + edge_text(half_edges[open].edge) + " is open (the mesh's mend closes it)",
+        "mesh");
   }
   for (const std::vector<std::size_t>& part : connected_parts(mesh)) {
     std::vector<Face> faces;
@@ -216,7 +203,8 @@ base::Status check_holds_gas(const Mesh& mesh) {
     for (const std::size_t face : part) faces.push_back(mesh.faces[face]);
     if (signed_volume_m3(mesh.positions_m, faces) <= 0.0) {
       return base::invalid(
-          "gas needs a mesh that faces outwards; the part with " + face_text(part.front()) + " is inside out", "mesh");
+          "gas needs a mesh that faces outwards; the part with " + face_text(part.front()) + " is inside out, or flat",
+          "mesh");
     }
   }
   return {};

@@ -31,6 +31,17 @@ struct Mesh {
 /// By what they hold.
 [[nodiscard]] bool same_mesh(const Mesh& a, const Mesh& b);
 
+/// Of the bounding box; of one position or more.
+[[nodiscard]] double diagonal_m(std::span<const Eigen::Vector3d> positions_m);
+
+[[nodiscard]] double face_area_m2(std::span<const Eigen::Vector3d> positions_m, const Face& face);
+/// A face of no more than this has zero area, in a mesh of these positions.
+[[nodiscard]] double face_area_min_m2(std::span<const Eigen::Vector3d> positions_m);
+
+/// What must hold of a triangle list before anything can be asked of it: not too many vertices and faces, one of each
+/// at least, coordinates that are finite and within coordinate_max_m, indices within the vertices.
+[[nodiscard]] base::Status check_lists(const std::vector<Eigen::Vector3d>& positions_m, const std::vector<Face>& faces);
+
 /// Derives edges, lengths and borders of a triangle list and checks it.
 /// Refuses, naming the face (`where` is its place in the flat list of a scene, `indices[9..11]` for face 3) or vertex:
 /// no vertex or face, more than mesh_vertices_max, a coordinate that is not finite or is past coordinate_max_m, an

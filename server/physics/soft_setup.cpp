@@ -7,16 +7,6 @@ namespace pneuma::physics {
 
 namespace {
 
-double body_length_m(const Mesh& mesh) {
-  Vec3d low = mesh.positions_m.front();
-  Vec3d high = low;
-  for (const Vec3d& position : mesh.positions_m) {
-    low = low.cwiseMin(position);
-    high = high.cwiseMax(position);
-  }
-  return (high - low).norm();
-}
-
 std::vector<std::uint8_t> pinned_vertices(const SoftBody& body) {
   if (body.pins.empty() && !body.pin_boundary) return {};
   std::vector<std::uint8_t> pinned(body.mesh->positions_m.size(), 0);
@@ -31,7 +21,7 @@ template <class Real>
 void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   state.body = body;
   state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
-  state.length_m = static_cast<Real>(body_length_m(*body.mesh));
+  state.length_m = static_cast<Real>(diagonal_m(body.mesh->positions_m));
   state.hinges = body.springs.bend_stiffness_n_m > 0.0 ? make_hinges(*body.mesh) : std::vector<Hinge>();
   state.pinned = pinned_vertices(body);
   for (std::size_t i = 0; i < state.pinned.size(); ++i) {

@@ -1,11 +1,13 @@
 #include "scene_io/mesh_library.h"
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "base/limits.h"
+#include "base/number_text.h"
 #include "scene_io/embedded_files.h"
 #include "scene_io/obj.h"
 #include "scene_io/quoted.h"
@@ -18,14 +20,51 @@ using base::Status;
 using base::StatusCode;
 using MeshPointer = std::shared_ptr<const physics::Mesh>;
 
-Result<MeshPointer> build_triangles(const v1::Mesh::Triangles& triangles) {
+/// A mesh, and what was done to it where it asked to be mended.
+struct Made {
+  MeshPointer mesh;
+  std::optional<physics::MendReport> mended;
+};
+
+Result<physics::MeshMend> read_mend(const v1::Mesh::Mend& in) {
+  physics::MeshMend out;
+  if (in.has_weld_m()) {
+    const bool good = in.weld_m() >= 0.0 && in.weld_m() <= base::coordinate_max_m;
+    if (!good)
+      return base::invalid("must be a length from 0 to " + base::number_text(base::coordinate_max_m), "weld_m");
+    out.weld_m = in.weld_m();
+  }
+  if (in.has_orient()) out.orient = in.orient();
+  if (in.has_close()) out.close = in.close();
+  return out;
+}
+
+/// Of a triangle list, mended where that is asked for.
+Result<Made> build_list(const v1::Mesh& mesh, std::vector<Eigen::Vector3d> positions_m,
+                        std::vector<physics::Face> faces, const char* field) {
+  const auto refused = [field](const Status& status) { return status.inside(field); };
+  if (!mesh.has_mend()) {
+    auto made = physics::make_mesh(std::move(positions_m), std::move(faces));
+    if (!made.ok()) return refused(made.status());
+    return Made{std::move(*made), std::nullopt};
+  }
+  const auto mend = read_mend(mesh.mend());
+  if (!mend.ok()) return mend.status().inside("mend");
+  auto made = physics::mend_mesh(std::move(positions_m), std::move(faces), *mend);
+  if (!made.ok()) return refused(made.status());
+  return Made{std::move(made->mesh), made->report};
+}
+
+Result<Made> build_triangles(const v1::Mesh& mesh) {
+  const v1::Mesh::Triangles& triangles = mesh.triangles();
   const auto count = static_cast<std::size_t>(triangles.indices_size());
-  if (count % 3 != 0)
-    return base::invalid("there are " + std::to_string(count) + " of them, not three a face", "indices");
+  if (count % 3 != 0) {
+    return base::invalid("there are " + std::to_string(count) + " of them, not three a face", "triangles.indices");
+  }
   if (count > 3 * base::mesh_faces_max) {
     return Status(StatusCode::limit_exceeded,
                   "has " + std::to_string(count / 3) + " faces; at most " + std::to_string(base::mesh_faces_max),
-                  "indices");
+                  "triangles.indices");
   }
   std::vector<Eigen::Vector3d> positions_m;
   positions_m.reserve(static_cast<std::size_t>(triangles.positions_size()));
@@ -36,17 +75,19 @@ Result<MeshPointer> build_triangles(const v1::Mesh::Triangles& triangles) {
   for (int i = 0; i < triangles.indices_size(); i += 3) {
     faces.push_back({triangles.indices(i), triangles.indices(i + 1), triangles.indices(i + 2)});
   }
-  return physics::make_mesh(std::move(positions_m), std::move(faces));
+  return build_list(mesh, std::move(positions_m), std::move(faces), "triangles");
 }
 
-Result<MeshPointer> build_asset(const std::string& name) {
+Result<Made> build_asset(const v1::Mesh& mesh) {
   const EmbeddedFile* end = embedded_files + embedded_file_count;
-  const std::string path = "assets/" + name + ".obj";
+  const std::string path = "assets/" + mesh.asset() + ".obj";
   const EmbeddedFile* file = std::find_if(embedded_files, end, [&path](const auto& its) { return its.name == path; });
-  if (file == end) return base::not_found("no asset is named " + in_quotes(name) + "; there is: hand");
+  if (file == end) {
+    return base::not_found("no asset is named " + in_quotes(mesh.asset()) + "; there is: hand", "asset");
+  }
   auto obj = parse_obj(file->text);
-  if (!obj.ok()) return obj.status();
-  return physics::make_mesh(std::move(obj->positions_m), std::move(obj->faces));
+  if (!obj.ok()) return obj.status().inside("asset");
+  return build_list(mesh, std::move(obj->positions_m), std::move(obj->faces), "asset");
 }
 
 template <class Value>
@@ -55,31 +96,34 @@ Value value_or(bool is_set, Value value, Value otherwise) {
 }
 
 /// `where` is the path from the mesh.
-Result<MeshPointer> build_mesh(const v1::Mesh& mesh) {
-  const auto inside = [](Result<MeshPointer> result, const char* field) {
-    return result.ok() ? result : Result<MeshPointer>(result.status().inside(field));
+Result<Made> build_mesh(const v1::Mesh& mesh) {
+  const auto whole = [](Result<MeshPointer> result, const char* field) -> Result<Made> {
+    if (!result.ok()) return result.status().inside(field);
+    return Made{std::move(*result), std::nullopt};
   };
+  const bool is_list = mesh.has_triangles() || mesh.shape_case() == v1::Mesh::kAsset;
+  if (mesh.has_mend() && !is_list) return base::invalid("is for triangles and assets", "mend");
   switch (mesh.shape_case()) {
     case v1::Mesh::kIcosphere: {
       const v1::Mesh::Icosphere& sphere = mesh.icosphere();
-      return inside(
+      return whole(
           physics::make_icosphere(sphere.subdivisions(), value_or(sphere.has_radius_m(), sphere.radius_m(), 1.0)),
           "icosphere");
     }
     case v1::Mesh::kGrid: {
       const v1::Mesh::Grid& grid = mesh.grid();
-      return inside(physics::make_grid(grid.columns(), grid.rows(), value_or(grid.has_width_m(), grid.width_m(), 1.0),
-                                       value_or(grid.has_height_m(), grid.height_m(), 1.0)),
-                    "grid");
+      return whole(physics::make_grid(grid.columns(), grid.rows(), value_or(grid.has_width_m(), grid.width_m(), 1.0),
+                                      value_or(grid.has_height_m(), grid.height_m(), 1.0)),
+                   "grid");
     }
     case v1::Mesh::kBox: {
       const v1::Vec3& half = mesh.box().half_extents();
-      return inside(physics::make_box({half.x(), half.y(), half.z()}, mesh.box().subdivisions()), "box");
+      return whole(physics::make_box({half.x(), half.y(), half.z()}, mesh.box().subdivisions()), "box");
     }
     case v1::Mesh::kTriangles:
-      return inside(build_triangles(mesh.triangles()), "triangles");
+      return build_triangles(mesh);
     case v1::Mesh::kAsset:
-      return inside(build_asset(mesh.asset()), "asset");
+      return build_asset(mesh);
     case v1::Mesh::SHAPE_NOT_SET:
       break;
   }
@@ -121,7 +165,8 @@ Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene, const MeshLibrary
     } else {
       auto made = build_mesh(mesh);
       if (!made.ok()) return made.status().inside(path);
-      built.mesh = std::move(*made);
+      built.mesh = std::move(made->mesh);
+      if (made->mended) library.mended_.push_back({mesh.name(), *made->mended});
     }
     vertex_count += built.mesh->positions_m.size();
     if (vertex_count > base::world_vertices_max) {

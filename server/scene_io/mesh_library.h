@@ -4,9 +4,10 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/status.h"
-#include "physics/mesh.h"
+#include "physics/mesh_mend.h"
 #include "pneuma/v1/scene.pb.h"
 
 namespace pneuma::scene_io {
@@ -20,12 +21,21 @@ class MeshLibrary {
   /// Fails with not_found, listing the names there are.
   [[nodiscard]] base::Result<std::shared_ptr<const physics::Mesh>> find(const std::string& name) const;
 
+  /// What was done to a mesh that asked to be mended.
+  struct Mended {
+    std::string mesh;
+    physics::MendReport report;
+  };
+  /// Of the meshes that this library built, in the scene's order; not of those taken over.
+  [[nodiscard]] const std::vector<Mended>& mended() const { return mended_; }
+
  private:
   struct Built {
     std::string source;  // the v1::Mesh, as bytes
     std::shared_ptr<const physics::Mesh> mesh;
   };
   std::map<std::string, Built> meshes_;
+  std::vector<Mended> mended_;
 };
 
 }  // namespace pneuma::scene_io

@@ -83,6 +83,17 @@ TEST_F(Messages, CreateTakesBuiltInsScenesAndJsonAndFindsNames) {
   EXPECT_EQ(done->world(), "from-json");
 }
 
+TEST_F(Messages, CreateTellsWhatItMended) {
+  v1::CreateWorld json;
+  json.set_scene_json(R"({"name": "mended", "meshes": [{"name": "m", "mend": {}, "triangles": {
+      "positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}], "indices": [0, 2, 1, 0, 1, 3, 0, 3, 2]}}],
+      "soft_bodies": [{"name": "b", "mesh": "m", "gas": {"moles": 0.001}}]})");
+  const auto done = client().create_world(json);
+  ASSERT_TRUE(done.ok()) << done.status().message();
+  ASSERT_EQ(done->mended_size(), 1);
+  EXPECT_EQ(done->mended(0).detail(), "1 hole closed with 1 face");
+}
+
 TEST_F(Messages, DestroyEndsTheWorldAndFreesItsName) {
   ASSERT_TRUE(client().subscribe("w").ok());
   ASSERT_TRUE(client().destroy_world("w").ok());

@@ -328,6 +328,16 @@ TEST_F(SimScene, RunawayBodyIsNamedAndTheOthersGoOn) {
   EXPECT_NEAR(std::stod(last[17]), 2.0, 1e-9);
 }
 
+TEST_F(SimScene, MendedMeshIsTold) {
+  const std::string scene = file("open.json", R"({
+    "meshes": [{"name": "m", "mend": {}, "triangles": {"positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}],
+                "indices": [0, 2, 1, 0, 1, 3, 0, 3, 2]}}],
+    "soft_bodies": [{"name": "b", "mesh": "m", "gas": {"moles": 0.001}}]})");
+  const Finished finished = sim({scene, "--seconds", "0.1"});
+  EXPECT_EQ(finished.exit_status, 0);
+  EXPECT_EQ(finished.error_output, "mesh \"m\" mended: 1 hole closed with 1 face\n");
+}
+
 TEST_F(SimScene, BurstIsToldWithItsTickBodyAndPressure) {
   const std::string scene = file("burst.json", R"({
     "meshes": [{"name": "ball", "icosphere": {"subdivisions": 1}}],

@@ -90,6 +90,7 @@ base::Status report(Session& session, const std::string& deed, const base::Resul
   if (session.json) return session.output.line(reply_json(*done).text());
   std::string text = deed + " " + done->world() + " at tick " + std::to_string(done->tick());
   if (!done->detail().empty()) text += ": " + done->detail();
+  for (const v1::MendedMesh& mesh : done->mended()) text += "\nmesh \"" + mesh.mesh() + "\" mended: " + mesh.detail();
   return session.output.line(text);
 }
 

@@ -137,6 +137,46 @@ TEST(LiveWorld, SavedAtAnyTickItGoesOnWithTheSameBits) {
   }
 }
 
+/// A mesh of that name with a face missing, that asks to be mended.
+v1::Mesh open_tetrahedron(const std::string& name) {
+  v1::Mesh mesh;
+  mesh.set_name(name);
+  mesh.mutable_mend();
+  v1::Mesh::Triangles& list = *mesh.mutable_triangles();
+  list.add_positions();
+  list.add_positions()->set_x(1.0);
+  list.add_positions()->set_y(1.0);
+  list.add_positions()->set_z(1.0);
+  for (const std::uint32_t index : {0U, 2U, 1U, 0U, 1U, 3U, 0U, 3U, 2U}) list.add_indices(index);
+  return mesh;
+}
+
+TEST(LiveWorld, TellsWhatWasMendedAndComesBackWithIt) {
+  v1::Scene scene = ball_scene();
+  *scene.add_meshes() = open_tetrahedron("first");
+  scene.mutable_soft_bodies(0)->set_mesh("first");
+  auto world = LiveWorld::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  ASSERT_EQ(world->mended().size(), 1U);
+  EXPECT_EQ(world->mended()[0].mesh(), "first");
+  EXPECT_EQ(world->mended()[0].holes_closed(), 1U);
+  EXPECT_EQ(world->mended()[0].detail(), "1 hole closed with 1 face");
+
+  v1::ClientMessage edit = add_second_ball();
+  *edit.mutable_edit()->mutable_edit()->add_changes()->mutable_add_mesh() = open_tetrahedron("other");
+  const auto effect = world->change(edit);
+  ASSERT_TRUE(effect.ok()) << effect.status().message();
+  ASSERT_EQ(effect->mended.size(), 1U);
+  EXPECT_EQ(effect->mended[0].mesh(), "other");
+  EXPECT_TRUE(world->change(set_gravity(-5.0))->mended.empty());
+
+  physics::Workers workers(1);
+  for (int i = 0; i < 10; ++i) world->physics().step_tick(workers);
+  auto restored = LiveWorld::restore(world->save());
+  ASSERT_TRUE(restored.ok()) << restored.status().message();
+  EXPECT_EQ(restored->physics().state_hash(), world->physics().state_hash());
+}
+
 TEST(LiveWorld, ResetBringsBackTheSceneAndTicksGoOn) {
   LiveWorld world = ball_world();
   const auto fresh_hash = world.physics().state_hash();

@@ -384,7 +384,29 @@ TEST(CommandOutput, TickIsANumberAlsoInWhatAChangeCameTo) {
       message.mutable_done()->set_tick(5);
     });
   });
-  EXPECT_EQ(run(server, {"--json", "pause", "w"}).output, "{\"tick\":5,\"world\":\"w\",\"detail\":\"\"}\n");
+  EXPECT_EQ(run(server, {"--json", "pause", "w"}).output,
+            "{\"tick\":5,\"world\":\"w\",\"detail\":\"\",\"mended\":[]}\n");
+}
+
+TEST(CommandOutput, MendedMeshesAreLinesOfTheirOwn) {
+  const auto script = [](FakeSession& session) {
+    session.welcome();
+    session.reply([](const auto&, auto& message) {
+      message.mutable_done()->set_world("w");
+      v1::MendedMesh& mesh = *message.mutable_done()->add_mended();
+      mesh.set_mesh("m");
+      mesh.set_holes_closed(2);
+      mesh.set_detail("2 holes closed with 7 faces");
+    });
+  };
+  const FakeServer server(script);
+  EXPECT_EQ(run(server, {"create", "hand"}).output,
+            "created w at tick 0\nmesh \"m\" mended: 2 holes closed with 7 faces\n");
+  const FakeServer again(script);
+  const auto object = json(run(again, {"--json", "create", "hand"}).output);
+  const auto& mended = object.fields().at("mended").list_value().values(0).struct_value().fields();
+  EXPECT_EQ(mended.at("mesh").string_value(), "m");
+  EXPECT_EQ(mended.at("holes_closed").number_value(), 2.0);
 }
 
 /// Subscribes the command and sends two frames, a gap, a frame and an event.

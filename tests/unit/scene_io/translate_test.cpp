@@ -133,6 +133,42 @@ TEST(ToPhysics, OpenMeshHoldsNoGas) {
             "soft_bodies[0].mesh:");
 }
 
+/// A tetrahedron with one face flipped and another one missing, and a body of it with gas.
+std::string broken_tetrahedron(const std::string& more) {
+  return R"({"meshes": [{"name": "m", "triangles": {"positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}],
+             "indices": [0, 2, 1, 0, 3, 1, 0, 3, 2]})" +
+         more + R"(}], "soft_bodies": [{"name": "b", "mesh": "m", "gas": {"moles": 1}}]})";
+}
+
+TEST(ToPhysics, ABrokenMeshIsRefusedOrMendedOnRequest) {
+  EXPECT_EQ(error_of(translate(broken_tetrahedron(""))).substr(0, 44), "meshes[0].triangles.indices[3..5]: face 1 is");
+  EXPECT_EQ(error_of(translate(broken_tetrahedron(R"(, "mend": {"close": false})"))).substr(0, 20),
+            "soft_bodies[0].mesh:");
+  EXPECT_EQ(error_of(translate(broken_tetrahedron(R"(, "mend": {"orient": false})"))).substr(0, 27),
+            "meshes[0].triangles.indices");
+  const auto scene = translate(broken_tetrahedron(R"(, "mend": {})"));
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  EXPECT_EQ(scene->soft_bodies[0].mesh->faces.size(), 4U);
+}
+
+TEST(ToPhysics, MendIsReadByItsOwnPath) {
+  EXPECT_EQ(error_of(translate(broken_tetrahedron(R"(, "mend": {"weld_m": -1})"))),
+            "meshes[0].mend.weld_m: must be a length from 0 to 10000000");
+  EXPECT_EQ(error_of(translate(R"({"meshes": [{"name": "m", "box": {}, "mend": {}}]})")),
+            "meshes[0].mend: is for triangles and assets");
+}
+
+TEST(MeshLibrary, TellsWhatItMendedAndNotWhatItTookOver) {
+  const auto scene = parse_scene_json(broken_tetrahedron(R"(, "mend": {})"));
+  ASSERT_TRUE(scene.ok());
+  const auto library = MeshLibrary::build(*scene);
+  ASSERT_TRUE(library.ok()) << library.status().message();
+  ASSERT_EQ(library->mended().size(), 1U);
+  EXPECT_EQ(library->mended()[0].mesh, "m");
+  EXPECT_EQ(library->mended()[0].report, (physics::MendReport{.faces_turned = 1, .holes_closed = 1, .faces_added = 1}));
+  EXPECT_TRUE(MeshLibrary::build(*scene, *library)->mended().empty());
+}
+
 TEST(ToPhysics, AllMeshesTogetherAreBounded) {
   v1::Scene scene;
   for (int i = 0; i < 8; ++i) {
