@@ -91,13 +91,13 @@ Result run_thin_wall(bool) {
 // Of the ball's height of 1 m, below a load that stands on it.
 constexpr double ball_left_m = 0.25;
 
-Result run_heavy_on_light(bool) {
-  constexpr int seconds = 60;
+Result run_heavy_on_light(bool quick) {
+  const int seconds = quick ? 6 : 60;
   std::size_t runs = 0;
   std::size_t stood = 0;
-  int longest_s = 0;
+  std::string falls;
   for (const Variant& variant : every_variant()) {
-    // Explicit Euler would need 9,125 substeps a tick here, more than there may be.
+    // Explicit Euler would need more substeps a tick here than there may be.
     if (variant.integrator == physics::Integrator::explicit_euler) continue;
     Scene scene = with(scene_of("14-heavy-on-light.json"), variant);
     World world = make_world(scene);
@@ -114,10 +114,11 @@ Result run_heavy_on_light(bool) {
     }
     ++runs;
     stood += stands() ? 1 : 0;
-    longest_s = std::max(longest_s, second);
+    if (!stands()) {
+      falls.append("; ").append(name_of(variant)).append(" falls within ").append(std::to_string(second)).append(" s");
+    }
   }
-  return {stood == runs,
-          std::string("stands in ").append(of(stood, runs)).append(" runs; the longest for ").append(std::to_string(longest_s)).append(" s")};
+  return {stood == runs, std::string("stands in ").append(of(stood, runs)).append(" runs").append(falls)};
 }
 
 /// One length of overlap in a period of the ball's own breathing: what presses it out is its skin and its gas.

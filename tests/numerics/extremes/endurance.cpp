@@ -1,12 +1,11 @@
 // Cases of long or heavy work: threads, half an hour, frames that take too long.
-#include <malloc.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include "app/hosted_world.h"
@@ -83,12 +82,11 @@ Result run_half_an_hour(bool quick) {
   }
   const bool flat = mallinfo2().uordblks <= heap + heap_growth_max;
   const bool whole = world.take_frozen().empty();
-  return {furthest < energy_share_max && flat && whole,
-          std::string("energy ")
-              .append(brief(100.0 * furthest))
-              .append(" % off at most, heap ")
-              .append(flat ? "flat" : "grows")
-              .append(whole ? "" : ", a ball frozen")};
+  return {furthest < energy_share_max && flat && whole, std::string("energy ")
+                                                            .append(brief(100.0 * furthest))
+                                                            .append(" % off at most, heap ")
+                                                            .append(flat ? "flat" : "grows")
+                                                            .append(whole ? "" : ", a ball frozen")};
 }
 
 /// A world in a server's loop whose time is the case's own: a tick ends as long after its begin as `tick_cost` says.

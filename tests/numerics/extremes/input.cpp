@@ -145,7 +145,8 @@ void refuse_text(Message& message, const std::function<Status(const std::string&
     }
     for (const char* word : {"NaN", "Infinity"}) {
       const Status status = parse(with(word));
-      refusals.expect(std::string(where).append(" as ").append(word), status, status.where().starts_with("line 1, column"));
+      refusals.expect(std::string(where).append(" as ").append(word), status,
+                      status.where().starts_with("line 1, column"));
     }
   });
   spoiler.spoil(message, "");
@@ -233,8 +234,7 @@ Result run_not_a_number(bool) {
   Refusals refusals;
   if (const auto good = scene_io::to_physics(*scene); !good.ok()) refusals.wrong = good.status().message();
   refuse_numbers(*scene, "", [&] { return scene_io::to_physics(*scene).status(); }, refusals);
-  refuse_text(
-      *scene, [](const std::string& text) { return scene_io::parse_scene_json(text).status(); }, refusals);
+  refuse_text(*scene, [](const std::string& text) { return scene_io::parse_scene_json(text).status(); }, refusals);
   refuse_text(edit, [](const std::string& text) { return scene_io::parse_edit_json(text).status(); }, refusals);
   refuse_changes(*scene, edit, refusals);
   refuse_subscriptions(refusals);
@@ -261,7 +261,8 @@ struct Fault {
 };
 
 std::vector<Fault> faults() {
-  return {{"a face is missing", [](auto& mesh) { mesh.mutable_indices()->Truncate(mesh.indices_size() - 3); },
+  return {{"a face is missing",
+           [](auto& mesh) { mesh.mutable_indices()->Truncate(mesh.indices_size() - 3); },
            "soft_bodies[0].mesh",
            {.holes_closed = 1, .faces_added = 1}},
           {"a face is flipped",

@@ -23,7 +23,8 @@ std::vector<Variant> every_variant() {
 }
 
 std::string name_of(const Variant& variant) {
-  return method_name(variant.integrator).append(variant.precision == Precision::double_precision ? ", double" : ", single");
+  return method_name(variant.integrator)
+      .append(variant.precision == Precision::double_precision ? ", double" : ", single");
 }
 
 physics::Scene with(physics::Scene scene, const Variant& variant) {
