@@ -65,4 +65,23 @@ class BulletBall {
   std::unique_ptr<Body> body_;
 };
 
+/// Bullet's world of soft and rigid bodies, which collide with each other.
+class BulletWorld {
+ public:
+  explicit BulletWorld(double gravity_m_s2);
+  ~BulletWorld();
+  /// The case's gravity and step count for nothing.
+  void add_ball(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings,
+                const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_m_s);
+  /// Fixed where `mass_kg` is 0.
+  void add_box(const Eigen::Vector3d& half_extents_m, double mass_kg, const Eigen::Vector3d& position_m);
+  void step(double dt_s);
+  [[nodiscard]] std::vector<Eigen::Vector3d> ball_m(std::size_t index) const;
+  [[nodiscard]] Eigen::Vector3d box_m(std::size_t index) const;
+
+ private:
+  struct Bodies;
+  std::unique_ptr<Bodies> bodies_;
+};
+
 }  // namespace pneuma::bench
