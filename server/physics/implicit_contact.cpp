@@ -27,7 +27,7 @@ bool ImplicitContact<Real>::add_new_stops() {
   for (const VertexStop& stop : stops_) {
     auto at = std::ranges::lower_bound(touches_, stop.vertex, {}, &Touch::vertex);
     if (at == touches_.end() || at->vertex != stop.vertex) {
-      at = touches_.insert(at, {stop.vertex, {}, stop.friction > 0.0, Vec3d::Zero()});
+      at = touches_.insert(at, {stop.vertex, {}, stop.surface.friction > 0.0, Vec3d::Zero()});
     }
     const bool known = std::ranges::any_of(
         at->stops, [&](const VertexStop& other) { return other.normal.dot(stop.normal) > 1.0 - same_wall; });
@@ -65,7 +65,7 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
       along -= along.dot(stop.normal) * stop.normal;
     }
     const auto pulled = [&](const VertexStop& stop) { return push.dot(stop.normal) < 0.0; };
-    const double most_n_s = touch.stops[0].friction * normal_n_s;
+    const double most_n_s = touch.stops[0].surface.friction * normal_n_s;
     changed = std::erase_if(touch.stops, pulled) > 0 || changed;
     if (touch.stops.empty()) continue;
     if (touch.sticks) {
@@ -74,7 +74,7 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
       touch.sticks = false;
       touch.friction_n_s = most_n_s / along_n_s * along;
       changed = true;
-    } else if (touch.stops[0].friction > 0.0) {
+    } else if (touch.stops[0].surface.friction > 0.0) {
       Vec3d slip = u_[touch.vertex] - touch.stops[0].of_surface;
       for (const VertexStop& stop : touch.stops) slip -= slip.dot(stop.normal) * stop.normal;
       const double speed = slip.norm();
@@ -95,6 +95,13 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
 }
 
 template <class Real>
+void ImplicitContact<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s,
+                                       const Surroundings& surroundings, double dt_s) {
+  limit_.begin_substep(surroundings, SubstepPhysics::of(surroundings.gravity, dt_s).resting_m_s, dt_s);
+  limit_.limit_step(body, start_m_s);
+}
+
+template <class Real>
 void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s,
                                            ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                                            const Surroundings& surroundings, std::span<const SolidMove> colliders,
@@ -104,6 +111,15 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
   fit_boxes(body, bounds);
   find_stops(body, bounds, colliders, physics, stops_);
   if (stops_.empty()) return;
+
+  EnergyLimit most;
+  const bool limited = body.pinned.empty();
+  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
+  if (limited) limit_.begin(body, start_m_s, most);
+  for (const VertexStop& stop : stops_) {
+    const double depth_m = dt_s * stop.normal_m_s - stop.normal.dot(body.dr[stop.vertex].template cast<double>());
+    limit_.note({stop.vertex, stop.normal, depth_m, stop.gained_m_s, stop.of_surface, stop.surface});
+  }
 
   touches_.clear();
   const std::size_t count = body.x.size();
@@ -126,7 +142,7 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
       pushed_[touch.vertex] += touch.friction_n_s / mass_kg;
     }
     const ImplicitStage stage{x_, pushed_, dt_s};
-    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) return;
+    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) break;
     for (std::size_t i = 0; i < count; ++i) {
       body.v[i] = u_[i].template cast<Real>();
       body.dr[i] = (dt_s * u_[i]).template cast<Real>();
@@ -136,18 +152,23 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
     find_stops(body, bounds, colliders, physics, stops_);
     changed = add_new_stops() || changed || solver.last_move_m() > last_move_m;
   }
+  double work_j = 0.0;
   for (const Touch& touch : touches_) {
     Vec3d velocity = u_[touch.vertex];
     for (const VertexStop& stop : touch.stops) {
       velocity += (stop.away_m_s - stop.normal.dot(velocity - stop.of_surface)) * stop.normal;
     }
+    const Vec3d impulse_n_s =
+        solver.holding_n_s(touch.vertex) + touch.friction_n_s + mass_kg * (velocity - u_[touch.vertex]);
+    work_j += impulse_n_s.dot(touch.stops[0].of_surface);
     body.v[touch.vertex] = velocity.template cast<Real>();
   }
+  if (limited) (void)limit_.end(body, {}, work_j, most);
 }
 
 template <class Real>
 std::size_t ImplicitContact<Real>::bytes() const {
-  return stops_.capacity() * sizeof(VertexStop) + touches_.capacity() * sizeof(Touch) +
+  return limit_.bytes() + stops_.capacity() * sizeof(VertexStop) + touches_.capacity() * sizeof(Touch) +
          holds_.capacity() * sizeof(Hold) +
          (x_.capacity() + u0_.capacity() + pushed_.capacity() + u_.capacity()) * sizeof(Vec3d);
 }

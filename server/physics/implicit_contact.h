@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/contact_limit.h"
 #include "physics/contact_solid.h"
 #include "physics/implicit_solver.h"
 
@@ -15,6 +16,10 @@ namespace pneuma::physics {
 template <class Real>
 class ImplicitContact {
  public:
+  /// ContactLimit::limit_step().
+  void limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, const Surroundings& surroundings,
+                  double dt_s);
+
   /// Replaces the body's step (v and dr), where it runs into a collider, by the implicit Euler step in which no vertex
   /// ends behind one: surfaces push and do not pull, and rub by Coulomb's law. `start_m_s`: the velocities before the
   /// step. An active set: vertices that would go in are held, those that are pulled are let go, until none changes.
@@ -38,6 +43,7 @@ class ImplicitContact {
   [[nodiscard]] Hold hold_of(const Touch& touch) const;
   bool follow_reactions(const ImplicitSolver<Real>& solver, bool may_slide);
 
+  ContactLimit<Real> limit_;
   std::vector<VertexStop> stops_;
   std::vector<Touch> touches_;  // by vertex
   std::vector<Hold> holds_;     // of the touches

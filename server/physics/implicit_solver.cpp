@@ -114,6 +114,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
     if (spread_m > small_move * spacing_m) {
+      moved_far_ = true;
       if (!take_step(body, tables, stage, surroundings, slope, spread_m, u, profile)) return false;
       continue;
     }

@@ -46,6 +46,10 @@ class ImplicitSolver {
                            const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                            Profile* profile);
 
+  /// Whether a solve since the last forget_moves() had to move particles by more than a fraction of their spacing.
+  [[nodiscard]] bool moved_far() const { return moved_far_; }
+  void forget_moves() { moved_far_ = false; }
+
   /// One Newton step from `u` that gives held vertices the velocities they are held to. False where it is not finite.
   [[nodiscard]] bool correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                                   std::span<const Hold> holds, const StageAccuracy& accuracy,
@@ -76,6 +80,7 @@ class ImplicitSolver {
   BodyForces<Real> forces_;
   std::vector<Vec3d> x_, residual_, step_, trial_;
   double last_move_m_ = 0.0;
+  bool moved_far_ = false;
 };
 
 }  // namespace pneuma::physics
