@@ -94,12 +94,15 @@ WholeAnswer answer_as_a_whole(RigidPart whole, const Partner& partner, const Col
   return answer;
 }
 
-// The largest share, or nearly so, that `place` finds no more than most_j for; else 0. What it finds grows from that of
-// 0 to that of 1 with about the square of the share.
+// Takes the largest share, or nearly so, that `place` finds no more than most_j for. Where not even 0 will do, 0 or 1,
+// whichever has less. What it finds grows with about the square of the share.
 template <class Place>
 void take_share(const Place& place, double all_j, double most_j) {
   const double none_j = place(0.0);
-  if (!(none_j < most_j)) return;
+  if (!(none_j < most_j)) {
+    if (all_j < none_j) place(1.0);
+    return;
+  }
   for (double share = std::sqrt((most_j - none_j) / (all_j - none_j)); share > share_min; share *= 0.5) {
     if (place(share) <= most_j) return;
   }

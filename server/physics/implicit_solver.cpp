@@ -38,6 +38,15 @@ double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage
          std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
 }
 
+// What turning edges does to springs beyond what a linear system knows: each may end longer by the move's square over
+// twice its length.
+template <class Real>
+double turning_j(const SoftState<Real>& body, double move_m, double spacing_m) {
+  const double longer_m = 0.5 * move_m * move_m / spacing_m;
+  return 0.5 * body.body.springs.stiffness_n_m * static_cast<double>(body.body.mesh->edges.size()) * longer_m *
+         longer_m;
+}
+
 double step_held_m_s(const Hold& hold, const Vec3d& step) {
   return (step - hold.free * step).norm();
 }
@@ -113,8 +122,8 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
       spread_m = stage.s * spread(step_);
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
+    has_turned_ = has_turned_ || turning_j(body, spread_m, spacing_m) > settled_j;
     if (spread_m > small_move * spacing_m) {
-      moved_far_ = true;
       if (!take_step(body, tables, stage, surroundings, slope, spread_m, u, profile)) return false;
       continue;
     }

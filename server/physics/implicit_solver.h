@@ -46,9 +46,9 @@ class ImplicitSolver {
                            const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                            Profile* profile);
 
-  /// Whether a solve since the last forget_moves() had to move particles by more than a fraction of their spacing.
-  [[nodiscard]] bool moved_far() const { return moved_far_; }
-  void forget_moves() { moved_far_ = false; }
+  /// Whether a solve since the last forget_turns() turned edges so far that its linear systems may have added energy.
+  [[nodiscard]] bool has_turned() const { return has_turned_; }
+  void forget_turns() { has_turned_ = false; }
 
   /// One Newton step from `u` that gives held vertices the velocities they are held to. False where it is not finite.
   [[nodiscard]] bool correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
@@ -80,7 +80,7 @@ class ImplicitSolver {
   BodyForces<Real> forces_;
   std::vector<Vec3d> x_, residual_, step_, trial_;
   double last_move_m_ = 0.0;
-  bool moved_far_ = false;
+  bool has_turned_ = false;
 };
 
 }  // namespace pneuma::physics

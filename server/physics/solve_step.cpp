@@ -14,7 +14,7 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Metho
   body.dr.resize(body.x.size());
   if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
   if (!scratch.implicit) scratch.implicit.emplace();
-  scratch.implicit->forget_moves();
+  scratch.implicit->forget_turns();
   if (method.integrator == Integrator::implicit_euler) {
     body.solve_failed = !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
   } else {
@@ -23,7 +23,7 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Metho
   }
   if (body.solve_failed || start_m_s.empty()) return;
   const bool is_driven = !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, surroundings.atmosphere);
-  if (scratch.implicit->moved_far() && !is_driven) scratch.contact.limit_step(body, start_m_s, surroundings, dt_s);
+  if (scratch.implicit->has_turned() && !is_driven) scratch.contact.limit_step(body, start_m_s, surroundings, dt_s);
   if (colliders.empty()) return;
   scratch.contact.meet_colliders(body, start_m_s, tables, method.accuracy, surroundings, colliders, dt_s,
                                  *scratch.implicit, profile);
