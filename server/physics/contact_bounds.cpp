@@ -86,26 +86,35 @@ Vec3d mean_velocity(const SoftState<Real>& body) {
 }
 
 template <class Real>
-void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+void fit_rigid(const SoftState<Real>& body, RigidPart& rigid) {
   const Vec3d near = body.x.front().template cast<double>();  // so that far from the origin no digits are lost
   Vec3d arms = Vec3d::Zero();
-  Vec3d moves = Vec3d::Zero();
   std::size_t free = 0;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
     arms += body.x[i].template cast<double>() - near;
-    moves += body.dr[i].template cast<double>();
     ++free;
   }
   const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
-  RigidPart& rigid = bounds.rigid;
   rigid.mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
   rigid.centre = near + share * arms;
   rigid.velocity = mean_velocity(body);
-  bounds.mean_move = share * moves;
+}
+
+template <class Real>
+void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+  fit_rigid(body, bounds.rigid);
+  Vec3d moves = Vec3d::Zero();
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    moves += body.dr[i].template cast<double>();
+    ++free;
+  }
+  bounds.mean_move = free == 0 ? moves : Vec3d((1.0 / static_cast<double>(free)) * moves);
 
   // A body about to be frozen must not take others with it.
-  bounds.active = bounds.active && rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
+  bounds.active = bounds.active && bounds.rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
 
   bounds.ellipsoid = {0.5 * (bounds.moved.min + bounds.moved.max), 0.5 * (bounds.moved.max - bounds.moved.min)};
   if (body.body.collision.bounds != BoundsKind::ball) return;
@@ -171,6 +180,8 @@ template void fit_boxes(const SoftState<float>&, BodyBounds&);
 template void fit_boxes(const SoftState<double>&, BodyBounds&);
 template Vec3d mean_velocity(const SoftState<float>&);
 template Vec3d mean_velocity(const SoftState<double>&);
+template void fit_rigid(const SoftState<float>&, RigidPart&);
+template void fit_rigid(const SoftState<double>&, RigidPart&);
 template void fit_means(const SoftState<float>&, BodyBounds&);
 template void fit_means(const SoftState<double>&, BodyBounds&);
 template void fit_turning(const SoftState<float>&, RigidPart&);

@@ -121,14 +121,6 @@ struct SharedMasses {
   double moved_share = 1.0;  // of a move that parts the two: the vertex's part of it
 };
 
-// What the hits of one body on another come to, to be given to either of the two as a whole.
-struct Exchange {
-  Vec3d about;  // a place near both, so that far from the origin no digits are lost
-  Vec3d impulse_n_s = Vec3d::Zero();
-  Vec3d moment_n_m_s = Vec3d::Zero();  // of the impulses about that place
-  Vec3d shift_kg_m = Vec3d::Zero();    // mass times displacement
-};
-
 // The change of the rigid part alone; the vertices are the caller's.
 void take(BodyBounds& bounds, const Exchange& given) {
   RigidPart& rigid = bounds.rigid;
@@ -178,10 +170,12 @@ void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, co
 
 template <class Real>
 void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
-                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, std::vector<VertexHit>& hits) {
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
+                 std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits) {
   const ContactSurface surface = surface_of(a.body, b.body);
   find_hits(a, b.body.collision.bounds, bounds_b, surface, near, hits);
   if (hits.empty()) return;
+  if (limit != nullptr) limit->begin(a, start_m_s, bounds_a.energy);
   fit_turning(a, bounds_a.rigid);
   fit_turning(b, bounds_b.rigid);
 
@@ -199,16 +193,24 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
     const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface, inverse_mass_1_kg);
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
+    const Vec3d back = stop_of(way, hit, after, dt_s) - way.end;
+    if (limit != nullptr) {
+      limit->note({.vertex = i, .normal = hit.normal, .depth_m = back.dot(hit.normal), .surface = surface});
+    }
 
     // What the vertex took after rounding is what b gives.
     const Vec3<Real> v_before = a.v[i];
     const Vec3<Real> dr_before = a.dr[i];
     a.v[i] += (impulse_n_s / vertex_mass_kg).template cast<Real>();
-    a.dr[i] += (masses.moved_share * (stop_of(way, hit, after, dt_s) - way.end)).template cast<Real>();
+    a.dr[i] += (masses.moved_share * back).template cast<Real>();
     const Vec3d taken_n_s = vertex_mass_kg * (a.v[i] - v_before).template cast<double>();
     to_a.impulse_n_s += taken_n_s;
     to_a.moment_n_m_s += arm.cross(taken_n_s);
     to_a.shift_kg_m += vertex_mass_kg * (a.dr[i] - dr_before).template cast<double>();
+  }
+  if (limit != nullptr) {
+    to_a = limit->end(a, {.rigid = other, .parts = true}, 0.0, bounds_a.energy);
+    bounds_b.energy.give(limit->given_j());
   }
   take(bounds_a, to_a);
   take_as_a_whole(b, bounds_b, {other.centre, -to_a.impulse_n_s, -to_a.moment_n_m_s, -to_a.shift_kg_m});
@@ -218,7 +220,8 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   template void find_near_vertices(const SoftState<Real>&, const BodyBounds&, const SoftState<Real>&, \
                                    const BodyBounds&, std::vector<std::uint32_t>&);                   \
   template void meet_bounds(SoftState<Real>&, BodyBounds&, SoftState<Real>&, BodyBounds&,             \
-                            std::span<const std::uint32_t>, double, double, std::vector<VertexHit>&);
+                            std::span<const std::uint32_t>, double, double, ContactLimit<Real>*,      \
+                            std::span<const Vec3<Real>>, std::vector<VertexHit>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

@@ -144,20 +144,31 @@ Answer meet_wall(const Vec3d& velocity, const Wall& wall, const SolidMove& solid
 
 template <class Real>
 bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid,
-                   const SubstepPhysics& physics) {
+                   const SubstepPhysics& physics, ContactLimit<Real>* limit, double& work_j) {
   const ContactSurface surface = combine(body.body.surface, *solid.surface);
   Pressure<Real> pressure(body, bounds, physics.resting_m_s);
   bool touched = false;
   for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
     if (body.is_pinned(i) || !within_speed(body.v[i])) return;
+    const Vec3d start = body.x[i].template cast<double>();
+    Vec3d end = start + body.dr[i].template cast<double>();
+    const Vec3d free_end = end;
     Vec3d velocity = body.v[i].template cast<double>();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
       const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
+      if (limit != nullptr) {
+        limit->note({.vertex = static_cast<std::uint32_t>(i),
+                     .normal = normal,
+                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
+                     .gained_m_s = after_s * normal.dot(physics.gravity_m_s2),
+                     .of_surface = met.of_surface,
+                     .surface = surface});
+        const Vec3d change = met.of_surface + met.after - velocity;
+        work_j += static_cast<double>(body.vertex_mass_kg) * change.dot(met.of_surface);
+      }
       velocity = met.of_surface + met.after;
       return met.after;
     };
-    const Vec3d start = body.x[i].template cast<double>();
-    Vec3d end = start + body.dr[i].template cast<double>();
     if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
     body.dr[i] = (end - start).template cast<Real>();
     body.v[i] = velocity.template cast<Real>();
@@ -188,6 +199,16 @@ struct Touch {
     rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
   }
 };
+
+RigidPart rigid_part(const RigidState& body) {
+  const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
+  return {.mass_kg = body.body.mass_kg,
+          .centre = body.position,
+          .velocity = body.velocity,
+          .turning_is_known = true,
+          .angular_velocity = body.angular_velocity,
+          .inverse_inertia_1_kg_m2 = rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()};
+}
 
 }  // namespace
 
@@ -246,7 +267,8 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
         velocity = met.of_surface + met.after;
         stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
-                         std::max(0.0, -surface.restitution * met.impact_m_s), met.of_surface, surface.friction});
+                         std::max(0.0, -surface.restitution * met.impact_m_s),
+                         after_s * normal.dot(physics.gravity_m_s2), met.of_surface, surface});
         return met.after;
       };
       (void)stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer);
@@ -257,28 +279,39 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
 
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics) {
+                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
+  bool begun = false;
+  double work_j = 0.0;
   for (int round = 0; round < rounds_max; ++round) {
     bool touched = false;
     for (const SolidMove& solid : colliders) {
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
-      touched = meet_collider(body, bounds, solid, physics) || touched;
+      if (limit != nullptr && !begun) limit->begin(body, start_m_s, bounds.energy);
+      begun = true;
+      touched = meet_collider(body, bounds, solid, physics, limit, work_j) || touched;
     }
-    if (!touched || colliders.size() == 1) return;
+    if (!touched || colliders.size() == 1) break;
     fit_boxes(body, bounds);
   }
+  if (limit != nullptr && begun) (void)limit->end(body, {}, work_j, bounds.energy);
 }
 
 template <class Real>
-bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics) {
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics,
+                ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
+  if (limit != nullptr) limit->begin(body, start_m_s, bounds.energy);
+  const RigidPart before = rigid_part(rigid);
   Pressure<Real> pressure(body, bounds, physics.resting_m_s);
   bool touched = false;
   for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
     if (!within_speed(body.v[i])) return;
+    const Vec3d start = body.x[i].template cast<double>();
+    Vec3d end = start + body.dr[i].template cast<double>();
+    const Vec3d free_end = end;
     const bool pinned = body.is_pinned(i);
     const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / static_cast<double>(body.vertex_mass_kg);
     Vec3d velocity = body.v[i].template cast<double>();
@@ -289,12 +322,16 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
       const double impact_m_s = pressure.presses(normal, gap_m, velocity - relative)
                                     ? 0.0
                                     : impact_speed(relative.dot(normal), 0.0, physics.resting_m_s);
+      if (limit != nullptr) {
+        limit->note({.vertex = static_cast<std::uint32_t>(i),
+                     .normal = normal,
+                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
+                     .surface = surface});
+      }
       if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
       touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, touch.inverse_mass_1_kg()));
       return touch.relative(velocity);
     };
-    const Vec3d start = body.x[i].template cast<double>();
-    Vec3d end = start + body.dr[i].template cast<double>();
     if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
     touched = true;
     if (pinned) {
@@ -304,6 +341,11 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
     body.dr[i] = (end - start).template cast<Real>();
     body.v[i] = velocity.template cast<Real>();
   });
+  if (limit != nullptr && touched) {
+    const Exchange given = limit->end(body, {.rigid = before}, 0.0, bounds.energy);
+    rigid.velocity = before.velocity - rigid.inverse_mass_1_kg * given.impulse_n_s;
+    rigid.angular_velocity = before.angular_velocity - before.inverse_inertia_1_kg_m2 * given.moment_n_m_s;
+  }
   bounds.stale = bounds.stale || touched;
   return touched;
 }
@@ -312,9 +354,13 @@ template void find_stops(const SoftState<float>&, const BodyBounds&, std::span<c
                          std::vector<VertexStop>&);
 template void find_stops(const SoftState<double>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
                          std::vector<VertexStop>&);
-template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
-template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
-template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&);
-template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&);
+template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                             ContactLimit<float>*, std::span<const Vec3<float>>);
+template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                             ContactLimit<double>*, std::span<const Vec3<double>>);
+template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<float>*,
+                         std::span<const Vec3<float>>);
+template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<double>*,
+                         std::span<const Vec3<double>>);
 
 }  // namespace pneuma::physics

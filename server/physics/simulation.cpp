@@ -131,6 +131,10 @@ void Simulation::make_plan() {
     if (!is_explicit(choice.integrator)) make_tables(bodies);
     bodies.scratch.clear();
     bodies.solvers.clear();
+    const bool may_touch = bodies.states.size() > 1 || !rigid.empty() || !colliders.empty();
+    const bool is_implicit = !is_explicit(choice.integrator) && choice.integrator != Integrator::xpbd;
+    bodies.start_m_s.clear();
+    if (is_implicit && may_touch) bodies.start_m_s.resize(bodies.states.size());
     bodies.next_task = 0;
   });
   plan_is_stale_ = false;
@@ -297,10 +301,15 @@ void Simulation::solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> 
   const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
   std::vector<SolidMove> moves;
   for (const ColliderState& collider : colliders) moves.push_back(move_of(collider, dt_s()));
+  for (std::size_t i = 0; i < bodies.start_m_s.size(); ++i) {
+    if (!bodies.states[i].is_awake()) bodies.start_m_s[i].clear();
+  }
   run_tasks(workers, active, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
     SoftState<Real>& body = bodies.states[i];
+    std::span<const Vec3<Real>> start_m_s;
+    if (!bodies.start_m_s.empty()) start_m_s = bodies.start_m_s[i] = body.v;
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
-    physics::solve_step(body, bodies.tables[i], method, surroundings, moves, dt_s(), scratch,
+    physics::solve_step(body, bodies.tables[i], method, surroundings, moves, start_m_s, dt_s(), scratch,
                         profiling ? &bodies.profiles[i] : nullptr);
   });
 }
@@ -317,7 +326,8 @@ void Simulation::substep_bodies(SoftBodies<Real>& bodies, Workers& workers) {
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
   accelerate_rigid_bodies(rigid, scene.gravity, dt_s);
-  bodies.contacts.resolve(bodies.states, rigid, colliders, scene.gravity, dt_s, workers, shared_profile);
+  bodies.contacts.resolve(bodies.states, rigid, colliders, bodies.start_m_s, {scene.gravity, scene.atmosphere}, dt_s,
+                          workers, shared_profile);
 
   freeze_runaways(bodies);
 
