@@ -16,7 +16,7 @@ namespace {
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
-/// Sets every field that is not set, messages and lists by one element; of a oneof the case that is set stays.
+/// Sets every message that is not set; lists stay as they are, and of a oneof the case that is set.
 void fill(Message& message) {
   const auto* reflection = message.GetReflection();
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
@@ -42,13 +42,14 @@ void for_each_number(Message& message, const std::string& path,
   const auto* reflection = message.GetReflection();
   for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
     const FieldDescriptor* field = message.GetDescriptor()->field(i);
-    const auto* group = field->real_containing_oneof();
-    if (group != nullptr && !reflection->HasField(message, field)) continue;
+    const bool is_message = field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
+    const bool may_be_unset = is_message || field->real_containing_oneof() != nullptr;
+    if (!field->is_repeated() && may_be_unset && !reflection->HasField(message, field)) continue;
     const std::string name = path + (path.empty() ? "" : ".") + field->name();
     const int count = field->is_repeated() ? reflection->FieldSize(message, field) : 1;
     for (int k = 0; k < count; ++k) {
       const std::string element = field->is_repeated() ? name + "[" + std::to_string(k) + "]" : name;
-      if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      if (is_message) {
         for_each_number(field->is_repeated() ? *reflection->MutableRepeatedMessage(&message, field, k)
                                              : *reflection->MutableMessage(&message, field),
                         element, visit);
@@ -106,6 +107,9 @@ v1::Scene whole_scene() {
   add_collider()->mutable_shape()->mutable_capsule();
   add_collider()->mutable_shape()->mutable_room();
   fill(scene);
+  for (v1::Mesh& any : *scene.mutable_meshes()) {
+    if (!any.has_triangles()) any.clear_mend();
+  }
   for_each_number(scene, "", [](const std::string& path, const Set& set) {
     if (path.find("start_positions") != std::string::npos || path.find("triangles") != std::string::npos) return;
     set(path.ends_with("error_target") ? 0.01 : path.ends_with("weld_m") ? 1e-9 : path.ends_with("ratio") ? 1.4 : 1.0);
