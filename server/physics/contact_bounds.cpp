@@ -27,13 +27,13 @@ struct Extremes {
     low[lane] = value < low[lane] ? value : low[lane];
     high[lane] = value > high[lane] ? value : high[lane];
   }
-  [[nodiscard]] Aabb<double> box() const {
+  [[nodiscard]] Aabb<double> box(const Vec3d& origin_m) const {
     Aabb<double> b;
     for (std::size_t k = 0; k < 3; ++k) {
       b.min[static_cast<Eigen::Index>(k)] = static_cast<double>(std::min(low[k], low[k + 3]));
       b.max[static_cast<Eigen::Index>(k)] = static_cast<double>(std::max(high[k], high[k + 3]));
     }
-    return b;
+    return {origin_m + b.min, origin_m + b.max};
   }
 };
 
@@ -66,8 +66,8 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
       end.take(k, x[3 * (count - 1) + k] + dr[3 * (count - 1) + k]);
     }
   }
-  bounds.moved = end.box();
-  const Aabb<double> before = start.box();
+  bounds.moved = end.box(body.origin_m);
+  const Aabb<double> before = start.box(body.origin_m);
   bounds.swept = {before.min.cwiseMin(bounds.moved.min), before.max.cwiseMax(bounds.moved.max)};
   bounds.active = within_limits(bounds.swept);
   bounds.stale = false;
@@ -97,7 +97,7 @@ void fit_rigid(const SoftState<Real>& body, RigidPart& rigid) {
   }
   const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
   rigid.mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
-  rigid.centre = near + share * arms;
+  rigid.centre = body.origin_m + (near + share * arms);
   rigid.velocity = mean_velocity(body);
 }
 
@@ -125,7 +125,7 @@ void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     furthest = std::max(furthest, ((body.x[i] + body.dr[i]).template cast<double>() - centre).squaredNorm());
   }
-  bounds.ellipsoid = {centre, Vec3d::Constant(std::sqrt(furthest))};
+  bounds.ellipsoid = {body.origin_m + centre, Vec3d::Constant(std::sqrt(furthest))};
 }
 
 template <class Real>
@@ -137,7 +137,7 @@ void fit_turning(const SoftState<Real>& body, RigidPart& rigid) {
   Vec3d products = Vec3d::Zero();  // xy, yz, zx
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    const Vec3d arm = body.position_m(i) - rigid.centre;
     spin += arm.cross(body.v[i].template cast<double>());
     squares += arm.cwiseProduct(arm);
     products += arm.cwiseProduct(Vec3d(arm.y(), arm.z(), arm.x()));

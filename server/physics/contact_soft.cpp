@@ -18,8 +18,8 @@ constexpr int push_out_iterations_max = 8;
 // restitution of 1 went apart with 7 % more energy, at any step. Slower than the bodies rebound, it is within the
 // integrator's own error; a stack of two is none the lower for it.
 constexpr double overlap_time_s = 0.3;
-// A flat sheet still has two sides.
-constexpr double radius_min_m = 1e-6;
+// Of the body's length: a flat sheet still has two sides.
+constexpr double radius_min_share = 1e-6;
 
 Vec3d ellipsoid_normal(const Vec3d& point, const Vec3d& radii) {
   const Vec3d gradient = point.cwiseQuotient(radii.cwiseProduct(radii));
@@ -62,8 +62,10 @@ ContactSurface surface_of(const SoftBody& a, const SoftBody& b) {
   return combine(a.surface, b.surface);
 }
 
-Vec3d radii_of(const BodyBounds& bounds, const ContactSurface& surface) {
-  return (bounds.ellipsoid.radii_m.array() + surface.thickness_m).cwiseMax(radius_min_m);
+template <class Real>
+Vec3d radii_of(const SoftState<Real>& body, const BodyBounds& bounds, const ContactSurface& surface) {
+  const double least_m = radius_min_share * static_cast<double>(body.length_m);
+  return (bounds.ellipsoid.radii_m.array() + surface.thickness_m).cwiseMax(least_m);
 }
 
 // A vertex's way about the centre of b's bounds, as b sees it: b moves on average by mean_move.
@@ -74,7 +76,7 @@ struct Way {
 
 template <class Real>
 Way way_of(const SoftState<Real>& a, std::size_t vertex, const BodyBounds& b) {
-  const Vec3d x = a.x[vertex].template cast<double>() - b.ellipsoid.centre;
+  const Vec3d x = a.position_m(vertex) - b.ellipsoid.centre;
   return {x + b.mean_move, x + a.dr[vertex].template cast<double>()};
 }
 
@@ -90,14 +92,17 @@ Vec3d stop_of(const Way& way, const SurfaceHit& hit, const Vec3d& relative_m_s, 
 }
 
 template <class Real>
-void find_hits(const SoftState<Real>& a, BoundsKind kind, const BodyBounds& bounds, const ContactSurface& surface,
-               std::span<const std::uint32_t> near, std::vector<VertexHit>& hits) {
-  const Vec3d radii = radii_of(bounds, surface);
+void find_hits(const SoftState<Real>& a, const SoftState<Real>& b, const BodyBounds& bounds,
+               const ContactSurface& surface, std::span<const std::uint32_t> near, std::vector<VertexHit>& hits) {
+  const BoundsKind kind = b.body.collision.bounds;
+  const double skin_m = skin_share * static_cast<double>(b.length_m);
+  const Vec3d radii = radii_of(b, bounds, surface);
   hits.clear();
   for (const std::uint32_t i : near) {
     const Way way = way_of(a, i, bounds);
-    const std::optional<SurfaceHit> hit = kind == BoundsKind::box ? first_hit(BoxShape{radii}, way.start, way.end, 0.0)
-                                                                  : hit_ellipsoid(radii, way.start, way.end);
+    const std::optional<SurfaceHit> hit = kind == BoundsKind::box
+                                              ? first_hit(BoxShape{radii}, way.start, way.end, 0.0, skin_m)
+                                              : hit_ellipsoid(radii, way.start, way.end);
     if (hit) hits.push_back({i, *hit});
   }
 }
@@ -145,7 +150,7 @@ void take_as_a_whole(SoftState<Real>& body, BodyBounds& bounds, const Exchange& 
   bounds.ellipsoid.centre += shift;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    const Vec3d arm = body.position_m(i) - rigid.centre;
     body.v[i] += velocity_at(velocity_change, turn_change, arm).template cast<Real>();
     body.dr[i] += shift.template cast<Real>();
   }
@@ -157,7 +162,7 @@ template <class Real>
 void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, const SoftState<Real>& b,
                         const BodyBounds& bounds_b, std::vector<std::uint32_t>& near) {
   if (!bounds_a.active || !bounds_b.active) return;
-  const Vec3d radii = radii_of(bounds_b, surface_of(a.body, b.body));
+  const Vec3d radii = radii_of(b, bounds_b, surface_of(a.body, b.body));
   const auto speed_max = static_cast<Real>(base::speed_max_m_s);
   for (std::uint32_t i = 0; i < a.x.size(); ++i) {
     const Way way = way_of(a, i, bounds_b);
@@ -173,7 +178,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
                  std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
                  std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits) {
   const ContactSurface surface = surface_of(a.body, b.body);
-  find_hits(a, b.body.collision.bounds, bounds_b, surface, near, hits);
+  find_hits(a, b, bounds_b, surface, near, hits);
   if (hits.empty()) return;
   if (limit != nullptr) limit->begin(a, start_m_s, bounds_a.energy);
   fit_turning(a, bounds_a.rigid);
@@ -185,7 +190,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   const Vec3d approach = bounds_a.rigid.velocity - other.velocity;
   Exchange to_a{.about = other.centre};
   for (const auto& [i, hit] : hits) {
-    const Vec3d arm = a.x[i].template cast<double>() - other.centre;
+    const Vec3d arm = a.position_m(i) - other.centre;
     const Vec3d relative = a.v[i].template cast<double>() - velocity_at(other.velocity, other.angular_velocity, arm);
     const bool pressed = approach.dot(hit.normal) >= -resting_m_s;
     const double impact_m_s = pressed ? 0.0 : impact_speed(relative.dot(hit.normal), 0.0, resting_m_s);

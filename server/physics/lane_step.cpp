@@ -102,8 +102,9 @@ class LaneStep {
       well[lane] =
           update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max && eventful_[lane] == 0 ? 1
                                                                                                                    : 0;
+      const double reach_m = base::coordinate_max_m - bodies_[lane]->origin_m.cwiseAbs().maxCoeff();
       for (std::size_t i = lane; i < pack_slots; i += width_) {
-        reach_max[i] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
+        reach_max[i] = static_cast<Real>(reach_m) - static_cast<Real>(substeps) * move_max;
       }
     }
     for_blocks([&](std::size_t block) { find_outside(block, reach_max, speed_max); });

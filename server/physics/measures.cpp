@@ -41,7 +41,7 @@ void add_particles(const SoftState<Real>& state, const Vec3d& gravity_m_s2, Body
   const double mass_kg = static_cast<double>(state.vertex_mass_kg);
   double speed_squared_max = 0.0;
   for (std::size_t i = 0; i < state.x.size(); ++i) {
-    const Vec3d x = state.x[i].template cast<double>();
+    const Vec3d x = state.position_m(i);
     const Vec3d v = state.v[i].template cast<double>();
     sums.kinetic_j += 0.5 * mass_kg * v.squaredNorm();
     sums.gravity_j -= mass_kg * gravity_m_s2.dot(x);

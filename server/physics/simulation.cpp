@@ -7,6 +7,7 @@
 
 #include "base/limits.h"
 #include "physics/gas.h"
+#include "physics/origin.h"
 #include "physics/sleep.h"
 #include "physics/soft_setup.h"
 
@@ -40,7 +41,8 @@ void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratc
 template <class Real>
 bool is_well(const SoftState<Real>& body) {
   const auto speed_max = static_cast<Real>(base::speed_max_m_s);
-  const auto coordinate_max = static_cast<Real>(base::coordinate_max_m);
+  const Vec3<Real> low = (-base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>();
+  const Vec3<Real> high = (base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>();
   const Real stray_max = static_cast<Real>(base::runaway_body_lengths) * body.length_m;
   Vec3<Real> mean_move = Vec3<Real>::Zero();
   for (const Vec3<Real>& move : body.dr) mean_move += move;
@@ -49,7 +51,7 @@ bool is_well(const SoftState<Real>& body) {
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     const Vec3<Real> end = body.x[i] + body.dr[i];
     well &= body.v[i].squaredNorm() <= speed_max * speed_max;
-    well &= (end.array().abs() <= coordinate_max).all();
+    well &= (end.array() >= low.array() && end.array() <= high.array()).all();
     well &= (body.dr[i] - mean_move).squaredNorm() <= stray_max * stray_max;
   }
   return well;
@@ -173,7 +175,9 @@ void Simulation::end_tick() {
   ++tick;
   visit([](auto& bodies) {
     for (auto& body : bodies.states) {
-      if (body.is_awake()) note_recovery(body);
+      if (!body.is_awake()) continue;
+      note_recovery(body);
+      recentre(body);
     }
   });
   if (!scene.stepping.sleep || is_at_rest()) return;

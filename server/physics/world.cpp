@@ -177,11 +177,11 @@ bool World::is_asleep(std::size_t soft_index) const {
 
 void World::copy_positions(std::size_t soft_index, std::span<double> out_m) const {
   simulation_->visit([&](const auto& bodies) {
-    const auto& x = bodies.states[soft_index].x;
-    assert(out_m.size() == 3 * x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis)
-        out_m[3 * i + static_cast<std::size_t>(axis)] = static_cast<double>(x[i][axis]);
+    const auto& body = bodies.states[soft_index];
+    assert(out_m.size() == 3 * body.x.size());
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      const Vec3d position_m = body.position_m(i);
+      for (int axis = 0; axis < 3; ++axis) out_m[3 * i + static_cast<std::size_t>(axis)] = position_m[axis];
     }
   });
 }
