@@ -302,7 +302,7 @@ void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const S
     for (const SolidMove& solid : colliders) {
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
-      if (limit != nullptr && !begun) limit->begin(body, start_m_s, bounds.energy);
+      if (limit != nullptr && !begun) limit->begin(body, start_m_s);
       begun = true;
       touched = meet_collider(body, bounds, solid, physics, limit, work_j) || touched;
     }
@@ -318,7 +318,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
-  if (limit != nullptr) limit->begin(body, start_m_s, bounds.energy);
+  if (limit != nullptr) limit->begin(body, start_m_s);
   const RigidPart before = rigid_part(rigid);
   const Tolerances tolerances = tolerances_of(body, bounds);
   Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
