@@ -167,7 +167,7 @@ void ContactLimit<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<
   const Quatd turn = turned(Quatd::Identity(), whole.angular_velocity, dt_s_);
   const auto keep = [&](double share) {
     for (std::size_t i = 0; i < body.x.size(); ++i) {
-      const Vec3d place = body.x[i].template cast<double>();
+      const Vec3d place = body.position_m(i);
       const Vec3d arm = place - whole.centre;
       const Vec3d own_m_s = v_[i].template cast<double>() - as_velocity(solved, place);
       const Vec3d own_m = dr_[i].template cast<double>() - (move + solved_turn * arm - arm);
@@ -195,7 +195,7 @@ Exchange ContactLimit<Real>::taken(const SoftState<Real>& body, const Vec3d& abo
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     const Vec3d impulse_n_s = mass_kg * (body.v[i] - v_[i]).template cast<double>();
     sum.impulse_n_s += impulse_n_s;
-    sum.moment_n_m_s += (body.x[i].template cast<double>() - about).cross(impulse_n_s);
+    sum.moment_n_m_s += (body.position_m(i) - about).cross(impulse_n_s);
     sum.shift_kg_m += mass_kg * (body.dr[i] - dr_[i]).template cast<double>();
   }
   return sum;
@@ -228,11 +228,11 @@ Exchange ContactLimit<Real>::end(SoftState<Real>& body, const Partner& partner, 
     fit_rigid(body, whole);
     fit_turning(body, whole);
     places_.clear();
-    for (const VertexTouch& touch : touches_) places_.push_back(body.x[touch.vertex].template cast<double>());
+    for (const VertexTouch& touch : touches_) places_.push_back(body.position_m(touch.vertex));
     const WholeAnswer answer = answer_as_a_whole(whole, partner, {touches_, places_, resting_m_s_, dt_s_});
     const auto mix = [&](double share) {
       for (std::size_t i = 0; i < body.x.size(); ++i) {
-        const Vec3d arm = body.x[i].template cast<double>() - whole.centre;
+        const Vec3d arm = body.position_m(i) - whole.centre;
         const Vec3d velocity = velocity_at(answer.velocity, answer.angular_velocity, arm);
         const Vec3d by_vertex_m_s = (by_vertex_v_[i] - v_[i]).template cast<double>();
         const Vec3d by_vertex_m = (by_vertex_dr_[i] - dr_[i]).template cast<double>();

@@ -97,8 +97,8 @@ template <class Real>
 bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                                  const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                                  Profile* profile) {
-  tables.matrices->update(tables.matrix, body, surroundings, stage.s);
-  if (!tables.matrix) return false;
+  tables.matrices->update(tables.held.steps, body, surroundings, stage.s);
+  if (!tables.held.steps) return false;
   const double length_m = static_cast<double>(body.length_m);
   const double guess_m = stage.s * spread(u);
   if (guess_m > trusted_move * length_m) {
@@ -117,7 +117,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     double spread_m = 0.0;
     {
       const StageTimer timer(profile, Stage::integrate);
-      slope = system_.solve(body, *tables.matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
+      slope = system_.solve(body, *tables.held.steps, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
                             {accuracy.error_target, settled_m_s}, step_);
       spread_m = stage.s * spread(step_);
     }
@@ -145,12 +145,12 @@ template <class Real>
 bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                                         std::span<const Hold> holds, const StageAccuracy& accuracy,
                                         const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
-  tables.matrices->update(tables.touching_matrix, body, surroundings, stage.s);
-  if (!tables.touching_matrix || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  tables.matrices->update(tables.held.touching, body, surroundings, stage.s);
+  if (!tables.held.touching || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
   const StageTimer timer(profile, Stage::integrate);
   const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
-  system_.solve_held(body, *tables.touching_matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
-                     holds, {held_tightening * accuracy.error_target, settled_m_s}, step_);
+  system_.solve_held(body, *tables.held.touching, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()}, holds,
+                     {held_tightening * accuracy.error_target, settled_m_s}, step_);
   last_move_m_ = stage.s * spread(step_);
   if (!std::isfinite(last_move_m_)) return false;
   const bool held_already = std::ranges::all_of(holds, [&](const Hold& hold) {

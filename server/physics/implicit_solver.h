@@ -13,13 +13,12 @@ namespace pneuma::physics {
 /// The furthest that any point is from their mean.
 [[nodiscard]] double spread(std::span<const Vec3d> points);
 
-/// What a body's solves need besides the body. The matrix is kept between steps.
+/// What a body's solves need besides the body. The matrices are kept between steps.
 template <class Real>
 struct ImplicitTables {
   LaneTables<Real> lanes;
   ImplicitMatrices* matrices = nullptr;  // the world's
-  ImplicitMatrixPtr matrix;
-  ImplicitMatrixPtr touching_matrix;  // of steps that meet a collider
+  HeldMatrices held;
 };
 
 /// How exactly a stage is solved.

@@ -117,6 +117,7 @@ void substep_against_peers(benchmark::State& bench) {
     bench.counters["over_plain"] = ns[1] / ns[0];
     bench.counters["over_bullet"] = ns[2] / ns[0];
     if (count == 1 && mesh->positions_m.size() > 10'000) {
+      // What the machine allows just then: two worlds that share nothing.
       physics::World other = balls_world(mesh, count);
       const auto step_both = [&] {
         two.for_each(2, [&](std::size_t i) { (i == 0 ? world : other).step_tick(i == 0 ? one : another); });
