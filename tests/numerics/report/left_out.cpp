@@ -159,7 +159,9 @@ void add_hand_written(Context& context) {
   for (std::size_t i = 0; i < sets.size(); ++i) {
     const auto& [name, ball] = sets[i];
     bench::HandWrittenBall by_hand(*mesh, ball);
-    physics::World world = physics::make_world(bench::ball_scene(mesh, ball, 1, substeps));
+    physics::Scene scene = bench::ball_scene(mesh, ball, 1, substeps);
+    scene.stepping.sleep = false;
+    physics::World world = physics::make_world(std::move(scene));
     physics::Workers one_thread(1);
     const std::vector<double> times_s = race_s({[&] {
                                                   for (int tick = 0; tick < ticks; ++tick) world.step_tick(one_thread);
