@@ -151,27 +151,32 @@ template <class Real>
 void ContactLimit<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s) {
   x_.resize(body.x.size());
   const double most_j = start_energy_j(body, start_m_s);
-  const double solved_j = energy_j(body);
-  if (solved_j <= most_j) return;
+  if (energy_j(body) <= most_j) return;
   v_ = body.v;
   dr_ = body.dr;
-  RigidPart whole;
-  fit_rigid(body, whole);
+  RigidPart solved;
+  fit_rigid(body, solved);
+  RigidPart whole = solved;
+  fit_turning(body, solved);
+  std::ranges::copy(start_m_s, body.v.begin());
   fit_turning(body, whole);
   Vec3d move = Vec3d::Zero();
   for (const Vec3<Real>& dr : dr_) move += dr.template cast<double>() / static_cast<double>(dr_.size());
+  const Quatd solved_turn = turned(Quatd::Identity(), solved.angular_velocity, dt_s_);
   const Quatd turn = turned(Quatd::Identity(), whole.angular_velocity, dt_s_);
   const auto keep = [&](double share) {
     for (std::size_t i = 0; i < body.x.size(); ++i) {
-      const Vec3d arm = body.x[i].template cast<double>() - whole.centre;
-      const Vec3d velocity = velocity_at(whole.velocity, whole.angular_velocity, arm);
-      const Vec3d dr = move + turn * arm - arm;
-      body.v[i] = (velocity + share * (v_[i].template cast<double>() - velocity)).template cast<Real>();
-      body.dr[i] = (dr + share * (dr_[i].template cast<double>() - dr)).template cast<Real>();
+      const Vec3d place = body.x[i].template cast<double>();
+      const Vec3d arm = place - whole.centre;
+      const Vec3d own_m_s = v_[i].template cast<double>() - as_velocity(solved, place);
+      const Vec3d own_m = dr_[i].template cast<double>() - (move + solved_turn * arm - arm);
+      body.v[i] = (as_velocity(whole, place) + share * own_m_s).template cast<Real>();
+      body.dr[i] = (move + turn * arm - arm + share * own_m).template cast<Real>();
     }
     return energy_j(body);
   };
-  take_share(keep, solved_j, most_j);
+  const double all_j = keep(1.0);
+  if (all_j > most_j) take_share(keep, all_j, most_j);
 }
 
 template <class Real>

@@ -43,8 +43,8 @@ class ContactLimit {
   /// Before the contacts of one substep.
   void begin_substep(const Surroundings& surroundings, double resting_m_s, double dt_s);
 
-  /// Of a step that was just solved for, without wind or grabs: if it left the body with more than it had, takes back
-  /// as much of its change of shape as it needs to, and leaves its motion as a rigid body.
+  /// Of a step that was just solved for, without wind or grabs: if it left the body with more than it had, gives it
+  /// back the angular momentum that it had, and takes back as much of its change of shape as it needs to.
   void limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s);
 
   /// Takes the body as contact finds it. `start_m_s`: its velocities before the substep; empty if it slept. The first

@@ -3,6 +3,7 @@
 // turn that into energy that was never there.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -33,8 +34,12 @@ class ImplicitContact {
  private:
   /// A vertex at the surfaces of one or more colliders.
   struct Touch {
+    static constexpr std::size_t stops_max = 3;  // they leave it no way to go
     std::uint32_t vertex = 0;
-    std::vector<VertexStop> stops;
+    std::size_t stop_count = 0;
+    std::array<VertexStop, stops_max> all_stops{};
+
+    [[nodiscard]] std::span<const VertexStop> stops() const { return {all_stops.data(), stop_count}; }
     bool sticks = false;
     Vec3d friction_n_s = Vec3d::Zero();  // while it slides
   };

@@ -124,7 +124,10 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
     has_turned_ = has_turned_ || turning_j(body, spread_m, spacing_m) > settled_j;
     if (spread_m > small_move * spacing_m) {
-      if (!take_step(body, tables, stage, surroundings, slope, spread_m, u, profile)) return false;
+      // What nothing holds moves as a whole by the step's mean, exactly: that part is not to be shortened.
+      const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
+      const Vec3d whole = loose ? mean(step_) : Vec3d::Zero();
+      if (!take_step(body, tables, stage, surroundings, slope, spread_m, whole, u, profile)) return false;
       continue;
     }
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
@@ -155,7 +158,7 @@ bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Re
   });
   const double spacing_m = static_cast<double>(body.length_m) / std::sqrt(static_cast<double>(u.size()));
   if (held_already && last_move_m_ > small_held_move * spacing_m) {
-    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, u, profile);
+    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, Vec3d::Zero(), u, profile);
   }
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
   move_volume(body, stage, surroundings);
@@ -175,11 +178,11 @@ void ImplicitSolver<Real>::move_volume(SoftState<Real>& body, const ImplicitStag
 template <class Real>
 bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                      const ImplicitStage& stage, const Surroundings& surroundings, double slope,
-                                     double spread_m, std::vector<Vec3d>& u, Profile* profile) {
+                                     double spread_m, const Vec3d& whole, std::vector<Vec3d>& u, Profile* profile) {
   double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
   for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
     trial_.resize(u.size());
-    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + share * step_[i];
+    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + whole + share * (step_[i] - whole);
     if (!find_residual(body, tables, stage, surroundings, trial_, profile)) continue;
     // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
     const bool safe = dot(residual_, step_) >= -slope;

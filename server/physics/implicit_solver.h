@@ -71,8 +71,8 @@ class ImplicitSolver {
   bool find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
                      const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile);
   bool take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                 const Surroundings& surroundings, double slope, double spread_m, std::vector<Vec3d>& u,
-                 Profile* profile);
+                 const Surroundings& surroundings, double slope, double spread_m, const Vec3d& whole,
+                 std::vector<Vec3d>& u, Profile* profile);
 
   void move_volume(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings) const;
 
