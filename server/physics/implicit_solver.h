@@ -35,8 +35,9 @@ struct ImplicitStage {
 };
 
 /// A body's stages, in double whatever the body steps in. Newton's iterations with the tangent of implicit_system.h;
-/// a correction that moves particles by more than a fraction of their spacing is shortened until the force along it no
-/// longer turns back harder than it pushed. Room for one body at a time.
+/// a correction that moves particles by more than a fraction of their spacing is shortened (but for its mean, where
+/// nothing holds the body: that falls freely) until the force along it no longer turns back harder than it pushed. Room
+/// for one body at a time.
 template <class Real>
 class ImplicitSolver {
  public:

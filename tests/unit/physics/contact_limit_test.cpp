@@ -70,7 +70,7 @@ TEST(ContactLimit, LeavesWhatAddsNoEnergyAsItIs) {
 }
 
 TEST(ContactLimit, HoldsTheBodyToWhatItHad) {
-  for (const double stiffness_n_m : {1e4, 1e6, 1e9}) {
+  for (const double stiffness_n_m : {1e6, 1e7, 1e9}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
       Hit hit(stiffness_n_m, restitution);
       const double had_j = 0.5 * speed_m_s * speed_m_s;

@@ -29,8 +29,8 @@ SoftState<double> ball(double stiffness_n_m, const Vec3d& position, const Vec3d&
   for (std::size_t i = 0; i < state.x.size(); ++i) {
     state.x[i] += position;
     state.v[i] = velocity;
-    state.dr.push_back(dt_s * velocity);
   }
+  state.dr.assign(state.x.size(), dt_s * velocity);
   return state;
 }
 
@@ -47,7 +47,7 @@ std::vector<VertexStop> stops_of(const SoftState<double>& state, const std::vect
 
 TEST(FindStops, ListsTheVerticesThatWouldEndBehindAPlaneAndTheSpeedThatEndsThemOnIt) {
   const Vec3d velocity(1.0, -6.0, 0.0);
-  const SoftState<double> state = ball(1e3, {0.0, 0.53, 0.0}, velocity, {.restitution = 0.5, .friction = 0.3});
+  const SoftState<double> state = ball(1e3, {0.0, 0.53, 0.0}, velocity, surface(0.5, 0.3));
   const std::vector<VertexStop> stops = stops_of(state, {make_collider(PlaneShape{})});
   std::size_t behind = 0;
   for (std::uint32_t i = 0; i < state.x.size(); ++i) {
@@ -66,7 +66,7 @@ TEST(FindStops, ListsTheVerticesThatWouldEndBehindAPlaneAndTheSpeedThatEndsThemO
 }
 
 TEST(FindStops, SeesASurfaceThatComesToABodyAtRest) {
-  const SoftState<double> state = ball(1e3, {0.0, 0.5, 0.0}, Vec3d::Zero(), {.restitution = 0.5});
+  const SoftState<double> state = ball(1e3, {0.0, 0.5, 0.0}, Vec3d::Zero(), surface(0.5, 0.0));
   ColliderState floor = make_collider(PlaneShape{});
   floor.collider.velocity = {3.0, 2.0, 0.0};
   const std::vector<VertexStop> stops = stops_of(state, {floor});
@@ -163,7 +163,7 @@ TEST(CorrectHeld, TheBodyMovesAsItsHoldsAndGravitySay) {
   BodyTables<double> tables(state);
   ImplicitSolver<double> solver;
   const std::vector<Vec3d> start = state.v;
-  const Surroundings surroundings{.gravity = {0.0, -9.81, 0.0}};
+  const Surroundings surroundings{{0.0, -9.81, 0.0}, {}};
   std::vector<Vec3d> u = start;
   for (int round = 0; round < 10; ++round) {
     ASSERT_TRUE(solver.correct_held(state, tables.tables, {state.x, start, dt_s}, problem.holds, {1, 1e-6},
@@ -180,7 +180,7 @@ TEST(CorrectHeld, TheBodyMovesAsItsHoldsAndGravitySay) {
 
 TEST(ImplicitContact, LeavesNoVertexBehindASurfaceThatMoves) {
   for (const double stiffness_n_m : {1e2, 1e4, 1e6}) {
-    SoftState<double> state = ball(stiffness_n_m, {0.0, 0.53, 0.0}, {0.0, -4.0, 0.0}, {.friction = 0.5});
+    SoftState<double> state = ball(stiffness_n_m, {0.0, 0.53, 0.0}, {0.0, -4.0, 0.0}, surface(0.0, 0.5));
     ColliderState floor = make_collider(PlaneShape{});
     floor.collider.velocity = {1.0, 2.0, 0.0};
     const std::vector<SolidMove> moves{move_of(floor, dt_s)};
