@@ -26,7 +26,7 @@ class Contacts {
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
   /// with nobody awake, nothing is computed. `start_m_s`: the velocities before the substep, one list a body, empty for
-  /// sleepers, where the method solved for its end (contact_limit.h); no lists where it is explicit.
+  /// sleepers, where the method is implicit: then contact adds no energy (contact_limit.h); else no lists.
   void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings, double dt_s,
                Workers& workers, Profile* profile);

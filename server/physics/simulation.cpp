@@ -132,8 +132,9 @@ void Simulation::make_plan() {
     bodies.scratch.clear();
     bodies.solvers.clear();
     const bool may_touch = bodies.states.size() > 1 || !rigid.empty() || !colliders.empty();
+    const bool is_implicit = !is_explicit(choice.integrator) && choice.integrator != Integrator::xpbd;
     bodies.start_m_s.clear();
-    if (!is_explicit(choice.integrator) && may_touch) bodies.start_m_s.resize(bodies.states.size());
+    if (is_implicit && may_touch) bodies.start_m_s.resize(bodies.states.size());
     bodies.next_task = 0;
   });
   plan_is_stale_ = false;

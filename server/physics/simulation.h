@@ -18,10 +18,11 @@ struct SoftBodies {
   StepPlan<Real> plan;                     // of these states
   std::vector<LaneScratch<Real>> scratch;  // one a thread
   // Of the methods that solve; empty where the method is explicit.
-  std::vector<SolverScratch<Real>> solvers;        // one a thread
-  std::vector<ImplicitTables<Real>> tables;        // one a body
-  std::shared_ptr<ImplicitMatrices> matrices;      // what the tables point to; copies of the world share it
-  std::vector<std::vector<Vec3<Real>>> start_m_s;  // one a body, where bodies can touch anything (contact.h)
+  std::vector<SolverScratch<Real>> solvers;    // one a thread
+  std::vector<ImplicitTables<Real>> tables;    // one a body
+  std::shared_ptr<ImplicitMatrices> matrices;  // what the tables point to; copies of the world share it
+  std::vector<std::vector<Vec3<Real>>>
+      start_m_s;  // one a body, of the implicit methods where bodies can touch anything
   // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
   std::vector<StepTask> tasks;
   std::size_t next_task = 0;
