@@ -134,14 +134,16 @@ void ContactLimit<Real>::begin_substep(const Surroundings& surroundings, double 
 }
 
 template <class Real>
-double ContactLimit<Real>::energy_j(const SoftState<Real>& body) {
-  for (std::size_t i = 0; i < body.x.size(); ++i) x_[i] = (body.x[i] + body.dr[i]).template cast<double>();
-  return potential_j(body, x_, surroundings_.atmosphere.pressure_pa, surroundings_.gravity) +
-         kinetic_j<Real>(body, body.v);
+double ContactLimit<Real>::energy_j(const SoftState<Real>& body, std::span<const Vec3<Real>> v,
+                                    std::span<const Vec3<Real>> dr) {
+  x_.resize(body.x.size());
+  for (std::size_t i = 0; i < body.x.size(); ++i) x_[i] = (body.x[i] + dr[i]).template cast<double>();
+  return potential_j(body, x_, surroundings_.atmosphere.pressure_pa, surroundings_.gravity) + kinetic_j<Real>(body, v);
 }
 
 template <class Real>
 double ContactLimit<Real>::start_energy_j(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s) {
+  x_.resize(body.x.size());
   for (std::size_t i = 0; i < body.x.size(); ++i) x_[i] = body.x[i].template cast<double>();
   return potential_j(body, x_, surroundings_.atmosphere.pressure_pa, surroundings_.gravity) +
          kinetic_j<Real>(body, start_m_s);
@@ -149,9 +151,8 @@ double ContactLimit<Real>::start_energy_j(const SoftState<Real>& body, std::span
 
 template <class Real>
 void ContactLimit<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s) {
-  x_.resize(body.x.size());
   const double most_j = start_energy_j(body, start_m_s);
-  if (energy_j(body) <= most_j) return;
+  if (energy_j(body, body.v, body.dr) <= most_j) return;
   v_ = body.v;
   dr_ = body.dr;
   RigidPart solved;
@@ -173,23 +174,18 @@ void ContactLimit<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<
       body.v[i] = (as_velocity(whole, place) + share * own_m_s).template cast<Real>();
       body.dr[i] = (move + turn * arm - arm + share * own_m).template cast<Real>();
     }
-    return energy_j(body);
+    return energy_j(body, body.v, body.dr);
   };
   const double all_j = keep(1.0);
   if (all_j > most_j) take_share(keep, all_j, most_j);
 }
 
 template <class Real>
-void ContactLimit<Real>::begin(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, EnergyLimit& limit) {
+void ContactLimit<Real>::begin(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s) {
   touches_.clear();
+  start_m_s_ = start_m_s;
   v_ = body.v;
   dr_ = body.dr;
-  x_.resize(body.x.size());
-  if (limit.most_j) return;
-  limit.most_j = energy_j(body);
-  if (start_m_s.empty()) return;
-  const double start_j = start_energy_j(body, start_m_s);
-  limit.most_j = std::max(*limit.most_j, start_j + limit.given_j);
 }
 
 template <class Real>
@@ -207,16 +203,24 @@ Exchange ContactLimit<Real>::taken(const SoftState<Real>& body, const Vec3d& abo
 
 template <class Real>
 Exchange ContactLimit<Real>::end(SoftState<Real>& body, const Partner& partner, double work_j, EnergyLimit& limit) {
+  given_j_ = 0.0;
+  if (touches_.empty()) return {};
+  if (!limit.most_j) {
+    limit.most_j = energy_j(body, v_, dr_);
+    if (!start_m_s_.empty()) {
+      limit.most_j = std::max(*limit.most_j, start_energy_j(body, start_m_s_) + limit.given_j);
+    }
+  }
   const double most_j = *limit.most_j;
   Exchange exchange;
   double by_surfaces_j = work_j;
   const auto total_j = [&] {
     exchange = taken(body, partner.rigid.centre);
     given_j_ = gain_j(partner.rigid, exchange);
-    return energy_j(body) + given_j_ - by_surfaces_j;
+    return energy_j(body, body.v, body.dr) + given_j_ - by_surfaces_j;
   };
   const double by_vertices_j = total_j();
-  if (!touches_.empty() && by_vertices_j > most_j) {
+  if (by_vertices_j > most_j) {
     by_vertex_v_.swap(body.v);
     by_vertex_dr_ = body.dr;
     body.v = v_;

@@ -47,13 +47,13 @@ class ContactLimit {
   /// back the angular momentum that it had, and takes back as much of its change of shape as it needs to.
   void limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s);
 
-  /// Takes the body as contact finds it. `start_m_s`: its velocities before the substep; empty if it slept. The first
-  /// time in a substep this finds what the body may have: what it had then, or what the step gave it, if that is more.
-  void begin(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, EnergyLimit& limit);
+  /// Takes the body as contact finds it. `start_m_s`: its velocities before the substep; empty if it slept.
+  void begin(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s);
   void note(const VertexTouch& touch) { touches_.push_back(touch); }
 
   /// Ends a contact that changed v and dr of the noted vertices, or through them of all: leaves as large a share of it
-  /// as the limit allows, in halves, and the rest to a rigid body that meets the same touches. What passes to the
+  /// as the limit allows, or nearly so, and the rest to a rigid body that meets the same touches. The limit, the first
+  /// time in a substep, is what the body had before it, or what the step gave it if that is more. What passes to the
   /// partner passes from the limit, and what moving surfaces do (`work_j` by vertices) is added to it. Returns what the
   /// body got in all, after rounding.
   Exchange end(SoftState<Real>& body, const Partner& partner, double work_j, EnergyLimit& limit);
@@ -63,13 +63,15 @@ class ContactLimit {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  [[nodiscard]] double energy_j(const SoftState<Real>& body);
+  [[nodiscard]] double energy_j(const SoftState<Real>& body, std::span<const Vec3<Real>> v,
+                                std::span<const Vec3<Real>> dr);
   [[nodiscard]] double start_energy_j(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s);
   [[nodiscard]] Exchange taken(const SoftState<Real>& body, const Vec3d& about) const;
 
   Surroundings surroundings_;
   double resting_m_s_ = 0.0;
   double dt_s_ = 0.0;
+  std::span<const Vec3<Real>> start_m_s_;  // of the body under way
   std::vector<VertexTouch> touches_;
   std::vector<Vec3d> places_;                           // of the touches, where the substep began
   std::vector<Vec3<Real>> v_, dr_;                      // before contact

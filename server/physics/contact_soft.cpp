@@ -175,7 +175,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   const ContactSurface surface = surface_of(a.body, b.body);
   find_hits(a, b.body.collision.bounds, bounds_b, surface, near, hits);
   if (hits.empty()) return;
-  if (limit != nullptr) limit->begin(a, start_m_s, bounds_a.energy);
+  if (limit != nullptr) limit->begin(a, start_m_s);
   fit_turning(a, bounds_a.rigid);
   fit_turning(b, bounds_b.rigid);
 

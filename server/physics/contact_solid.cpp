@@ -287,7 +287,7 @@ void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const S
     for (const SolidMove& solid : colliders) {
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
-      if (limit != nullptr && !begun) limit->begin(body, start_m_s, bounds.energy);
+      if (limit != nullptr && !begun) limit->begin(body, start_m_s);
       begun = true;
       touched = meet_collider(body, bounds, solid, physics, limit, work_j) || touched;
     }
@@ -303,7 +303,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
-  if (limit != nullptr) limit->begin(body, start_m_s, bounds.energy);
+  if (limit != nullptr) limit->begin(body, start_m_s);
   const RigidPart before = rigid_part(rigid);
   Pressure<Real> pressure(body, bounds, physics.resting_m_s);
   bool touched = false;

@@ -118,7 +118,7 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
   EnergyLimit most;
   const bool limited = body.pinned.empty();
   limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
-  if (limited) limit_.begin(body, start_m_s, most);
+  if (limited) limit_.begin(body, start_m_s);
   for (const VertexStop& stop : stops_) {
     const double depth_m = dt_s * stop.normal_m_s - stop.normal.dot(body.dr[stop.vertex].template cast<double>());
     limit_.note({stop.vertex, stop.normal, depth_m, stop.gained_m_s, stop.of_surface, stop.surface});

@@ -28,7 +28,7 @@ struct Hit {
     state.v = start;
     state.dr.assign(state.x.size(), {0.0, -dt_s * speed_m_s, 0.0});
     limit.begin_substep({}, 0.0, dt_s);
-    limit.begin(state, start, energy);
+    limit.begin(state, start);
     for (std::uint32_t i = 0; i < state.x.size(); ++i) {
       if (state.x[i].y() > -0.5 + 1e-9) continue;
       limit.note({.vertex = i, .normal = Vec3d::UnitY(), .depth_m = depth_m, .surface = {.restitution = restitution}});
