@@ -79,7 +79,7 @@ TEST(FindStops, SeesASurfaceThatComesToABodyAtRest) {
 }
 
 TEST(FindStops, InACornerAVertexHasAStopForEachWall) {
-  SoftState<double> state = ball(1e3, Vec3d::Zero(), Vec3d::Constant(50.0));
+  SoftState<double> state = ball(1e3, Vec3d::Zero(), Vec3d::Constant(150.0));
   const std::vector<VertexStop> stops = stops_of(state, {make_collider(RoomShape{Vec3d::Constant(0.7)})});
   EXPECT_EQ(stops.size(), 3 * state.x.size());
   for (std::size_t i = 0; i + 2 < stops.size(); i += 3) {
