@@ -79,7 +79,7 @@ TEST(FindStops, SeesASurfaceThatComesToABodyAtRest) {
 }
 
 TEST(FindStops, InACornerAVertexHasAStopForEachWall) {
-  SoftState<double> state = ball(1e3, Vec3d::Zero(), Vec3d::Constant(50.0));
+  SoftState<double> state = ball(1e3, Vec3d::Zero(), Vec3d::Constant(150.0));
   const std::vector<VertexStop> stops = stops_of(state, {make_collider(RoomShape{Vec3d::Constant(0.7)})});
   EXPECT_EQ(stops.size(), 3 * state.x.size());
   for (std::size_t i = 0; i + 2 < stops.size(); i += 3) {
@@ -120,11 +120,11 @@ TEST(SolveHeld, MeetsTheHoldsSolvesTheRestAndNamesTheImpulsesOfTheHolds) {
   HeldProblem problem;
   SoftState<double>& state = problem.state;
   BodyTables<double> tables(state);
-  tables.tables.matrices->update(tables.tables.matrix, state, Surroundings{}, dt_s);
+  tables.tables.matrices->update(tables.tables.held.steps, state, Surroundings{}, dt_s);
   const std::vector<Vec3d> no_gas;
   ImplicitSystem system;
   std::vector<Vec3d> step;
-  system.solve_held(state, *tables.tables.matrix, Surroundings{}, {state.x, state.v, problem.b, no_gas}, problem.holds,
+  system.solve_held(state, *tables.tables.held.steps, Surroundings{}, {state.x, state.v, problem.b, no_gas}, problem.holds,
                     {.relative = 1e-10}, step);
 
   EXPECT_NEAR(state.v[3].y() + step[3].y(), 0.5, 1e-12);
