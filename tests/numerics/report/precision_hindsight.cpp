@@ -59,6 +59,7 @@ std::string milliseconds(double cpu_ms_per_s) {
 
 std::string share(double error) {
   constexpr double least = 1e-6;
+  if (std::isfinite(error) && error > 10.0) return number(error, 2) + " times";
   return error < least ? "under " + percent(least) : percent(error);
 }
 

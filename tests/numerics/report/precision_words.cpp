@@ -50,10 +50,9 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
                      std::to_string(rows.size()) + " rows";
   if (dearest != nullptr) {
     std::ranges::sort(ratios);
-    text += ", where it took " + number(ratios[ratios.size() / 2], 2) +
-            " times as long as the cheapest run within 1 % in the middle one, and " +
-            number(dearest->ratio_to(dearest->within_percent), 2) + " times in the dearest (" + dearest->judged->title +
-            ")";
+    text += ", and took " + number(ratios[ratios.size() / 2], 2) +
+            " times the CPU time of the cheapest run within 1 % there (the median; at most " +
+            number(dearest->ratio_to(dearest->within_percent), 2) + ", " + dearest->judged->title + ")";
   }
   page.bullet(text + ". So leave `integrator` at `AUTO` unless your scene is one of those below.");
   if (!missed.empty()) page.bullet("`AUTO` missed its 1 % for: " + missed + ".");
