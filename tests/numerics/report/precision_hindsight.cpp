@@ -11,7 +11,8 @@ namespace pneuma::report::precision {
 const Run* cheapest_within(const Measured& measured, const Judged& judged, double error) {
   const Run* best = nullptr;
   for (const Run& run : measured.runs) {
-    if (run.chosen || !run.is_double() || run.judged(judged.error) > error) continue;
+    const double off = run.judged(judged.error);
+    if (run.chosen || !run.is_double() || !std::isfinite(off) || off > error) continue;
     if (best == nullptr || run.cpu_ms_per_s < best->cpu_ms_per_s) best = &run;
   }
   return best;
@@ -23,19 +24,19 @@ const Run& automatic(const Measured& measured) {
 }
 
 std::vector<Verdict> verdicts(const std::vector<Measured>& all) {
-  constexpr double exact_enough = 1e-4;
   std::vector<Verdict> rows;
   for (const Measured& measured : all) {
     const Run& chosen = automatic(measured);
     for (const Judged& judged : measured.subject.judged) {
       const double error = chosen.judged(judged.error);
+      const double known = 3.0 * measured.reference.halving.*judged.error;
       rows.push_back({.measured = &measured,
                       .judged = &judged,
                       .automatic = &chosen,
                       .error = error,
                       .within_percent = cheapest_within(measured, judged, 0.01),
                       .within_per_mille = cheapest_within(measured, judged, 0.001),
-                      .as_exact = cheapest_within(measured, judged, std::max(error, exact_enough))});
+                      .as_exact = cheapest_within(measured, judged, std::max({error, 1e-4, known}))});
     }
   }
   return rows;
@@ -58,6 +59,7 @@ std::string milliseconds(double cpu_ms_per_s) {
 
 std::string share(double error) {
   constexpr double least = 1e-6;
+  if (std::isfinite(error) && error > 10.0) return number(error, 2) + " times";
   return error < least ? "under " + percent(least) : percent(error);
 }
 

@@ -21,7 +21,7 @@ struct Verdict {
   double error = 0.0;                   // AUTO's
   const Run* within_percent = nullptr;  // the cheapest
   const Run* within_per_mille = nullptr;
-  const Run* as_exact = nullptr;  // as AUTO, or within 1e-4
+  const Run* as_exact = nullptr;  // as AUTO, or within 1e-4 or thrice what the reference knows
 
   [[nodiscard]] bool holds_target() const { return error <= default_target; }
   /// AUTO's time in times of another run.

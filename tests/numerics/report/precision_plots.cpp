@@ -156,7 +156,9 @@ Plot diagram(const Measured& measured, const Judged& judged) {
   }
   bullet(measured).draw(diagram);
   diagram.add(chosen(measured, judged));
-  diagram.level(measured.standstill.*judged.error, "a body that stays as it is", Diagram::Side::right);
+  if (const double error = measured.standstill.*judged.error; error <= 1.0) {
+    diagram.level(error, "a body that stays as it is", Diagram::Side::right);
+  }
   diagram.level(measured.reference.halving.*judged.error, "what the reference knows", Diagram::Side::left);
   return diagram.plot();
 }

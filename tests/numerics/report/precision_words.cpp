@@ -50,10 +50,9 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
                      std::to_string(rows.size()) + " rows";
   if (dearest != nullptr) {
     std::ranges::sort(ratios);
-    text += ", where it took " + number(ratios[ratios.size() / 2], 2) +
-            " times as long as the cheapest run within 1 % in the middle one, and " +
-            number(dearest->ratio_to(dearest->within_percent), 2) + " times in the dearest (" + dearest->judged->title +
-            ")";
+    text += ", and took " + number(ratios[ratios.size() / 2], 2) +
+            " times the CPU time of the cheapest run within 1 % there (the median; at most " +
+            number(dearest->ratio_to(dearest->within_percent), 2) + ", " + dearest->judged->title + ")";
   }
   page.bullet(text + ". So leave `integrator` at `AUTO` unless your scene is one of those below.");
   if (!missed.empty()) page.bullet("`AUTO` missed its 1 % for: " + missed + ".");
@@ -71,6 +70,31 @@ void write_losers(Page& page, const std::vector<Verdict>& rows) {
   if (!losers.empty()) page.bullet("Nowhere the cheapest, within 1 % or within 0.1 %: " + losers + ".");
 }
 
+// Ladders whose last rung is further off than one before it, by more than chance and the reference can make.
+void write_divergent(Page& page, const std::vector<Verdict>& rows) {
+  std::string worse;
+  for (const Verdict& row : rows) {
+    const double known = 3.0 * row.measured->reference.halving.*row.judged->error;
+    for (const physics::Integrator integrator : every_integrator) {
+      const Run* best = nullptr;
+      const Run* last = nullptr;
+      for (const Run& run : row.measured->runs) {
+        if (!run.is_plain() || run.setting.integrator != integrator) continue;
+        last = &run;
+        if (best == nullptr || run.judged(row.judged->error) < best->judged(row.judged->error)) best = &run;
+      }
+      const double end = last->judged(row.judged->error);
+      if (end > 1e-4 && end > known && end > 3.0 * best->judged(row.judged->error)) {
+        append_item(worse, title_of(integrator) + " on " + row.judged->title + " (" +
+                               share(best->judged(row.judged->error)) + " at " +
+                               std::to_string(best->setting.substeps) + " a tick, " + share(end) + " at " +
+                               std::to_string(last->setting.substeps) + ")");
+      }
+    }
+  }
+  if (!worse.empty()) page.bullet("More substeps made it worse: " + worse + ".");
+}
+
 }  // namespace
 
 void write_advice(Page& page, const std::vector<Verdict>& rows) {
@@ -79,6 +103,7 @@ void write_advice(Page& page, const std::vector<Verdict>& rows) {
   write_winners(page, rows, &Verdict::within_percent, "within 1 %");
   write_winners(page, rows, &Verdict::within_per_mille, "within 0.1 %");
   write_losers(page, rows);
+  write_divergent(page, rows);
 }
 
 }  // namespace pneuma::report::precision

@@ -179,7 +179,7 @@ void run(Context& context) {
 }  // namespace
 
 Part work_precision() {
-  return {.name = "work-precision", .title = "Error against run time", .quick_s = 35.0, .full_s = 300.0, .run = run};
+  return {.name = "work-precision", .title = "Error against run time", .quick_s = 30.0, .full_s = 250.0, .run = run};
 }
 
 }  // namespace pneuma::report

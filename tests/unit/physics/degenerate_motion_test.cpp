@@ -76,7 +76,7 @@ TEST_P(DegenerateMotion, StaysFiniteOrIsReported) {
       body.start_positions_m = start.positions_m;
       body.springs = {.stiffness_n_m = 60.0, .damping_n_s_m = 1.0, .bend_stiffness_n_m = 0.01};
       body.gas = Gas{.moles = 0.01, .law = GasLaw::adiabatic};
-      body.volume = volume;
+      body.volume.method = volume;
       body.drag = {0.5, 0.1};
       scene.atmosphere.density_kg_m3 = 1.2;
       scene.soft_bodies = {body};
