@@ -10,7 +10,7 @@ namespace {
 
 // Little-endian: u64 version, tick, next grab id, paused, grab count, each grab's id and body; then the scene as
 // created, the scene as edited, the physics snapshot. A body or scene or snapshot is a u64 length and that many bytes.
-constexpr std::uint64_t version = 2;
+constexpr std::uint64_t version = 3;
 
 void put(std::uint64_t value, std::string& out) {
   for (int shift = 0; shift < 64; shift += 8) out.push_back(static_cast<char>(value >> shift & 0xffU));

@@ -60,8 +60,8 @@ inline constexpr double rest_scale_max = 1e3;
 inline constexpr double heat_capacity_ratio_max = 10.0;
 // Friction and drag: a body that is all brake.
 inline constexpr double coefficient_max = 1e6;
-// Single precision resolves 6e-8 of a coordinate. This many times the shortest edge from the origin, that is 0.6 % of
-// the edge, and springs begin to pull on rounding.
+// Single precision resolves 6e-8 of a coordinate, and those of a body are seen from near it. This many times the
+// shortest edge away, that is 0.6 % of the edge, and springs begin to pull on rounding.
 inline constexpr double single_precision_edges_max = 1e5;
 
 // Before a client has said who it is, it may cost us one small buffer.

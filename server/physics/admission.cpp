@@ -117,6 +117,11 @@ double reach_m(const SoftBody& body) {
   return std::sqrt(squared);
 }
 
+/// Of the longer of the shapes that the body has and begins in.
+double start_length_m(const SoftBody& body) {
+  return std::max(diagonal_m(body.mesh->positions_m), diagonal_m(body.start_shape_m()));
+}
+
 void check_counts(const Scene& scene, Fields fields) {
   const auto at_most = [&](std::string_view field, std::size_t count, std::size_t max, std::string_view of) {
     if (count > max) {
@@ -280,12 +285,12 @@ void check_edges(const SoftBody& body, Precision precision, Fields fields) {
                 base::StatusCode::limit_exceeded);
   }
   if (precision == Precision::double_precision) return;
-  const double reach = body.position.cwiseAbs().maxCoeff() + reach_m(body);
-  if (reach > base::single_precision_edges_max * shortest_m) {
-    fields.fail("position",
-                "puts a vertex " + number_text(reach) + " m from the origin, more than " +
-                    number_text(base::single_precision_edges_max) + " times the mesh's shortest edge of " +
-                    number_text(shortest_m) + " m; precision SINGLE does not hold there, DOUBLE does",
+  const double length_m = start_length_m(body);
+  if (length_m > base::single_precision_edges_max * shortest_m) {
+    fields.fail("mesh",
+                "has an edge of " + number_text(shortest_m) + " m on a body " + number_text(length_m) +
+                    " m long, more than " + number_text(base::single_precision_edges_max) +
+                    " times that; precision SINGLE does not hold there, DOUBLE does",
                 base::StatusCode::limit_exceeded);
   }
 }

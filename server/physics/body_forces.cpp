@@ -41,7 +41,7 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
   const Springs& springs = body.body.springs;
   const bool gas = has_lane_gas(body.body, rings);
   const bool sprung = gas || springs.stiffness_n_m > 0.0 || springs.damping_n_s_m > 0.0;
-  // Seen from the body itself, so that one far away loses no digits: a grab alone asks for the place in the world.
+  // Seen from the body itself, so that one far from its origin loses no digits: a grab alone asks for the place itself.
   const Vec3d origin = body.grabs.empty() ? x[0] : Vec3d(Vec3d::Zero());
   if (sprung) {
     const StageTimer timer(profile, Stage::springs);

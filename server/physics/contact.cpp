@@ -41,8 +41,9 @@ void Contacts<Real>::for_each(Workers& workers, std::size_t count, const Work& w
 
 template <class Real>
 void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                             std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2, double dt_s,
-                             Workers& workers, Profile* profile) {
+                             std::span<const ColliderState> colliders,
+                             std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings,
+                             double dt_s, Workers& workers, Profile* profile) {
   const auto meets_soft = [](const SoftState<Real>& body) {
     return !body.frozen && body.body.collision.soft != SoftCollision::none;
   };
@@ -52,7 +53,9 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
   if (!solids && !pairs) return;
 
-  const SubstepPhysics physics = SubstepPhysics::of(gravity_m_s2, dt_s);
+  const SubstepPhysics physics = SubstepPhysics::of(surroundings.gravity, dt_s);
+  start_m_s_ = start_m_s;
+  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
     bounds_.resize(soft.size());
@@ -73,7 +76,7 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   if (!rigid.empty()) {
     const StageTimer timer(profile, Stage::rigid);
     wake_near_rigid(soft, rigid, physics);
-    rigid_solver_.solve(rigid, colliders, rigid_touched_, gravity_m_s2, dt_s);
+    rigid_solver_.solve(rigid, colliders, rigid_touched_, surroundings.gravity, dt_s);
   }
 }
 
@@ -104,7 +107,8 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
     for (std::size_t p = 0; p < some.size(); ++p) {
       const std::uint32_t a = some[p].a;
       const std::uint32_t b = some[p].b;
-      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, hits_);
+      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s,
+                  limit_of(soft[a]), start_of(a), hits_);
       some[p].hit = !hits_.empty();
     }
   }
@@ -120,7 +124,7 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
     refit_stale(soft);
     for (std::size_t i = 0; i < soft.size(); ++i) {
       if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
-      if (!meet_rigid(soft[i], bounds_[i], rigid[r], physics)) continue;
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], physics, limit_of(soft[i]), start_of(i))) continue;
       rigid_touched_[r] = 1;
       wake_touched(soft, rigid, i, physics);
       wake_touched(soft, rigid, soft.size() + r, physics);
@@ -130,9 +134,22 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
   refit_stale(soft);
   collider_moves_.clear();
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
-  for_each(workers, bounds_.size(), [&](std::size_t i) {
-    if (bounds_[i].active && soft[i].is_awake()) meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics);
-  });
+  const auto meet = [&](std::size_t i) {
+    if (!bounds_[i].active || !soft[i].is_awake()) return;
+    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, limit_of(soft[i]), start_of(i));
+  };
+  if (start_m_s_.empty()) return for_each(workers, bounds_.size(), meet);
+  for (std::size_t i = 0; i < bounds_.size(); ++i) meet(i);  // the limit has room for one
+}
+
+template <class Real>
+ContactLimit<Real>* Contacts<Real>::limit_of(const SoftState<Real>& body) {
+  return start_m_s_.empty() || !body.pinned.empty() ? nullptr : &limit_;
+}
+
+template <class Real>
+std::span<const Vec3<Real>> Contacts<Real>::start_of(std::size_t body) const {
+  return start_m_s_.empty() ? std::span<const Vec3<Real>>() : std::span<const Vec3<Real>>(start_m_s_[body]);
 }
 
 template <class Real>
@@ -182,7 +199,7 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
   add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes);
-  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
+  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove) + limit_.bytes());
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
 }
 

@@ -25,9 +25,11 @@ class Contacts {
   /// pose changes only to undo an overlap, to be cut at an impact, or to follow its parabola in free flight. Call
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
-  /// with nobody awake, nothing is computed.
+  /// with nobody awake, nothing is computed. `start_m_s`: the velocities before the substep, one list a body, empty for
+  /// sleepers, where the method is implicit: then contact adds no energy (contact_limit.h); else no lists.
   void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
-               const Vec3d& gravity_m_s2, double dt_s, Workers& workers, Profile* profile);
+               std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings, double dt_s,
+               Workers& workers, Profile* profile);
 
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
@@ -38,6 +40,8 @@ class Contacts {
                         Profile* profile);
   void meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
                    std::span<const ColliderState> colliders, const SubstepPhysics& physics, Workers& workers);
+  [[nodiscard]] ContactLimit<Real>* limit_of(const SoftState<Real>& body);
+  [[nodiscard]] std::span<const Vec3<Real>> start_of(std::size_t body) const;
   void refit_stale(std::span<SoftState<Real>> soft);
   void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
   void wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
@@ -55,6 +59,8 @@ class Contacts {
   std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;
   std::size_t vertices_ = 0;
+  std::span<const std::vector<Vec3<Real>>> start_m_s_;  // of the substep under way
+  ContactLimit<Real> limit_;
 };
 
 }  // namespace pneuma::physics

@@ -27,13 +27,13 @@ struct Extremes {
     low[lane] = value < low[lane] ? value : low[lane];
     high[lane] = value > high[lane] ? value : high[lane];
   }
-  [[nodiscard]] Aabb<double> box() const {
+  [[nodiscard]] Aabb<double> box(const Vec3d& origin_m) const {
     Aabb<double> b;
     for (std::size_t k = 0; k < 3; ++k) {
       b.min[static_cast<Eigen::Index>(k)] = static_cast<double>(std::min(low[k], low[k + 3]));
       b.max[static_cast<Eigen::Index>(k)] = static_cast<double>(std::max(high[k], high[k + 3]));
     }
-    return b;
+    return {origin_m + b.min, origin_m + b.max};
   }
 };
 
@@ -66,8 +66,8 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
       end.take(k, x[3 * (count - 1) + k] + dr[3 * (count - 1) + k]);
     }
   }
-  bounds.moved = end.box();
-  const Aabb<double> before = start.box();
+  bounds.moved = end.box(body.origin_m);
+  const Aabb<double> before = start.box(body.origin_m);
   bounds.swept = {before.min.cwiseMin(bounds.moved.min), before.max.cwiseMax(bounds.moved.max)};
   bounds.active = within_limits(bounds.swept);
   bounds.stale = false;
@@ -86,26 +86,35 @@ Vec3d mean_velocity(const SoftState<Real>& body) {
 }
 
 template <class Real>
-void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+void fit_rigid(const SoftState<Real>& body, RigidPart& rigid) {
   const Vec3d near = body.x.front().template cast<double>();  // so that far from the origin no digits are lost
   Vec3d arms = Vec3d::Zero();
-  Vec3d moves = Vec3d::Zero();
   std::size_t free = 0;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
     arms += body.x[i].template cast<double>() - near;
-    moves += body.dr[i].template cast<double>();
     ++free;
   }
   const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
-  RigidPart& rigid = bounds.rigid;
   rigid.mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
-  rigid.centre = near + share * arms;
+  rigid.centre = body.origin_m + (near + share * arms);
   rigid.velocity = mean_velocity(body);
-  bounds.mean_move = share * moves;
+}
+
+template <class Real>
+void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
+  fit_rigid(body, bounds.rigid);
+  Vec3d moves = Vec3d::Zero();
+  std::size_t free = 0;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if (body.is_pinned(i)) continue;
+    moves += body.dr[i].template cast<double>();
+    ++free;
+  }
+  bounds.mean_move = free == 0 ? moves : Vec3d((1.0 / static_cast<double>(free)) * moves);
 
   // A body about to be frozen must not take others with it.
-  bounds.active = bounds.active && rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
+  bounds.active = bounds.active && bounds.rigid.velocity.norm() <= base::speed_max_m_s && bounds.mean_move.allFinite();
 
   bounds.ellipsoid = {0.5 * (bounds.moved.min + bounds.moved.max), 0.5 * (bounds.moved.max - bounds.moved.min)};
   if (body.body.collision.bounds != BoundsKind::ball) return;
@@ -116,7 +125,7 @@ void fit_means(const SoftState<Real>& body, BodyBounds& bounds) {
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     furthest = std::max(furthest, ((body.x[i] + body.dr[i]).template cast<double>() - centre).squaredNorm());
   }
-  bounds.ellipsoid = {centre, Vec3d::Constant(std::sqrt(furthest))};
+  bounds.ellipsoid = {body.origin_m + centre, Vec3d::Constant(std::sqrt(furthest))};
 }
 
 template <class Real>
@@ -128,7 +137,7 @@ void fit_turning(const SoftState<Real>& body, RigidPart& rigid) {
   Vec3d products = Vec3d::Zero();  // xy, yz, zx
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    const Vec3d arm = body.position_m(i) - rigid.centre;
     spin += arm.cross(body.v[i].template cast<double>());
     squares += arm.cwiseProduct(arm);
     products += arm.cwiseProduct(Vec3d(arm.y(), arm.z(), arm.x()));
@@ -171,6 +180,8 @@ template void fit_boxes(const SoftState<float>&, BodyBounds&);
 template void fit_boxes(const SoftState<double>&, BodyBounds&);
 template Vec3d mean_velocity(const SoftState<float>&);
 template Vec3d mean_velocity(const SoftState<double>&);
+template void fit_rigid(const SoftState<float>&, RigidPart&);
+template void fit_rigid(const SoftState<double>&, RigidPart&);
 template void fit_means(const SoftState<float>&, BodyBounds&);
 template void fit_means(const SoftState<double>&, BodyBounds&);
 template void fit_turning(const SoftState<float>&, RigidPart&);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -24,6 +25,17 @@ struct RigidPart {
   Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
+/// What a body may have in a substep after contact (contact_limit.h), all kinds together.
+struct EnergyLimit {
+  std::optional<double> most_j;  // once it was asked for
+  double given_j = 0.0;          // by partners, until then
+
+  void give(double energy_j) {
+    if (most_j) *most_j += energy_j;
+    given_j += energy_j;
+  }
+};
+
 /// What contact needs to know of a soft body as a whole in this substep.
 struct BodyBounds {
   bool active = false;  // not frozen
@@ -35,6 +47,8 @@ struct BodyBounds {
   RigidPart rigid;
   Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned
   Ellipsoid<double> ellipsoid;      // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
+  // Of the implicit methods only.
+  EnergyLimit energy;
 };
 
 /// Vertices of `a` are tested against the bounds of `b`.
@@ -49,6 +63,9 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds);
 /// Of the vertices that are not pinned; 0 where all are.
 template <class Real>
 [[nodiscard]] Vec3d mean_velocity(const SoftState<Real>& body);
+/// The mass, the place and the motion of the rigid part, but for its turning.
+template <class Real>
+void fit_rigid(const SoftState<Real>& body, RigidPart& rigid);
 template <class Real>
 void fit_means(const SoftState<Real>& body, BodyBounds& bounds);
 /// The angular velocity and inertia of the rigid part, from the velocities as they are now; nothing the second time.

@@ -18,8 +18,8 @@ constexpr int push_out_iterations_max = 8;
 // restitution of 1 went apart with 7 % more energy, at any step. Slower than the bodies rebound, it is within the
 // integrator's own error; a stack of two is none the lower for it.
 constexpr double overlap_time_s = 0.3;
-// A flat sheet still has two sides.
-constexpr double radius_min_m = 1e-6;
+// Of the body's length: a flat sheet still has two sides.
+constexpr double radius_min_share = 1e-6;
 
 Vec3d ellipsoid_normal(const Vec3d& point, const Vec3d& radii) {
   const Vec3d gradient = point.cwiseQuotient(radii.cwiseProduct(radii));
@@ -62,8 +62,10 @@ ContactSurface surface_of(const SoftBody& a, const SoftBody& b) {
   return combine(a.surface, b.surface);
 }
 
-Vec3d radii_of(const BodyBounds& bounds, const ContactSurface& surface) {
-  return (bounds.ellipsoid.radii_m.array() + surface.thickness_m).cwiseMax(radius_min_m);
+template <class Real>
+Vec3d radii_of(const SoftState<Real>& body, const BodyBounds& bounds, const ContactSurface& surface) {
+  const double least_m = radius_min_share * static_cast<double>(body.length_m);
+  return (bounds.ellipsoid.radii_m.array() + surface.thickness_m).cwiseMax(least_m);
 }
 
 // A vertex's way about the centre of b's bounds, as b sees it: b moves on average by mean_move.
@@ -74,7 +76,7 @@ struct Way {
 
 template <class Real>
 Way way_of(const SoftState<Real>& a, std::size_t vertex, const BodyBounds& b) {
-  const Vec3d x = a.x[vertex].template cast<double>() - b.ellipsoid.centre;
+  const Vec3d x = a.position_m(vertex) - b.ellipsoid.centre;
   return {x + b.mean_move, x + a.dr[vertex].template cast<double>()};
 }
 
@@ -90,14 +92,17 @@ Vec3d stop_of(const Way& way, const SurfaceHit& hit, const Vec3d& relative_m_s, 
 }
 
 template <class Real>
-void find_hits(const SoftState<Real>& a, BoundsKind kind, const BodyBounds& bounds, const ContactSurface& surface,
-               std::span<const std::uint32_t> near, std::vector<VertexHit>& hits) {
-  const Vec3d radii = radii_of(bounds, surface);
+void find_hits(const SoftState<Real>& a, const SoftState<Real>& b, const BodyBounds& bounds,
+               const ContactSurface& surface, std::span<const std::uint32_t> near, std::vector<VertexHit>& hits) {
+  const BoundsKind kind = b.body.collision.bounds;
+  const double skin_m = skin_share * static_cast<double>(b.length_m);
+  const Vec3d radii = radii_of(b, bounds, surface);
   hits.clear();
   for (const std::uint32_t i : near) {
     const Way way = way_of(a, i, bounds);
-    const std::optional<SurfaceHit> hit = kind == BoundsKind::box ? first_hit(BoxShape{radii}, way.start, way.end, 0.0)
-                                                                  : hit_ellipsoid(radii, way.start, way.end);
+    const std::optional<SurfaceHit> hit = kind == BoundsKind::box
+                                              ? first_hit(BoxShape{radii}, way.start, way.end, 0.0, skin_m)
+                                              : hit_ellipsoid(radii, way.start, way.end);
     if (hit) hits.push_back({i, *hit});
   }
 }
@@ -119,14 +124,6 @@ struct SharedMasses {
   double inverse_mass_sum_1_kg;
   Eigen::Matrix3d inverse_inertia_1_kg_m2;
   double moved_share = 1.0;  // of a move that parts the two: the vertex's part of it
-};
-
-// What the hits of one body on another come to, to be given to either of the two as a whole.
-struct Exchange {
-  Vec3d about;  // a place near both, so that far from the origin no digits are lost
-  Vec3d impulse_n_s = Vec3d::Zero();
-  Vec3d moment_n_m_s = Vec3d::Zero();  // of the impulses about that place
-  Vec3d shift_kg_m = Vec3d::Zero();    // mass times displacement
 };
 
 // The change of the rigid part alone; the vertices are the caller's.
@@ -153,7 +150,7 @@ void take_as_a_whole(SoftState<Real>& body, BodyBounds& bounds, const Exchange& 
   bounds.ellipsoid.centre += shift;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.x[i].template cast<double>() - rigid.centre;
+    const Vec3d arm = body.position_m(i) - rigid.centre;
     body.v[i] += velocity_at(velocity_change, turn_change, arm).template cast<Real>();
     body.dr[i] += shift.template cast<Real>();
   }
@@ -165,7 +162,7 @@ template <class Real>
 void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, const SoftState<Real>& b,
                         const BodyBounds& bounds_b, std::vector<std::uint32_t>& near) {
   if (!bounds_a.active || !bounds_b.active) return;
-  const Vec3d radii = radii_of(bounds_b, surface_of(a.body, b.body));
+  const Vec3d radii = radii_of(b, bounds_b, surface_of(a.body, b.body));
   const auto speed_max = static_cast<Real>(base::speed_max_m_s);
   for (std::uint32_t i = 0; i < a.x.size(); ++i) {
     const Way way = way_of(a, i, bounds_b);
@@ -178,10 +175,12 @@ void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, co
 
 template <class Real>
 void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
-                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, std::vector<VertexHit>& hits) {
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
+                 std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits) {
   const ContactSurface surface = surface_of(a.body, b.body);
-  find_hits(a, b.body.collision.bounds, bounds_b, surface, near, hits);
+  find_hits(a, b, bounds_b, surface, near, hits);
   if (hits.empty()) return;
+  if (limit != nullptr) limit->begin(a, start_m_s);
   fit_turning(a, bounds_a.rigid);
   fit_turning(b, bounds_b.rigid);
 
@@ -191,7 +190,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   const Vec3d approach = bounds_a.rigid.velocity - other.velocity;
   Exchange to_a{.about = other.centre};
   for (const auto& [i, hit] : hits) {
-    const Vec3d arm = a.x[i].template cast<double>() - other.centre;
+    const Vec3d arm = a.position_m(i) - other.centre;
     const Vec3d relative = a.v[i].template cast<double>() - velocity_at(other.velocity, other.angular_velocity, arm);
     const bool pressed = approach.dot(hit.normal) >= -resting_m_s;
     const double impact_m_s = pressed ? 0.0 : impact_speed(relative.dot(hit.normal), 0.0, resting_m_s);
@@ -199,16 +198,24 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
     const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface, inverse_mass_1_kg);
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
+    const Vec3d back = stop_of(way, hit, after, dt_s) - way.end;
+    if (limit != nullptr) {
+      limit->note({.vertex = i, .normal = hit.normal, .depth_m = back.dot(hit.normal), .surface = surface});
+    }
 
     // What the vertex took after rounding is what b gives.
     const Vec3<Real> v_before = a.v[i];
     const Vec3<Real> dr_before = a.dr[i];
     a.v[i] += (impulse_n_s / vertex_mass_kg).template cast<Real>();
-    a.dr[i] += (masses.moved_share * (stop_of(way, hit, after, dt_s) - way.end)).template cast<Real>();
+    a.dr[i] += (masses.moved_share * back).template cast<Real>();
     const Vec3d taken_n_s = vertex_mass_kg * (a.v[i] - v_before).template cast<double>();
     to_a.impulse_n_s += taken_n_s;
     to_a.moment_n_m_s += arm.cross(taken_n_s);
     to_a.shift_kg_m += vertex_mass_kg * (a.dr[i] - dr_before).template cast<double>();
+  }
+  if (limit != nullptr) {
+    to_a = limit->end(a, {.rigid = other, .parts = true}, 0.0, bounds_a.energy);
+    bounds_b.energy.give(limit->given_j());
   }
   take(bounds_a, to_a);
   take_as_a_whole(b, bounds_b, {other.centre, -to_a.impulse_n_s, -to_a.moment_n_m_s, -to_a.shift_kg_m});
@@ -218,7 +225,8 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   template void find_near_vertices(const SoftState<Real>&, const BodyBounds&, const SoftState<Real>&, \
                                    const BodyBounds&, std::vector<std::uint32_t>&);                   \
   template void meet_bounds(SoftState<Real>&, BodyBounds&, SoftState<Real>&, BodyBounds&,             \
-                            std::span<const std::uint32_t>, double, double, std::vector<VertexHit>&);
+                            std::span<const std::uint32_t>, double, double, ContactLimit<Real>*,      \
+                            std::span<const Vec3<Real>>, std::vector<VertexHit>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

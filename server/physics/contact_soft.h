@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/contact_bounds.h"
+#include "physics/contact_limit.h"
 #include "physics/shape.h"
 
 namespace pneuma::physics {
@@ -24,9 +25,10 @@ struct VertexHit {
 /// inertia split among the hits), and b goes on with the mean of its shares: so kinetic energy does not grow where no
 /// restitution is past 1, momentum and angular momentum about the places where the substep began are kept to round-off,
 /// and the moves that are cut leave the common centre of mass. Pinned vertices hold, and give back nothing. `hits` is
-/// scratch.
+/// scratch. `limit`: null, or begun for a's energy, which contact may not add to; `start_m_s` as there.
 template <class Real>
 void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
-                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, std::vector<VertexHit>& hits);
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
+                 std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits);
 
 }  // namespace pneuma::physics

@@ -23,14 +23,14 @@ constexpr double pin_push_share = 0.2;
 /// Stops a point's way at a solid. `answer(normal, arm, gap_m, after_s)` changes the velocities and returns the
 /// relative one that is left; the rest of the time the point slides along with it.
 template <class Answer>
-bool stop_at(const SolidMove& solid, double offset_m, double dt_s, const Vec3d& start, Vec3d& end,
+bool stop_at(const SolidMove& solid, double offset_m, double skin_m, double dt_s, const Vec3d& start, Vec3d& end,
              const Answer& answer) {
   Vec3d from = solid.start.to_local(start);
   Vec3d to = solid.end.to_local(end);
   double after_s = dt_s;
   bool touched = false;
   for (int pass = 0; pass < passes_max; ++pass) {
-    const std::optional<SurfaceHit> hit = first_hit(*solid.shape, from, to, offset_m);
+    const std::optional<SurfaceHit> hit = first_hit(*solid.shape, from, to, offset_m, skin_m);
     if (!hit) break;
     touched = true;
     after_s *= 1.0 - hit->fraction;
@@ -59,7 +59,7 @@ void for_near_vertices(const SoftState<Real>& body, const SolidMove& solid, doub
   const std::size_t count = body.x.size();
   const Eigen::Matrix3d to_local = solid.end.rotation.transpose();
   const auto end_of = [&](std::size_t i) -> Vec3d {
-    return to_local * (body.x[i].template cast<double>() + body.dr[i].template cast<double>() - solid.end.origin);
+    return to_local * (body.position_m(i) + body.dr[i].template cast<double>() - solid.end.origin);
   };
   if (const auto* room = std::get_if<RoomShape>(solid.shape)) {
     const Vec3d half = room->half_extents_m.array() - offset_m;
@@ -71,41 +71,54 @@ void for_near_vertices(const SoftState<Real>& body, const SolidMove& solid, doub
     const Vec3d normal = solid.end.rotation * plane->normal;
     const double level = normal.dot(solid.end.origin) + offset_m;
     for (std::size_t i = 0; i < count; ++i) {
-      const Vec3d end = body.x[i].template cast<double>() + body.dr[i].template cast<double>();
+      const Vec3d end = body.position_m(i) + body.dr[i].template cast<double>();
       if (normal.dot(end) < level) visit(i);
     }
   } else {
     const Vec3d half = half_extents_m(*solid.shape).array() + offset_m;
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3d end = end_of(i);
-      const Vec3d start = solid.start.to_local(body.x[i].template cast<double>());
+      const Vec3d start = solid.start.to_local(body.position_m(i));
       const Vec3d over = (start + end).cwiseAbs() - 2.0 * half - (end - start).cwiseAbs();
       if (over.x() <= 0.0 && over.y() <= 0.0 && over.z() <= 0.0) visit(i);
     }
   }
 }
 
+struct Tolerances {
+  double skin_m;
+  double touching_m;
+};
+
+// Coordinates of their precision cannot tell a smaller gap from none.
+template <class Real>
+Tolerances tolerances_of(const SoftState<Real>& body, const BodyBounds& bounds) {
+  const auto furthest_m = [&](const Vec3d& origin) {
+    return (bounds.swept.min - origin).cwiseAbs().cwiseMax((bounds.swept.max - origin).cwiseAbs()).maxCoeff();
+  };
+  const double in_body_m = static_cast<double>(std::numeric_limits<Real>::epsilon()) * furthest_m(body.origin_m);
+  const double in_world_m = std::numeric_limits<double>::epsilon() * furthest_m(Vec3d::Zero());
+  const auto length_m = static_cast<double>(body.length_m);
+  return {std::max(skin_share * length_m, in_world_m),
+          std::max(touching_share * length_m, 4.0 * std::max(in_body_m, in_world_m))};
+}
+
 /// Tells a vertex that its own body presses against a surface from one that hits it.
 template <class Real>
 class Pressure {
  public:
-  Pressure(const SoftState<Real>& body, const BodyBounds& bounds, double resting_m_s)
-      : body_(body), resting_m_s_(resting_m_s) {
-    // Coordinates of this precision cannot tell a gap this small from none.
-    const double furthest_m = bounds.swept.min.cwiseAbs().cwiseMax(bounds.swept.max.cwiseAbs()).maxCoeff();
-    touching_gap_m_ =
-        std::max(touching_m, 4.0 * static_cast<double>(std::numeric_limits<Real>::epsilon()) * furthest_m);
-  }
+  Pressure(const SoftState<Real>& body, double touching_m, double resting_m_s)
+      : body_(body), touching_m_(touching_m), resting_m_s_(resting_m_s) {}
   [[nodiscard]] bool presses(const Vec3d& normal, double gap_m, const Vec3d& of_surface) {
-    if (gap_m > touching_gap_m_) return false;
+    if (gap_m > touching_m_) return false;
     if (!mean_) mean_ = mean_velocity(body_);
     return (*mean_ - of_surface).dot(normal) >= -resting_m_s_;
   }
 
  private:
   const SoftState<Real>& body_;
+  double touching_m_;
   double resting_m_s_;
-  double touching_gap_m_;
   std::optional<Vec3d> mean_;  // of the body when the first vertex touched
 };
 
@@ -144,21 +157,33 @@ Answer meet_wall(const Vec3d& velocity, const Wall& wall, const SolidMove& solid
 
 template <class Real>
 bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid,
-                   const SubstepPhysics& physics) {
+                   const SubstepPhysics& physics, ContactLimit<Real>* limit, double& work_j) {
   const ContactSurface surface = combine(body.body.surface, *solid.surface);
-  Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+  const Tolerances tolerances = tolerances_of(body, bounds);
+  Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
   bool touched = false;
   for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
     if (body.is_pinned(i) || !within_speed(body.v[i])) return;
+    const Vec3d start = body.position_m(i);
+    Vec3d end = start + body.dr[i].template cast<double>();
+    const Vec3d free_end = end;
     Vec3d velocity = body.v[i].template cast<double>();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
       const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
+      if (limit != nullptr) {
+        limit->note({.vertex = static_cast<std::uint32_t>(i),
+                     .normal = normal,
+                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
+                     .gained_m_s = after_s * normal.dot(physics.gravity_m_s2),
+                     .of_surface = met.of_surface,
+                     .surface = surface});
+        const Vec3d change = met.of_surface + met.after - velocity;
+        work_j += static_cast<double>(body.vertex_mass_kg) * change.dot(met.of_surface);
+      }
       velocity = met.of_surface + met.after;
       return met.after;
     };
-    const Vec3d start = body.x[i].template cast<double>();
-    Vec3d end = start + body.dr[i].template cast<double>();
-    if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
+    if (!stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer)) return;
     body.dr[i] = (end - start).template cast<Real>();
     body.v[i] = velocity.template cast<Real>();
     touched = true;
@@ -188,6 +213,16 @@ struct Touch {
     rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
   }
 };
+
+RigidPart rigid_part(const RigidState& body) {
+  const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
+  return {.mass_kg = body.body.mass_kg,
+          .centre = body.position,
+          .velocity = body.velocity,
+          .turning_is_known = true,
+          .angular_velocity = body.angular_velocity,
+          .inverse_inertia_1_kg_m2 = rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()};
+}
 
 }  // namespace
 
@@ -235,10 +270,11 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
   for (const SolidMove& solid : colliders) {
     const ContactSurface surface = combine(body.body.surface, *solid.surface);
     if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) continue;
-    Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+    const Tolerances tolerances = tolerances_of(body, bounds);
+    Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
     for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
       if (body.is_pinned(i) || !within_speed(body.v[i])) return;
-      const Vec3d start = body.x[i].template cast<double>();
+      const Vec3d start = body.position_m(i);
       Vec3d end = start + body.dr[i].template cast<double>();
       Vec3d velocity = body.v[i].template cast<double>();
       const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
@@ -246,10 +282,11 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
         velocity = met.of_surface + met.after;
         stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
-                         std::max(0.0, -surface.restitution * met.impact_m_s), met.of_surface, surface.friction});
+                         std::max(0.0, -surface.restitution * met.impact_m_s),
+                         after_s * normal.dot(physics.gravity_m_s2), met.of_surface, surface});
         return met.after;
       };
-      (void)stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer);
+      (void)stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer);
     });
   }
   std::ranges::sort(stops, {}, [](const VertexStop& stop) { return std::pair(stop.vertex, stop.number); });
@@ -257,28 +294,40 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
 
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics) {
+                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
+  bool begun = false;
+  double work_j = 0.0;
   for (int round = 0; round < rounds_max; ++round) {
     bool touched = false;
     for (const SolidMove& solid : colliders) {
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
-      touched = meet_collider(body, bounds, solid, physics) || touched;
+      if (limit != nullptr && !begun) limit->begin(body, start_m_s);
+      begun = true;
+      touched = meet_collider(body, bounds, solid, physics, limit, work_j) || touched;
     }
-    if (!touched || colliders.size() == 1) return;
+    if (!touched || colliders.size() == 1) break;
     fit_boxes(body, bounds);
   }
+  if (limit != nullptr && begun) (void)limit->end(body, {}, work_j, bounds.energy);
 }
 
 template <class Real>
-bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics) {
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics,
+                ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
-  Pressure<Real> pressure(body, bounds, physics.resting_m_s);
+  if (limit != nullptr) limit->begin(body, start_m_s);
+  const RigidPart before = rigid_part(rigid);
+  const Tolerances tolerances = tolerances_of(body, bounds);
+  Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
   bool touched = false;
   for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
     if (!within_speed(body.v[i])) return;
+    const Vec3d start = body.position_m(i);
+    Vec3d end = start + body.dr[i].template cast<double>();
+    const Vec3d free_end = end;
     const bool pinned = body.is_pinned(i);
     const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / static_cast<double>(body.vertex_mass_kg);
     Vec3d velocity = body.v[i].template cast<double>();
@@ -289,13 +338,17 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
       const double impact_m_s = pressure.presses(normal, gap_m, velocity - relative)
                                     ? 0.0
                                     : impact_speed(relative.dot(normal), 0.0, physics.resting_m_s);
+      if (limit != nullptr) {
+        limit->note({.vertex = static_cast<std::uint32_t>(i),
+                     .normal = normal,
+                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
+                     .surface = surface});
+      }
       if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
       touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, touch.inverse_mass_1_kg()));
       return touch.relative(velocity);
     };
-    const Vec3d start = body.x[i].template cast<double>();
-    Vec3d end = start + body.dr[i].template cast<double>();
-    if (!stop_at(solid, surface.thickness_m, physics.dt_s, start, end, answer)) return;
+    if (!stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer)) return;
     touched = true;
     if (pinned) {
       rigid.position += push_m;
@@ -304,6 +357,11 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
     body.dr[i] = (end - start).template cast<Real>();
     body.v[i] = velocity.template cast<Real>();
   });
+  if (limit != nullptr && touched) {
+    const Exchange given = limit->end(body, {.rigid = before}, 0.0, bounds.energy);
+    rigid.velocity = before.velocity - rigid.inverse_mass_1_kg * given.impulse_n_s;
+    rigid.angular_velocity = before.angular_velocity - before.inverse_inertia_1_kg_m2 * given.moment_n_m_s;
+  }
   bounds.stale = bounds.stale || touched;
   return touched;
 }
@@ -312,9 +370,13 @@ template void find_stops(const SoftState<float>&, const BodyBounds&, std::span<c
                          std::vector<VertexStop>&);
 template void find_stops(const SoftState<double>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
                          std::vector<VertexStop>&);
-template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
-template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&);
-template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&);
-template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&);
+template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                             ContactLimit<float>*, std::span<const Vec3<float>>);
+template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
+                             ContactLimit<double>*, std::span<const Vec3<double>>);
+template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<float>*,
+                         std::span<const Vec3<float>>);
+template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<double>*,
+                         std::span<const Vec3<double>>);
 
 }  // namespace pneuma::physics

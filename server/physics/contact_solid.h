@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/contact_bounds.h"
+#include "physics/contact_limit.h"
 #include "physics/contact_surface.h"
 #include "physics/shape.h"
 
@@ -42,8 +43,9 @@ struct VertexStop {
   Vec3d normal = Vec3d::Zero();      // unit, out of the collider
   double normal_m_s = 0.0;           // the velocity along it that ends the substep on the surface
   double away_m_s = 0.0;             // along it, after the hit, as seen from the surface
+  double gained_m_s = 0.0;           // along it, by gravity after the hit
   Vec3d of_surface = Vec3d::Zero();  // m/s
-  double friction = 0.0;
+  ContactSurface surface;
 };
 
 /// Lists the stops of the body's moves, by vertex; a vertex in an edge or a corner has one for each wall. The body
@@ -53,14 +55,16 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
                 const SubstepPhysics& physics, std::vector<VertexStop>& stops);
 
 /// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
+/// `limit`: null, or what keeps contact from adding to the body's energy; `start_m_s` as there.
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics);
+                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s);
 
 /// Stops a body's vertices at a rigid body, which gets the opposite impulses one by one, in the order of the vertices;
 /// so momentum is kept to round-off and a light rigid body is not pushed twice for one touch. Pinned vertices push too.
 /// True where they touched.
 template <class Real>
-bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics);
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics,
+                ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s);
 
 }  // namespace pneuma::physics

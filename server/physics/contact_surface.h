@@ -17,9 +17,12 @@ struct ContactSurface {
 // An approach slower than this many substeps of gravity ends at rest: with 1 the last, round-off sized bounces would go
 // on, and 2 g dt is 4 cm/s at 480 substeps a second, a bounce of 0.1 mm.
 inline constexpr double resting_substeps = 2.0;
-// What began the substep this near is in contact. If its body as a whole does not approach either, it is pressed by the
-// body's own forces: it does not hit, and so it does not bounce.
-inline constexpr double touching_m = 1e-9;
+// Of the body's length. What began the substep this near is in contact. If its body as a whole does not approach
+// either, it is pressed by the body's own forces: it does not hit, and so it does not bounce.
+inline constexpr double touching_share = 1e-9;
+// Of the body's length. A point at rest is set on the surface and lies within round-off of it; only what is deeper
+// counts as in the solid.
+inline constexpr double skin_share = 1e-10;
 
 /// The approach speed (<= 0) that restitution acts on; 0 for what rests or is pressed. `normal_m_s` <= 0: at the end of
 /// the substep; `gained_m_s`: how much of it gravity added after the impact.

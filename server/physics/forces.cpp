@@ -97,7 +97,7 @@ void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::
     const auto last = std::find_if(first, body.grabs.end(), [&](const Grab& grab) { return grab.vertex != vertex; });
     const GrabShares shares = shares_of({first, last}, mass_kg, dt_s);
     for (; first != last; ++first) {
-      const Vec3d offset = first->target - x[vertex].template cast<double>();
+      const Vec3d offset = first->target - body.origin_m - x[vertex].template cast<double>();
       const Vec3d pull = shares.stiffness * first->stiffness_n_m * offset -
                          shares.damping * first->damping_n_s_m * v[vertex].template cast<double>();
       force[vertex] += pull.cast<Real>();

@@ -27,12 +27,12 @@ bool ImplicitContact<Real>::add_new_stops() {
   for (const VertexStop& stop : stops_) {
     auto at = std::ranges::lower_bound(touches_, stop.vertex, {}, &Touch::vertex);
     if (at == touches_.end() || at->vertex != stop.vertex) {
-      at = touches_.insert(at, {stop.vertex, {}, stop.friction > 0.0, Vec3d::Zero()});
+      at = touches_.insert(at, {.vertex = stop.vertex, .sticks = stop.surface.friction > 0.0});
     }
     const bool known = std::ranges::any_of(
-        at->stops, [&](const VertexStop& other) { return other.normal.dot(stop.normal) > 1.0 - same_wall; });
-    if (known || at->stops.size() >= 3) continue;
-    at->stops.push_back(stop);
+        at->stops(), [&](const VertexStop& other) { return other.normal.dot(stop.normal) > 1.0 - same_wall; });
+    if (known || at->stop_count == Touch::stops_max) continue;
+    at->all_stops[at->stop_count++] = stop;
     added = true;
   }
   return added;
@@ -40,8 +40,8 @@ bool ImplicitContact<Real>::add_new_stops() {
 
 template <class Real>
 Hold ImplicitContact<Real>::hold_of(const Touch& touch) const {
-  Hold hold{touch.vertex, Eigen::Matrix3d::Identity(), touch.stops[0].of_surface};
-  for (const VertexStop& stop : touch.stops) {
+  Hold hold{touch.vertex, Eigen::Matrix3d::Identity(), touch.stops()[0].of_surface};
+  for (const VertexStop& stop : touch.stops()) {
     const Vec3d rest = hold.free * stop.normal;  // what no wall before holds
     const double squared = rest.squaredNorm();
     if (squared < same_wall) continue;
@@ -60,23 +60,26 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
     const Vec3d push = solver.holding_n_s(touch.vertex);
     double normal_n_s = 0.0;
     Vec3d along = push;
-    for (const VertexStop& stop : touch.stops) {
+    for (const VertexStop& stop : touch.stops()) {
       normal_n_s += std::max(0.0, push.dot(stop.normal));
       along -= along.dot(stop.normal) * stop.normal;
     }
     const auto pulled = [&](const VertexStop& stop) { return push.dot(stop.normal) < 0.0; };
-    const double most_n_s = touch.stops[0].friction * normal_n_s;
-    changed = std::erase_if(touch.stops, pulled) > 0 || changed;
-    if (touch.stops.empty()) continue;
+    const double most_n_s = touch.stops()[0].surface.friction * normal_n_s;
+    const std::span stops = std::span(touch.all_stops).first(touch.stop_count);
+    const std::size_t let_go = std::ranges::remove_if(stops, pulled).size();
+    touch.stop_count -= let_go;
+    changed = changed || let_go > 0;
+    if (touch.stop_count == 0) continue;
     if (touch.sticks) {
       const double along_n_s = along.norm();
       if (!may_slide || along_n_s <= most_n_s) continue;
       touch.sticks = false;
       touch.friction_n_s = most_n_s / along_n_s * along;
       changed = true;
-    } else if (touch.stops[0].friction > 0.0) {
-      Vec3d slip = u_[touch.vertex] - touch.stops[0].of_surface;
-      for (const VertexStop& stop : touch.stops) slip -= slip.dot(stop.normal) * stop.normal;
+    } else if (touch.stops()[0].surface.friction > 0.0) {
+      Vec3d slip = u_[touch.vertex] - touch.stops()[0].of_surface;
+      for (const VertexStop& stop : touch.stops()) slip -= slip.dot(stop.normal) * stop.normal;
       const double speed = slip.norm();
       if (slip.dot(touch.friction_n_s) > 0.0 || !(speed > 0.0)) {
         touch.sticks = true;
@@ -90,8 +93,15 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
       changed = changed || (touch.friction_n_s - before).norm() > 0.05 * most_n_s;
     }
   }
-  std::erase_if(touches_, [](const Touch& touch) { return touch.stops.empty(); });
+  std::erase_if(touches_, [](const Touch& touch) { return touch.stop_count == 0; });
   return changed;
+}
+
+template <class Real>
+void ImplicitContact<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s,
+                                       const Surroundings& surroundings, double dt_s) {
+  limit_.begin_substep(surroundings, SubstepPhysics::of(surroundings.gravity, dt_s).resting_m_s, dt_s);
+  limit_.limit_step(body, start_m_s);
 }
 
 template <class Real>
@@ -104,6 +114,15 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
   fit_boxes(body, bounds);
   find_stops(body, bounds, colliders, physics, stops_);
   if (stops_.empty()) return;
+
+  EnergyLimit most;
+  const bool limited = body.pinned.empty();
+  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
+  if (limited) limit_.begin(body, start_m_s);
+  for (const VertexStop& stop : stops_) {
+    const double depth_m = dt_s * stop.normal_m_s - stop.normal.dot(body.dr[stop.vertex].template cast<double>());
+    limit_.note({stop.vertex, stop.normal, depth_m, stop.gained_m_s, stop.of_surface, stop.surface});
+  }
 
   touches_.clear();
   const std::size_t count = body.x.size();
@@ -126,7 +145,7 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
       pushed_[touch.vertex] += touch.friction_n_s / mass_kg;
     }
     const ImplicitStage stage{x_, pushed_, dt_s};
-    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) return;
+    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) break;
     for (std::size_t i = 0; i < count; ++i) {
       body.v[i] = u_[i].template cast<Real>();
       body.dr[i] = (dt_s * u_[i]).template cast<Real>();
@@ -136,18 +155,23 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
     find_stops(body, bounds, colliders, physics, stops_);
     changed = add_new_stops() || changed || solver.last_move_m() > last_move_m;
   }
+  double work_j = 0.0;
   for (const Touch& touch : touches_) {
     Vec3d velocity = u_[touch.vertex];
-    for (const VertexStop& stop : touch.stops) {
+    for (const VertexStop& stop : touch.stops()) {
       velocity += (stop.away_m_s - stop.normal.dot(velocity - stop.of_surface)) * stop.normal;
     }
+    const Vec3d impulse_n_s =
+        solver.holding_n_s(touch.vertex) + touch.friction_n_s + mass_kg * (velocity - u_[touch.vertex]);
+    work_j += impulse_n_s.dot(touch.stops()[0].of_surface);
     body.v[touch.vertex] = velocity.template cast<Real>();
   }
+  if (limited) (void)limit_.end(body, {}, work_j, most);
 }
 
 template <class Real>
 std::size_t ImplicitContact<Real>::bytes() const {
-  return stops_.capacity() * sizeof(VertexStop) + touches_.capacity() * sizeof(Touch) +
+  return limit_.bytes() + stops_.capacity() * sizeof(VertexStop) + touches_.capacity() * sizeof(Touch) +
          holds_.capacity() * sizeof(Hold) +
          (x_.capacity() + u0_.capacity() + pushed_.capacity() + u_.capacity()) * sizeof(Vec3d);
 }

@@ -3,9 +3,11 @@
 // turn that into energy that was never there.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
+#include "physics/contact_limit.h"
 #include "physics/contact_solid.h"
 #include "physics/implicit_solver.h"
 
@@ -15,6 +17,10 @@ namespace pneuma::physics {
 template <class Real>
 class ImplicitContact {
  public:
+  /// ContactLimit::limit_step().
+  void limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, const Surroundings& surroundings,
+                  double dt_s);
+
   /// Replaces the body's step (v and dr), where it runs into a collider, by the implicit Euler step in which no vertex
   /// ends behind one: surfaces push and do not pull, and rub by Coulomb's law. `start_m_s`: the velocities before the
   /// step. An active set: vertices that would go in are held, those that are pulled are let go, until none changes.
@@ -28,8 +34,12 @@ class ImplicitContact {
  private:
   /// A vertex at the surfaces of one or more colliders.
   struct Touch {
+    static constexpr std::size_t stops_max = 3;  // they leave it no way to go
     std::uint32_t vertex = 0;
-    std::vector<VertexStop> stops;
+    std::size_t stop_count = 0;
+    std::array<VertexStop, stops_max> all_stops{};
+
+    [[nodiscard]] std::span<const VertexStop> stops() const { return {all_stops.data(), stop_count}; }
     bool sticks = false;
     Vec3d friction_n_s = Vec3d::Zero();  // while it slides
   };
@@ -38,6 +48,7 @@ class ImplicitContact {
   [[nodiscard]] Hold hold_of(const Touch& touch) const;
   bool follow_reactions(const ImplicitSolver<Real>& solver, bool may_slide);
 
+  ContactLimit<Real> limit_;
   std::vector<VertexStop> stops_;
   std::vector<Touch> touches_;  // by vertex
   std::vector<Hold> holds_;     // of the touches

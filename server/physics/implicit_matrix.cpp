@@ -152,7 +152,29 @@ void ImplicitMatrices::update(ImplicitMatrixPtr& held, const SoftState<Real>& bo
   if (held) return;
   held = make_matrix(std::move(constants), body);
   std::erase_if(matrices_, [](const auto& weak) { return weak.expired(); });
-  if (held) matrices_.push_back(held);
+  if (held) add(held);
+}
+
+template <class Real>
+void ImplicitMatrices::take_over(HeldMatrices& held, const SoftState<Real>& body, const Surroundings& surroundings,
+                                 std::span<const HeldMatrices> others) {
+  ImplicitConstants constants = ImplicitConstants::of(body, surroundings, 0.0);
+  const auto found = std::ranges::find_if(others, [&](const HeldMatrices& other) {
+    // Told at a glance, and so that later comparisons are too.
+    if (!other.steps || other.steps->constants.mesh != constants.mesh) return false;
+    constants.s = other.steps->constants.s;
+    return constants == other.steps->constants;
+  });
+  if (found == others.end()) return;
+  held = *found;
+  const std::lock_guard lock(mutex_);
+  add(held.steps);
+  if (held.touching) add(held.touching);
+}
+
+void ImplicitMatrices::add(const ImplicitMatrixPtr& matrix) {
+  const auto is_it = [&](const auto& weak) { return weak.lock() == matrix; };
+  if (std::ranges::none_of(matrices_, is_it)) matrices_.push_back(matrix);
 }
 
 std::size_t ImplicitMatrices::bytes() const {
@@ -164,6 +186,10 @@ std::size_t ImplicitMatrices::bytes() const {
   return sum;
 }
 
+template void ImplicitMatrices::take_over<float>(HeldMatrices&, const SoftState<float>&, const Surroundings&,
+                                                 std::span<const HeldMatrices>);
+template void ImplicitMatrices::take_over<double>(HeldMatrices&, const SoftState<double>&, const Surroundings&,
+                                                  std::span<const HeldMatrices>);
 template void ImplicitMatrices::update<float>(ImplicitMatrixPtr&, const SoftState<float>&, const Surroundings&, double);
 template void ImplicitMatrices::update<double>(ImplicitMatrixPtr&, const SoftState<double>&, const Surroundings&,
                                                double);

@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "physics/forces.h"
@@ -43,6 +44,12 @@ struct ImplicitMatrix {
 };
 using ImplicitMatrixPtr = std::shared_ptr<const ImplicitMatrix>;
 
+/// What a body holds: for its steps, and for those in which it meets a collider. Null until it had one.
+struct HeldMatrices {
+  ImplicitMatrixPtr steps;
+  ImplicitMatrixPtr touching;
+};
+
 /// The matrices of one world's bodies, which hold them. For any thread.
 class ImplicitMatrices {
  public:
@@ -51,11 +58,18 @@ class ImplicitMatrices {
   template <class Real>
   void update(ImplicitMatrixPtr& held, const SoftState<Real>& body, const Surroundings& surroundings, double s);
 
+  /// Sets `held` to what another body held under an earlier plan, where that is what this one would factor again.
+  /// `others` has each once.
+  template <class Real>
+  void take_over(HeldMatrices& held, const SoftState<Real>& body, const Surroundings& surroundings,
+                 std::span<const HeldMatrices> others);
+
   /// Of all that are held, each once.
   [[nodiscard]] std::size_t bytes() const;
 
  private:
   [[nodiscard]] ImplicitMatrixPtr find(const ImplicitConstants& constants) const;
+  void add(const ImplicitMatrixPtr& matrix);
 
   mutable std::mutex mutex_;
   std::vector<std::weak_ptr<const ImplicitMatrix>> matrices_;

@@ -38,6 +38,15 @@ double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage
          std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
 }
 
+// What turning edges does to springs beyond what a linear system knows: each may end longer by the move's square over
+// twice its length.
+template <class Real>
+double turning_j(const SoftState<Real>& body, double move_m, double spacing_m) {
+  const double longer_m = 0.5 * move_m * move_m / spacing_m;
+  return 0.5 * body.body.springs.stiffness_n_m * static_cast<double>(body.body.mesh->edges.size()) * longer_m *
+         longer_m;
+}
+
 double step_held_m_s(const Hold& hold, const Vec3d& step) {
   return (step - hold.free * step).norm();
 }
@@ -88,8 +97,8 @@ template <class Real>
 bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                                  const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                                  Profile* profile) {
-  tables.matrices->update(tables.matrix, body, surroundings, stage.s);
-  if (!tables.matrix) return false;
+  tables.matrices->update(tables.held.steps, body, surroundings, stage.s);
+  if (!tables.held.steps) return false;
   const double length_m = static_cast<double>(body.length_m);
   const double guess_m = stage.s * spread(u);
   if (guess_m > trusted_move * length_m) {
@@ -108,13 +117,17 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     double spread_m = 0.0;
     {
       const StageTimer timer(profile, Stage::integrate);
-      slope = system_.solve(body, *tables.matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
+      slope = system_.solve(body, *tables.held.steps, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
                             {accuracy.error_target, settled_m_s}, step_);
       spread_m = stage.s * spread(step_);
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
+    has_turned_ = has_turned_ || turning_j(body, spread_m, spacing_m) > settled_j;
     if (spread_m > small_move * spacing_m) {
-      if (!take_step(body, tables, stage, surroundings, slope, spread_m, u, profile)) return false;
+      // What nothing holds moves as a whole by the step's mean, exactly: that part is not to be shortened.
+      const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
+      const Vec3d whole = loose ? mean(step_) : Vec3d::Zero();
+      if (!take_step(body, tables, stage, surroundings, slope, spread_m, whole, u, profile)) return false;
       continue;
     }
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
@@ -132,12 +145,12 @@ template <class Real>
 bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                                         std::span<const Hold> holds, const StageAccuracy& accuracy,
                                         const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
-  tables.matrices->update(tables.touching_matrix, body, surroundings, stage.s);
-  if (!tables.touching_matrix || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  tables.matrices->update(tables.held.touching, body, surroundings, stage.s);
+  if (!tables.held.touching || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
   const StageTimer timer(profile, Stage::integrate);
   const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
-  system_.solve_held(body, *tables.touching_matrix, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
-                     holds, {held_tightening * accuracy.error_target, settled_m_s}, step_);
+  system_.solve_held(body, *tables.held.touching, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()}, holds,
+                     {held_tightening * accuracy.error_target, settled_m_s}, step_);
   last_move_m_ = stage.s * spread(step_);
   if (!std::isfinite(last_move_m_)) return false;
   const bool held_already = std::ranges::all_of(holds, [&](const Hold& hold) {
@@ -145,7 +158,7 @@ bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Re
   });
   const double spacing_m = static_cast<double>(body.length_m) / std::sqrt(static_cast<double>(u.size()));
   if (held_already && last_move_m_ > small_held_move * spacing_m) {
-    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, u, profile);
+    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, Vec3d::Zero(), u, profile);
   }
   for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
   move_volume(body, stage, surroundings);
@@ -165,11 +178,11 @@ void ImplicitSolver<Real>::move_volume(SoftState<Real>& body, const ImplicitStag
 template <class Real>
 bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                      const ImplicitStage& stage, const Surroundings& surroundings, double slope,
-                                     double spread_m, std::vector<Vec3d>& u, Profile* profile) {
+                                     double spread_m, const Vec3d& whole, std::vector<Vec3d>& u, Profile* profile) {
   double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
   for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
     trial_.resize(u.size());
-    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + share * step_[i];
+    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + whole + share * (step_[i] - whole);
     if (!find_residual(body, tables, stage, surroundings, trial_, profile)) continue;
     // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
     const bool safe = dot(residual_, step_) >= -slope;

@@ -13,13 +13,12 @@ namespace pneuma::physics {
 /// The furthest that any point is from their mean.
 [[nodiscard]] double spread(std::span<const Vec3d> points);
 
-/// What a body's solves need besides the body. The matrix is kept between steps.
+/// What a body's solves need besides the body. The matrices are kept between steps.
 template <class Real>
 struct ImplicitTables {
   LaneTables<Real> lanes;
   ImplicitMatrices* matrices = nullptr;  // the world's
-  ImplicitMatrixPtr matrix;
-  ImplicitMatrixPtr touching_matrix;  // of steps that meet a collider
+  HeldMatrices held;
 };
 
 /// How exactly a stage is solved.
@@ -35,8 +34,9 @@ struct ImplicitStage {
 };
 
 /// A body's stages, in double whatever the body steps in. Newton's iterations with the tangent of implicit_system.h;
-/// a correction that moves particles by more than a fraction of their spacing is shortened until the force along it no
-/// longer turns back harder than it pushed. Room for one body at a time.
+/// a correction that moves particles by more than a fraction of their spacing is shortened (but for its mean, where
+/// nothing holds the body: that falls freely) until the force along it no longer turns back harder than it pushed. Room
+/// for one body at a time.
 template <class Real>
 class ImplicitSolver {
  public:
@@ -45,6 +45,10 @@ class ImplicitSolver {
   [[nodiscard]] bool solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
                            const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                            Profile* profile);
+
+  /// Whether a solve since the last forget_turns() turned edges so far that its linear systems may have added energy.
+  [[nodiscard]] bool has_turned() const { return has_turned_; }
+  void forget_turns() { has_turned_ = false; }
 
   /// One Newton step from `u` that gives held vertices the velocities they are held to. False where it is not finite.
   [[nodiscard]] bool correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
@@ -67,8 +71,8 @@ class ImplicitSolver {
   bool find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
                      const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile);
   bool take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                 const Surroundings& surroundings, double slope, double spread_m, std::vector<Vec3d>& u,
-                 Profile* profile);
+                 const Surroundings& surroundings, double slope, double spread_m, const Vec3d& whole,
+                 std::vector<Vec3d>& u, Profile* profile);
 
   void move_volume(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings) const;
 
@@ -76,6 +80,7 @@ class ImplicitSolver {
   BodyForces<Real> forces_;
   std::vector<Vec3d> x_, residual_, step_, trial_;
   double last_move_m_ = 0.0;
+  bool has_turned_ = false;
 };
 
 }  // namespace pneuma::physics

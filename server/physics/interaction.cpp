@@ -22,7 +22,7 @@ template <class Real>
 std::vector<Vec3d> positions_m(const SoftState<Real>& body) {
   std::vector<Vec3d> positions;
   positions.reserve(body.x.size());
-  for (const Vec3<Real>& x : body.x) positions.push_back(x.template cast<double>());
+  for (std::size_t i = 0; i < body.x.size(); ++i) positions.push_back(body.position_m(i));
   return positions;
 }
 

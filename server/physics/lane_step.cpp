@@ -102,8 +102,9 @@ class LaneStep {
       well[lane] =
           update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max && eventful_[lane] == 0 ? 1
                                                                                                                    : 0;
+      const double reach_m = base::coordinate_max_m - bodies_[lane]->origin_m.cwiseAbs().maxCoeff();
       for (std::size_t i = lane; i < pack_slots; i += width_) {
-        reach_max[i] = static_cast<Real>(base::coordinate_max_m) - static_cast<Real>(substeps) * move_max;
+        reach_max[i] = static_cast<Real>(reach_m) - static_cast<Real>(substeps) * move_max;
       }
     }
     for_blocks([&](std::size_t block) { find_outside(block, reach_max, speed_max); });
@@ -274,18 +275,15 @@ class LaneStep {
 
   void load_alone(std::size_t block) {
     const SoftState<Real>& body = *bodies_[0];
+    // Whole rows, which the first pass loads as such.
+    const auto put = [](const Vec3<Real>& from, Real* row) {
+      const std::array<Real, 4> numbers{from.x(), from.y(), from.z(), Real{0}};
+      std::ranges::copy(numbers, row);
+    };
     for (std::size_t slot = slots_begin(block); slot < slots_end(block); ++slot) {
       const std::uint32_t vertex = mesh_.rings.vertices[slot];
-      const Vec3<Real>& from_x = body.x[vertex];
-      const Vec3<Real>& from_v = body.v[vertex];
-      Real* x = scratch_.x.data() + at(slot, 0, 0);
-      Real* v = scratch_.v.data() + at(slot, 0, 0);
-      for (Eigen::Index c = 0; c < 3; ++c) {
-        x[c] = from_x[c];
-        v[c] = from_v[c];
-      }
-      x[3] = 0;
-      v[3] = 0;
+      put(body.x[vertex], scratch_.x.data() + at(slot, 0, 0));
+      put(body.v[vertex], scratch_.v.data() + at(slot, 0, 0));
     }
   }
 

@@ -25,11 +25,23 @@ double gas_energy_j(const GasState& state, const Gas& gas, double volume_m3, dou
 }
 
 template <class Real>
+double elastic_j(const SoftState<Real>& state, std::span<const Vec3d> x) {
+  const std::vector<Edge>& edges = state.body.mesh->edges;
+  double sum_j = 0.0;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const double length_m = (x[edges[e][1]] - x[edges[e][0]]).norm();
+    const double stretch_m = length_m - static_cast<double>(state.rest_length_m(e));
+    sum_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
+  }
+  return sum_j + bending_energy_j(state.hinges, state.body.springs.bend_stiffness_n_m, x);
+}
+
+template <class Real>
 void add_particles(const SoftState<Real>& state, const Vec3d& gravity_m_s2, BodyMeasures& sums) {
   const double mass_kg = static_cast<double>(state.vertex_mass_kg);
   double speed_squared_max = 0.0;
   for (std::size_t i = 0; i < state.x.size(); ++i) {
-    const Vec3d x = state.x[i].template cast<double>();
+    const Vec3d x = state.position_m(i);
     const Vec3d v = state.v[i].template cast<double>();
     sums.kinetic_j += 0.5 * mass_kg * v.squaredNorm();
     sums.gravity_j -= mass_kg * gravity_m_s2.dot(x);
@@ -45,6 +57,19 @@ void add_particles(const SoftState<Real>& state, const Vec3d& gravity_m_s2, Body
 }  // namespace
 
 template <class Real>
+double potential_j(const SoftState<Real>& state, std::span<const Vec3d> x, double outside_pressure_pa,
+                   const Vec3d& gravity_m_s2) {
+  Vec3d sum_m = Vec3d::Zero();
+  for (const Vec3d& place : x) sum_m += place;
+  double sum_j = elastic_j(state, x) - static_cast<double>(state.vertex_mass_kg) * gravity_m_s2.dot(sum_m);
+  if (state.gas) {
+    const double volume_m3 = body_volume_m3<double>(state.body, x);
+    sum_j += gas_energy_j(*state.gas, *state.body.gas, volume_m3, outside_pressure_pa);
+  }
+  return sum_j;
+}
+
+template <class Real>
 BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, const Vec3d& gravity_m_s2) {
   const Mesh& mesh = *state.body.mesh;
   BodyMeasures sums;
@@ -52,12 +77,7 @@ BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, c
 
   std::vector<Vec3d> x(state.x.size());
   std::transform(state.x.begin(), state.x.end(), x.begin(), [](const auto& p) { return p.template cast<double>(); });
-  for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-    const double length_m = (x[mesh.edges[e][1]] - x[mesh.edges[e][0]]).norm();
-    const double stretch_m = length_m - static_cast<double>(state.rest_length_m(e));
-    sums.elastic_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
-  }
-  sums.elastic_j += bending_energy_j(state.hinges, state.body.springs.bend_stiffness_n_m, x);
+  sums.elastic_j = elastic_j(state, x);
   for (const auto& [a, b, c] : mesh.faces) sums.area_m2 += 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
   if (mesh.closed) sums.volume_m3 = signed_volume_m3(x, mesh.faces);
 
@@ -72,6 +92,8 @@ BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, c
   return sums;
 }
 
+template double potential_j(const SoftState<float>&, std::span<const Vec3d>, double, const Vec3d&);
+template double potential_j(const SoftState<double>&, std::span<const Vec3d>, double, const Vec3d&);
 template BodyMeasures measure(const SoftState<float>&, double, const Vec3d&);
 template BodyMeasures measure(const SoftState<double>&, double, const Vec3d&);
 

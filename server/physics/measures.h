@@ -1,6 +1,8 @@
 // A soft body's sums at one instant: energies, momenta, volume. In double, whatever the body steps in.
 #pragma once
 
+#include <span>
+
 #include "physics/state.h"
 
 namespace pneuma::physics {
@@ -25,6 +27,11 @@ struct BodyMeasures {
   Vec3d centre_of_mass = Vec3d::Zero();
   double max_speed_m_s = 0.0;
 };
+
+/// What springs, bending, gas and gravity hold with the body's particles at `x`, as BodyMeasures counts it.
+template <class Real>
+[[nodiscard]] double potential_j(const SoftState<Real>& state, std::span<const Vec3d> x, double outside_pressure_pa,
+                                 const Vec3d& gravity_m_s2);
 
 /// `Real` is float or double.
 template <class Real>

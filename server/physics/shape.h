@@ -38,9 +38,9 @@ struct SurfaceHit {
 };
 /// The first place at which a point that moves straight from `start` to `end` runs into the solid, however thin. A
 /// point that starts in the solid is stopped at once, at the nearest surface, unless it is on its way out and gets
-/// there. A room's walls are met one at a time.
+/// there. A room's walls are met one at a time. What is no deeper than skin_m >= 0 is on the surface.
 [[nodiscard]] std::optional<SurfaceHit> first_hit(const Shape& shape, const Vec3d& start, const Vec3d& end,
-                                                  double offset_m);
+                                                  double offset_m, double skin_m);
 
 /// Half extents of the smallest box about the shape, in its own frame and centred there; infinite for what has no end.
 [[nodiscard]] Vec3d half_extents_m(const Shape& shape);

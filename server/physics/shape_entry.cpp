@@ -6,9 +6,6 @@
 namespace pneuma::physics {
 namespace {
 
-// A point at rest is set on the surface and lies within round-off of it; only what is deeper counts as in the solid.
-constexpr double skin_m = 1e-10;
-
 /// Where start + f (end - start), 0 <= f <= 1, runs into the ball from outside.
 std::optional<double> enter_ball(const Vec3d& start, const Vec3d& way, double radius_m) {
   const double towards = start.dot(way);
@@ -52,7 +49,7 @@ std::optional<double> enter_capsule(double radius_m, double half_height_m, const
 }
 
 /// Of a convex solid, shrunk by the skin so that what slides on the surface does not enter it.
-std::optional<double> enter(const Shape& shape, const Vec3d& start, const Vec3d& way, double offset_m) {
+std::optional<double> enter(const Shape& shape, const Vec3d& start, const Vec3d& way, double offset_m, double skin_m) {
   const double offset = offset_m - skin_m;
   if (const auto* sphere = std::get_if<SphereShape>(&shape)) return enter_ball(start, way, sphere->radius_m + offset);
   if (const auto* box = std::get_if<BoxShape>(&shape))
@@ -64,7 +61,8 @@ std::optional<double> enter(const Shape& shape, const Vec3d& start, const Vec3d&
   return enter_ball(start.cwiseQuotient(radii), way.cwiseQuotient(radii), 1.0);
 }
 
-std::optional<SurfaceHit> hit_plane(const Vec3d& normal, double offset_m, const Vec3d& start, const Vec3d& end) {
+std::optional<SurfaceHit> hit_plane(const Vec3d& normal, double offset_m, const Vec3d& start, const Vec3d& end,
+                                    double skin_m) {
   const double after = normal.dot(end) - offset_m;
   if (after >= -skin_m) return std::nullopt;
   const double before = normal.dot(start) - offset_m;
@@ -73,7 +71,7 @@ std::optional<SurfaceHit> hit_plane(const Vec3d& normal, double offset_m, const 
   return SurfaceHit{fraction, normal, at - (normal.dot(at) - offset_m) * normal};
 }
 
-std::optional<SurfaceHit> hit_room(const Vec3d& half, const Vec3d& start, const Vec3d& end) {
+std::optional<SurfaceHit> hit_room(const Vec3d& half, const Vec3d& start, const Vec3d& end, double skin_m) {
   int wall = -1;
   double fraction = 2.0;
   for (int k = 0; k < 3; ++k) {
@@ -96,10 +94,12 @@ std::optional<SurfaceHit> hit_room(const Vec3d& half, const Vec3d& start, const 
 
 }  // namespace
 
-std::optional<SurfaceHit> first_hit(const Shape& shape, const Vec3d& start, const Vec3d& end, double offset_m) {
-  if (const auto* plane = std::get_if<PlaneShape>(&shape)) return hit_plane(plane->normal, offset_m, start, end);
+std::optional<SurfaceHit> first_hit(const Shape& shape, const Vec3d& start, const Vec3d& end, double offset_m,
+                                    double skin_m) {
+  if (const auto* plane = std::get_if<PlaneShape>(&shape))
+    return hit_plane(plane->normal, offset_m, start, end, skin_m);
   if (const auto* room = std::get_if<RoomShape>(&shape)) {
-    return hit_room((room->half_extents_m.array() - offset_m).cwiseMax(0.0), start, end);
+    return hit_room((room->half_extents_m.array() - offset_m).cwiseMax(0.0), start, end, skin_m);
   }
   const SurfacePoint from = nearest_surface(shape, start, offset_m);
   const Vec3d way = end - start;
@@ -108,7 +108,7 @@ std::optional<SurfaceHit> first_hit(const Shape& shape, const Vec3d& start, cons
     if (leaves) return std::nullopt;
     return SurfaceHit{0.0, from.normal, from.point};
   }
-  const std::optional<double> fraction = enter(shape, start, way, offset_m);
+  const std::optional<double> fraction = enter(shape, start, way, offset_m, skin_m);
   if (!fraction) return std::nullopt;
   const SurfacePoint at = nearest_surface(shape, start + *fraction * way, offset_m);
   return SurfaceHit{*fraction, at.normal, at.point};

@@ -1,7 +1,9 @@
 // What a World holds: the bodies at the scene's precision, the solids, and the step that moves them.
 #pragma once
 
+#include <span>
 #include <variant>
+#include <vector>
 
 #include "physics/contact.h"
 #include "physics/solve_step.h"
@@ -21,12 +23,17 @@ struct SoftBodies {
   std::vector<SolverScratch<Real>> solvers;    // one a thread
   std::vector<ImplicitTables<Real>> tables;    // one a body
   std::shared_ptr<ImplicitMatrices> matrices;  // what the tables point to; copies of the world share it
+  std::vector<std::vector<Vec3<Real>>>
+      start_m_s;  // one a body, of the implicit methods where bodies can touch anything
   // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
   std::vector<StepTask> tasks;
   std::size_t next_task = 0;
   std::uint32_t task_substeps = 0;
   std::vector<std::uint8_t> done;  // one a body: its task's substeps are
-  std::vector<Profile> profiles;   // one a body, so that workers share none; empty while not profiling
+  // Of the substep under way, where the method solves: who is awake, and the first of them that is not solved for.
+  std::vector<std::uint32_t> awake;
+  std::size_t next_awake = 0;
+  std::vector<Profile> profiles;  // one a body, so that workers share none; empty while not profiling
   Contacts<Real> contacts;
 };
 
@@ -78,7 +85,7 @@ class Simulation {
     return {choice.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
   }
   template <class Real>
-  void make_tables(SoftBodies<Real>& bodies);
+  void make_tables(SoftBodies<Real>& bodies, std::span<const HeldMatrices> held_before);
   template <class Real>
   std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
@@ -86,11 +93,11 @@ class Simulation {
   template <class Real>
   void step_closely(SoftBodies<Real>& bodies, std::size_t index);
   template <class Real>
-  void substep_bodies(SoftBodies<Real>& bodies, Workers& workers);
-  template <class Real>
   void integrate(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>
-  void solve(SoftBodies<Real>& bodies, std::span<const std::uint32_t> active, Workers& workers);
+  bool solve_part(SoftBodies<Real>& bodies, Workers& workers);
+  template <class Real>
+  void end_substep(SoftBodies<Real>& bodies, Workers& workers);
   [[nodiscard]] bool is_at_rest() const;
   void end_tick();
   template <class Real>

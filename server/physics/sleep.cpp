@@ -35,7 +35,7 @@ Extent extent_of(const SoftState<Real>& body) {
   const double length_m = static_cast<double>(body.length_m);
   return {.counts = true,
           .meets_soft = body.body.collision.soft != SoftCollision::none,
-          .box = {box.min.template cast<double>(), box.max.template cast<double>()},
+          .box = {body.origin_m + box.min.template cast<double>(), body.origin_m + box.max.template cast<double>()},
           .reach_m = body.body.surface.thickness_m + rigid_margin_m + group_gap_share * length_m};
 }
 

@@ -123,6 +123,7 @@ bool points_fields(Archive& archive, std::vector<Vec3<Real>>& points) {
 template <class Archive, class Real>
 bool soft_fields(Archive& archive, SoftState<Real>& body) {
   if (!archive.count(body.x.size())) return false;
+  if (std::is_same_v<Real, float> && !vector_field(archive, body.origin_m)) return false;
   if (!points_fields(archive, body.x) || !points_fields(archive, body.v)) return false;
   const auto place_fields = [&] {
     body.place.resize(body.x.size());

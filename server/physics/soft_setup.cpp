@@ -1,11 +1,22 @@
 #include "physics/soft_setup.h"
 
+#include <type_traits>
+
+#include "physics/bounds.h"
 #include "physics/forces.h"
 #include "physics/gas.h"
+#include "physics/origin.h"
 
 namespace pneuma::physics {
 
 namespace {
+
+// About the middle of the shape that the body begins in.
+Vec3d start_origin_m(const SoftBody& body) {
+  const Aabb<double> box = fit_aabb<double>(body.start_shape_m());
+  const Vec3d centre_m = body.position + body.orientation * Vec3d(0.5 * (box.min + box.max));
+  return origin_near(centre_m, diagonal_m(body.mesh->positions_m));
+}
 
 std::vector<std::uint8_t> pinned_vertices(const SoftBody& body) {
   if (body.pins.empty() && !body.pin_boundary) return {};
@@ -58,9 +69,11 @@ SoftState<Real> make_soft_state(const SoftBody& body) {
   const std::size_t count = body.mesh->positions_m.size();
   state.x.reserve(count);
   state.v.reserve(count);
+  if constexpr (std::is_same_v<Real, float>) state.origin_m = start_origin_m(body);
+  const Vec3d from_origin = body.position - state.origin_m;
   for (const Vec3d& local : body.start_shape_m()) {
     const Vec3d arm = body.orientation * local;
-    state.x.push_back((body.position + arm).cast<Real>());
+    state.x.push_back((from_origin + arm).cast<Real>());
     state.v.push_back((body.velocity + body.angular_velocity.cross(arm)).cast<Real>());
   }
   state.dr.assign(count, Vec3<Real>::Zero());

@@ -9,26 +9,31 @@ namespace pneuma::physics {
 
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, std::span<const SolidMove> colliders, double dt_s,
-                SolverScratch<Real>& scratch, Profile* profile) {
+                const Surroundings& surroundings, std::span<const SolidMove> colliders,
+                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, Profile* profile) {
   body.dr.resize(body.x.size());
   if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
   if (!scratch.implicit) scratch.implicit.emplace();
-  if (!colliders.empty()) scratch.start_m_s = body.v;
+  scratch.implicit->forget_turns();
   if (method.integrator == Integrator::implicit_euler) {
     body.solve_failed = !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
   } else {
     assert(method.integrator == Integrator::tr_bdf2);
     body.solve_failed = !tr_bdf2(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
   }
-  if (body.solve_failed || colliders.empty()) return;
-  scratch.contact.meet_colliders(body, scratch.start_m_s, tables, method.accuracy, surroundings, colliders, dt_s,
+  if (body.solve_failed || start_m_s.empty()) return;
+  const bool is_driven = !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, surroundings.atmosphere);
+  if (scratch.implicit->has_turned() && !is_driven) scratch.contact.limit_step(body, start_m_s, surroundings, dt_s);
+  if (colliders.empty()) return;
+  scratch.contact.meet_colliders(body, start_m_s, tables, method.accuracy, surroundings, colliders, dt_s,
                                  *scratch.implicit, profile);
 }
 
 template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&,
-                                std::span<const SolidMove>, double, SolverScratch<float>&, Profile*);
+                                std::span<const SolidMove>, std::span<const Vec3<float>>, double, SolverScratch<float>&,
+                                Profile*);
 template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const Method&, const Surroundings&,
-                                 std::span<const SolidMove>, double, SolverScratch<double>&, Profile*);
+                                 std::span<const SolidMove>, std::span<const Vec3<double>>, double,
+                                 SolverScratch<double>&, Profile*);
 
 }  // namespace pneuma::physics

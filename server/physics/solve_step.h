@@ -16,12 +16,10 @@ template <class Real>
 struct SolverScratch {
   std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
   ImplicitContact<Real> contact;
-  std::vector<Vec3<Real>> start_m_s;  // the velocities before the step
   XpbdScratch<Real> xpbd;
 
   [[nodiscard]] std::size_t bytes() const {
-    return (implicit ? implicit->bytes() : 0) + contact.bytes() + start_m_s.capacity() * sizeof(Vec3<Real>) +
-           xpbd.bytes();
+    return (implicit ? implicit->bytes() : 0) + contact.bytes() + xpbd.bytes();
   }
 };
 
@@ -32,11 +30,13 @@ struct Method {
 };
 
 /// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
-/// first. The implicit methods meet the colliders themselves (implicit_contact.h). Pinned particles keep still. XPBD
-/// needs nothing in the tables. Where an implicit solve fails, the body says so in solve_failed.
+/// first. `start_m_s`: the velocities before the step, where the body can touch anything. There the implicit methods
+/// keep from adding energy (contact_limit.h), and they meet the colliders themselves (implicit_contact.h). Pinned
+/// particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says so in
+/// solve_failed.
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, std::span<const SolidMove> colliders, double dt_s,
-                SolverScratch<Real>& scratch, Profile* profile);
+                const Surroundings& surroundings, std::span<const SolidMove> colliders,
+                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
 
 }  // namespace pneuma::physics

@@ -90,7 +90,7 @@ struct SubstepChoice {
 /// The integrator and the number of substeps that a scene asks for or leaves open.
 /// AUTO is the method that meets every body's longest step at the least cost in force evaluations, within the substeps
 /// that the scene gives or substeps_max; where none does, the cheapest that is stable. Where bodies can touch anything
-/// the explicit methods come first: contact may add energy to implicit steps.
+/// the explicit methods come first: at long implicit steps stiff ones meet as rigid bodies.
 /// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
 /// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
 /// needed, naming the body.

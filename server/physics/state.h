@@ -59,6 +59,7 @@ struct SoftState {
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
   std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
+  Vec3d origin_m = Vec3d::Zero();    // that x and place are seen from; 0 in double precision (origin.h)
   std::vector<Vec3<Real>> x;         // positions, m
   std::vector<Vec3<Real>> v;         // velocities, m/s
   std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
@@ -75,6 +76,8 @@ struct SoftState {
   bool frozen = false;
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
+  /// Where the vertex is in the world.
+  [[nodiscard]] Vec3d position_m(std::size_t vertex) const { return origin_m + x[vertex].template cast<double>(); }
   [[nodiscard]] Real rest_length_m(std::size_t edge) const {
     return static_cast<Real>(body.springs.rest_scale * body.mesh->edge_lengths_m[edge]);
   }

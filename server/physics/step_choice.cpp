@@ -200,11 +200,12 @@ bool can_touch(const Scene& scene) {
 SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   const double given = scene.stepping.substeps;
   const double most = given > 0.0 ? given : base::substeps_max;
-  // Contact cuts moves after they were solved for. What a long implicit step would have damped away it then puts into a
-  // stiff body: so implicit steps are for what nothing can touch, or for what no explicit one is stable for.
+  // Contact cuts moves after they were solved for. What that would put into a stiff body after a long implicit step is
+  // more than it had, so that it answers as a rigid one (contact_limit.h): implicit steps are for what nothing can touch,
+  // or for what no explicit one is stable for.
   const bool touchable = can_touch(scene);
   struct Rank {
-    bool adds_energy = true;
+    bool meets_coarsely = true;
     bool inaccurate = true;
     double cost = unlimited;
     auto operator<=>(const Rank&) const = default;
@@ -231,10 +232,10 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   } else {
     reason << " costs least, about " << best.cost << " force evaluations a tick";
   }
-  if (best.adds_energy) {
-    reason << "; it may add energy at contact, but no explicit method is stable within " << most << " substeps";
+  if (best.meets_coarsely) {
+    reason << "; at contact it may take stiff bodies for rigid ones, but no explicit method is stable within " << most << " substeps";
   } else if (touchable) {
-    reason << ", of the explicit methods, as others may add energy at contact";
+    reason << ", of the explicit methods, as others may take stiff bodies for rigid ones at contact";
   }
   if (!scene.soft_bodies.empty() && !best.inaccurate) {
     const Demands::Step symplectic = demands.longest_step(Integrator::symplectic_euler);

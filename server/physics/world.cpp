@@ -177,11 +177,11 @@ bool World::is_asleep(std::size_t soft_index) const {
 
 void World::copy_positions(std::size_t soft_index, std::span<double> out_m) const {
   simulation_->visit([&](const auto& bodies) {
-    const auto& x = bodies.states[soft_index].x;
-    assert(out_m.size() == 3 * x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      for (int axis = 0; axis < 3; ++axis)
-        out_m[3 * i + static_cast<std::size_t>(axis)] = static_cast<double>(x[i][axis]);
+    const auto& body = bodies.states[soft_index];
+    assert(out_m.size() == 3 * body.x.size());
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      const Vec3d position_m = body.position_m(i);
+      for (int axis = 0; axis < 3; ++axis) out_m[3 * i + static_cast<std::size_t>(axis)] = position_m[axis];
     }
   });
 }
@@ -227,6 +227,7 @@ Profile World::profile() const {
     for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
     for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
     if (bodies.matrices) add_bytes(Stage::integrate, bodies.matrices->bytes());
+    for (const auto& start_m_s : bodies.start_m_s) add_bytes(Stage::integrate, start_m_s.capacity() * sizeof(Vec3<Real>));
     for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, state.pinned.capacity());

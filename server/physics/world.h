@@ -73,8 +73,9 @@ class World {
   /// The scene as it is now: edits applied, gas amounts and temperatures, and the solids' motion live.
   [[nodiscard]] Scene scene() const;
 
-  /// Runs a part of the tick under way (the first one begins it): one substep, or about a millisecond of the tick where
-  /// nothing can touch anything. Until it has ended, some bodies may be ahead of others. True when it ended the tick.
+  /// Runs a part of the tick under way (the first one begins it): one substep, or about a millisecond of one whose
+  /// bodies are solved for, or of the tick where nothing can touch anything. Until it has ended, some bodies may be
+  /// ahead of others. True when it ended the tick.
   bool substep(Workers& workers);
   /// Runs a whole tick.
   void step_tick(Workers& workers);

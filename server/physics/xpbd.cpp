@@ -177,7 +177,7 @@ class Xpbd {
     const double damping = h_ * grab.damping_n_s_m;
     const auto weight = static_cast<double>(inverse_mass(grab.vertex));
     const Vec3d moved = body_.dr[grab.vertex].template cast<double>();
-    const Vec3d offset = grab.target - body_.x[grab.vertex].template cast<double>() - moved;
+    const Vec3d offset = grab.target - body_.position_m(grab.vertex) - moved;
     Vec3d& pull = scratch_.grab_pull[i];
     const Vec3d more = (stiffness * offset - damping * moved - pull) / (1.0 + (stiffness + damping) * weight);
     pull += more;

@@ -42,8 +42,8 @@ base::Status check_finite(const Message& message) {
   std::vector<const FieldDescriptor*> set;
   fields.ListFields(message, &set);
   for (const FieldDescriptor* field : set) {
-    const bool may_hold = field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE ||
-                          field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
+    const bool may_hold =
+        field->cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE || field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
     if (!may_hold) continue;
     const base::Status status = check_field(message, fields, *field);
     if (!status.ok()) return status.inside(std::string(field->name()));

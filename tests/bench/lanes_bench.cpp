@@ -29,29 +29,10 @@ constexpr std::uint32_t substeps = 64;
 // Of contenders on several threads: in their turn before last the others slept, and take milliseconds to come.
 constexpr double threads_turn_s = 0.04;
 
-physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, std::size_t index) {
-  const BallCase ball;
-  physics::SoftBody body;
-  body.name = std::string("ball-").append(std::to_string(index));
-  body.mesh = std::move(mesh);
-  body.position = {3.0 * static_cast<double>(index), 0.0, 0.0};
-  body.mass_kg = ball.mass_kg;
-  body.springs = {ball.stiffness_n_m, ball.damping_n_s_m, 1.0};
-  body.gas = physics::Gas{.moles = ball.nrt_j / (physics::gas_constant_j_mol_k * 293.15)};
-  body.collision.soft = physics::SoftCollision::none;
-  return body;
-}
-
 physics::World balls_world(const std::shared_ptr<const physics::Mesh>& mesh, std::size_t count,
                            physics::Precision precision = physics::Precision::single_precision) {
-  const BallCase ball;
-  physics::Scene scene;
-  scene.gravity = {0.0, ball.gravity_m_s2, 0.0};
-  scene.stepping = {.rate_hz = 1.0 / (substeps * ball.dt_s),
-                    .substeps = substeps,
-                    .integrator = physics::Integrator::symplectic_euler,
-                    .precision = precision};
-  for (std::size_t i = 0; i < count; ++i) scene.soft_bodies.push_back(soft_ball(mesh, i));
+  physics::Scene scene = ball_scene(mesh, BallCase{}, count, substeps);
+  scene.stepping.precision = precision;
   return std::move(*physics::World::create(std::move(scene)));
 }
 
@@ -136,6 +117,7 @@ void substep_against_peers(benchmark::State& bench) {
     bench.counters["over_plain"] = ns[1] / ns[0];
     bench.counters["over_bullet"] = ns[2] / ns[0];
     if (count == 1 && mesh->positions_m.size() > 10'000) {
+      // What the machine allows just then: two worlds that share nothing.
       physics::World other = balls_world(mesh, count);
       const auto step_both = [&] {
         two.for_each(2, [&](std::size_t i) { (i == 0 ? world : other).step_tick(i == 0 ? one : another); });
@@ -240,7 +222,7 @@ std::shared_ptr<const physics::Mesh> large_sphere(std::uint32_t subdivisions) {
 /// A body below the scene, stepped by as many substeps at a time as make the copying in and out not count.
 struct LooseBall {
   explicit LooseBall(std::uint32_t subdivisions)
-      : mesh(large_sphere(subdivisions)), state(physics::make_soft_state<float>(soft_ball(mesh, 0))) {
+      : mesh(large_sphere(subdivisions)), state(physics::make_soft_state<float>(soft_ball(mesh, BallCase{}, 0))) {
     lanes.rings = physics::make_rings(*mesh);
     lanes.lengths_m = physics::ring_lengths_m<float>(*mesh, lanes.rings, kernels().slot_of_place);
     const BallCase ball;
@@ -305,74 +287,17 @@ void worlds_apart(benchmark::State& bench) {
 }
 BENCHMARK(worlds_apart)->Iterations(1)->Repetitions(3)->Unit(benchmark::kMillisecond);
 
-// The ball's world as one would write it who needs nothing else: the kernels, called in a row.
-struct HandWritten {
-  explicit HandWritten(const LooseBall& ball) : ball(ball), kernels(LooseBall::kernels()) {
-    const physics::Rings& rings = ball.lanes.rings;
-    for (physics::LaneArray<float>* array : {&x, &v, &force, &gradient}) array->assign(4 * rings.slot_count(), 0.0F);
-    for (std::size_t slot = 0; slot < rings.slot_count(); ++slot) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        x[4 * slot + c] = ball.state.x[rings.vertices[slot]][static_cast<Eigen::Index>(c)];
-      }
-    }
-    ring.packs = rings.packs.data();
-    ring.end = rings.packs.size();
-    ring.neighbours = rings.neighbours.data();
-    ring.lengths_m = ball.lanes.lengths_m.data();
-    ring.x = update.x = x.data();
-    ring.v = update.v = v.data();
-    ring.force = force.data();
-    ring.gradient = gradient.data();
-    ring.volumes_18_m3 = &volumes_18_m3;
-    update.force = force.data();
-    update.gradient = gradient.data();
-    update.end = rings.slot_count();
-    update.dt_s = static_cast<float>(ball.settings.dt_s);
-    update.gravity_m_s2[1] = static_cast<float>(ball.settings.surroundings.gravity.y());
-    const BallCase numbers;
-    for (std::size_t lane = 0; lane < physics::pack_slots; ++lane) {
-      ring.stiffness_n_m.lanes[lane] = static_cast<float>(numbers.stiffness_n_m);
-      ring.rest_scale.lanes[lane] = 1.0F;
-      ring.damping_n_s_m.lanes[lane] = static_cast<float>(numbers.damping_n_s_m);
-      update.inverse_mass_1_kg.lanes[lane] = 1.0F / ball.state.vertex_mass_kg;
-    }
-  }
-  void step() {
-    const double nrt_j = ball.state.gas->moles * physics::gas_constant_j_mol_k * ball.state.gas->temperature_ref_k;
-    for (std::uint32_t i = 0; i < substeps; ++i) {
-      kernels(physics::LaneLayout::alone, true, true, ring);
-      const double volume_m3 = static_cast<double>(volumes_18_m3.lanes[0]) / 18.0;
-      const auto pressure_sixth_pa = static_cast<float>(nrt_j / volume_m3 / 6.0);
-      for (float& lane : update.pressure_sixth_pa.lanes) lane = pressure_sixth_pa;
-      kernels(physics::LaneLayout::alone, physics::Substage::symplectic, true, true, update);
-    }
-  }
-  [[nodiscard]] bool is_where(const physics::World& world) const {
-    std::vector<double> positions(3 * ball.state.x.size());
-    world.copy_positions(0, positions);
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (positions[i] != static_cast<double>(x[4 * ball.lanes.rings.slots[i / 3] + i % 3])) return false;
-    }
-    return true;
-  }
-  const LooseBall& ball;
-  const physics::LaneKernels<float>& kernels;
-  physics::LaneArray<float> x, v, force, gradient;
-  physics::PerLane<float> volumes_18_m3;
-  physics::RingPass<float> ring;
-  physics::UpdatePass<float> update;
-};
-
 void scene_against_hand_written(benchmark::State& bench) {
-  const LooseBall ball(2);
-  HandWritten by_hand(ball);
-  physics::World world = balls_world(ball.mesh, 1);
+  const auto mesh = *physics::make_icosphere(2, 0.5);
+  HandWrittenBall by_hand(*mesh, BallCase{});
+  physics::World world = balls_world(mesh, 1);
   physics::Workers one(1);
   for ([[maybe_unused]] auto _ : bench) {
-    by_hand.step();
+    by_hand.step(substeps);
     world.step_tick(one);
     bench.counters["same_bits"] = by_hand.is_where(world) ? 1.0 : 0.0;
-    const std::vector<double> ns = race_ns({ours(world, one), {[&] { by_hand.step(); }, 162.0 * substeps}}, cpu_s);
+    const std::vector<double> ns =
+        race_ns({ours(world, one), {[&] { by_hand.step(substeps); }, 162.0 * substeps}}, cpu_s);
     bench.counters["over_by_hand"] = ns[0] / ns[1];
   }
 }

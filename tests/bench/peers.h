@@ -1,16 +1,20 @@
-// What our step is timed against: the same ball in Bullet, and in plain C++ as the paper says it.
+// What our step is timed against: the same ball in Bullet, in plain C++ as the paper says it, and by our own kernels
+// with nothing around them.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
-#include "physics/mesh.h"
+#include "physics/lane_step.h"
+#include "physics/world.h"
 
 namespace pneuma::bench {
 
-/// The ball that every peer steps: springs with damping, gas with the exact volume, gravity.
+/// The ball that every peer steps: springs with damping, gas with the exact volume, gravity. The hand-written one may
+/// be without damping or gas, at 0.
 struct BallCase {
   double mass_kg = 1.0;
   double stiffness_n_m = 100.0;
@@ -19,6 +23,13 @@ struct BallCase {
   double gravity_m_s2 = -9.81;
   double dt_s = 1.0 / 3840.0;
 };
+
+/// It as a body of ours, the index-th of a row of them.
+[[nodiscard]] physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, const BallCase& ball,
+                                          std::size_t index);
+/// A row of such balls that touch nothing, in single precision by symplectic Euler, so many steps a tick.
+[[nodiscard]] physics::Scene ball_scene(const std::shared_ptr<const physics::Mesh>& mesh, const BallCase& ball,
+                                        std::size_t count, std::uint32_t substeps);
 
 /// Springs edge by edge, volume and pressure face by face, symplectic Euler; one thread, one body after the other.
 class PlainBall {
@@ -63,6 +74,46 @@ class BulletBall {
  private:
   struct Body;
   std::unique_ptr<Body> body_;
+};
+
+/// Bullet's world of soft and rigid bodies, which collide with each other.
+class BulletWorld {
+ public:
+  explicit BulletWorld(double gravity_m_s2);
+  ~BulletWorld();
+  /// The case's gravity and step count for nothing.
+  void add_ball(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings,
+                const Eigen::Vector3d& position_m, const Eigen::Vector3d& velocity_m_s);
+  /// Fixed where `mass_kg` is 0.
+  void add_box(const Eigen::Vector3d& half_extents_m, double mass_kg, const Eigen::Vector3d& position_m);
+  void step(double dt_s);
+  [[nodiscard]] std::vector<Eigen::Vector3d> ball_m(std::size_t index) const;
+  [[nodiscard]] Eigen::Vector3d box_m(std::size_t index) const;
+
+ private:
+  struct Bodies;
+  std::unique_ptr<Bodies> bodies_;
+};
+
+/// The scene of one ball as one would write it who needs nothing else: the kernels of just its features, called in a
+/// row.
+class HandWrittenBall {
+ public:
+  HandWrittenBall(const physics::Mesh& mesh, const BallCase& ball);
+  void step(std::uint32_t substeps);
+  /// Whether every vertex has the same bits as the world's first body.
+  [[nodiscard]] bool is_where(const physics::World& world) const;
+
+ private:
+  bool gas_;
+  bool damped_;
+  double nrt_j_;
+  physics::LaneMesh<float> mesh_;
+  const physics::LaneKernels<float>& kernels_;
+  physics::LaneArray<float> x_, v_, force_, gradient_;
+  physics::PerLane<float> volumes_18_m3_;
+  physics::RingPass<float> ring_;
+  physics::UpdatePass<float> update_;
 };
 
 }  // namespace pneuma::bench

@@ -1,7 +1,7 @@
 // Shows that the implicit methods and XPBD hold where explicit ones explode: stiffness a million times, gas a thousand
 // times, steps ten times, damping ten thousand times those of an ordinary ball of 162 vertices. They stay finite, keep
-// their momentum, rest at the closed form's radius within 2 %, and come back from next to no volume and from inside
-// out. And that a stiff ball falls and rests on a floor without gaining energy by the method that AUTO takes.
+// their momentum, fall freely, rest at the closed form's radius within 2 %, and come back from next to no volume and
+// from inside out.
 #include "numerics/worlds.h"
 
 namespace pneuma::physics {
@@ -95,6 +95,25 @@ TEST_P(StiffMethod, KeepsTheMomentumOfAMovingBallOutOfShape) {
   }
 }
 
+TEST_P(StiffMethod, FallsFreelyWhateverItsGas) {
+  if (GetParam().integrator == Integrator::xpbd) GTEST_SKIP() << "asks for thousands of substeps";
+  for (const double moles : {0.04, 40.0, 400.0, 4e6}) {
+    if (GetParam().newton_iterations > 1 && moles > 40.0) continue;  // it is torn apart at once, and frozen
+    BreathingBall ball = ball_of({});
+    ball.nrt_j = moles * gas_constant_j_mol_k * 293.15;
+    Scene falling = scene(ball, 1.0, 60.0);
+    falling.gravity = {0.0, -9.81, 0.0};
+    World world = make_world(std::move(falling));
+    const std::uint64_t ticks = 12;  // then the skin of the densest has flown past the limit of speed
+    run_ticks(world, ticks);
+    const double mass_kg = world.soft_body(0).mass_kg;
+    const double impulse_n_s = ball.nrt_j / 60.0;
+    EXPECT_NEAR(world.measure(0).momentum.y(), -9.81 * mass_kg * static_cast<double>(ticks) / 60.0,
+                1e-12 * std::max(1.0, impulse_n_s))
+        << moles;
+  }
+}
+
 TEST_P(StiffMethod, SettlesInSinglePrecisionToo) {
   for (const Extreme& extreme : extremes()) {
     if (extreme.name == "Viscous") continue;                                         // as long as in double
@@ -168,72 +187,6 @@ INSTANTIATE_TEST_SUITE_P(Integrators, StiffMethod,
                                          Method{"Newton", Integrator::implicit_euler, 8},
                                          Method{"TrBdf2", Integrator::tr_bdf2}, Method{"Xpbd", Integrator::xpbd}),
                          [](const auto& param) { return param.param.name; });
-
-double energy_j(const World& world) {
-  const BodyMeasures of_ball = world.measure(0);
-  return of_ball.kinetic_j + of_ball.elastic_j + of_ball.gas_j + of_ball.gravity_j;
-}
-
-TEST(StiffContact, ABallDroppedOnAFloorUnderAutoGainsNoEnergyAndRestsAtItsVolume) {
-  const BreathingBall ball{.subdivisions = 2,
-                           .radius_m = 0.5,
-                           .mass_kg = 1.0,
-                           .stiffness_n_m = 1e6,
-                           .damping_n_s_m = 1.0,
-                           .nrt_j = 0.03 * gas_constant_j_mol_k * 293.15};
-  Scene scene = ball.scene(1.0, Integrator::automatic, 60, 0);
-  scene.gravity = {0, -9.81, 0};
-  scene.soft_bodies[0].position = {0, 2, 0};
-  scene.soft_bodies[0].surface = {.restitution = 0.5, .friction = 0.3};
-  scene.colliders.push_back({.name = "floor", .shape = PlaneShape{}, .surface = {.restitution = 0.5, .friction = 0.3}});
-  World world = make_world(std::move(scene));
-  const double start_j = energy_j(world);
-  const double rest_m3 = world.measure(0).volume_m3 * std::pow(ball.equilibrium_scale(), 3.0);
-  for (int tick = 0; tick < 300; ++tick) {
-    run_ticks(world, 1);
-    ASSERT_LT(energy_j(world), 1.05 * start_j) << "tick " << tick;
-  }
-  EXPECT_FALSE(world.is_frozen(0));
-  EXPECT_LT(world.measure(0).kinetic_j, 0.01 * start_j);
-  EXPECT_NEAR(world.measure(0).volume_m3, rest_m3, 0.01 * rest_m3);
-}
-
-// A ball thrown at a floor has what gravity and its springs hold, and no more, however stiff it is for its steps: its
-// whole body answers to the floor in the step in which a vertex does. Then it comes to rest.
-TEST(StiffBallOnAFloor, NeverHoldsMoreThanItFellWith) {
-  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
-    for (const double stiffness_n_m : {1e4, 1e5, 1e6, 1e7}) {
-      for (const std::uint32_t substeps : {1U, 4U}) {
-        // Stiffer yet, one step's turns are past what its Newton rounds follow, and a tick may end with more.
-        if (substeps == 1 && stiffness_n_m > 1e6) continue;
-        const double height_m = substeps == 1 ? 2.0 : 0.501;
-        const std::string what = std::string(name_of(integrator))
-                                     .append(" ")
-                                     .append(std::to_string(stiffness_n_m))
-                                     .append(" ")
-                                     .append(std::to_string(height_m));
-        const BreathingBall ball{
-            .subdivisions = 2, .mass_kg = 1.0, .stiffness_n_m = stiffness_n_m, .damping_n_s_m = 1.0, .nrt_j = 73.0};
-        Scene scene = ball.scene(1.0, integrator, 60.0, substeps);
-        scene.gravity = {0.0, -9.81, 0.0};
-        scene.soft_bodies[0].position.y() = height_m;
-        scene.soft_bodies[0].surface = {.restitution = 0.5, .friction = 0.3};
-        Collider floor;
-        floor.name = "floor";
-        floor.shape = PlaneShape{};
-        scene.colliders.push_back(floor);
-        World world = make_world(std::move(scene));
-        const double most_j = 1.05 * energy_j(world);
-        for (int tick = 0; tick < 240; ++tick) {
-          run_ticks(world, 1);
-          ASSERT_LT(energy_j(world), most_j) << what << " at " << tick;
-          ASSERT_GT(world.measure(0).volume_m3, 0.0) << what << " at " << tick;
-        }
-        EXPECT_LT(world.measure(0).kinetic_j, 0.02 * most_j) << what;
-      }
-    }
-  }
-}
 
 TEST(Newton, MoreIterationsComeNearerToTheStepsOwnEquation) {
   // Implicit Euler solved in full is what many iterations give; one is the linearised method.

@@ -6,7 +6,8 @@
 
 namespace pneuma::extremes {
 
-/// The body's skin, mass, gas, starting shape and velocity, in no gravity.
+/// The body's skin, mass, gas, starting shape and velocity, in no gravity. Bullet's links have no stiffness in N/m:
+/// that of the body counts for nothing.
 [[nodiscard]] bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s,
                                             const bench::BulletSettings& settings);
 

@@ -1,4 +1,4 @@
-// The extreme cases by what they strain, each group in a source of its own.
+// The extreme cases by what they strain; extreme_cases() has them all.
 #pragma once
 
 #include <vector>

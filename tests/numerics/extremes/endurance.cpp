@@ -29,25 +29,21 @@ std::uint64_t hash_after(const Scene& scene, int ticks, std::size_t threads) {
 }
 
 Result run_threads(bool quick) {
-  const int ticks = quick ? 12 : 90;
+  std::vector<Variant> variants{{Integrator::midpoint, Precision::single_precision}};
+  if (!quick) variants.push_back({Integrator::implicit_euler, Precision::double_precision});
+  const int ticks = quick ? 40 : 90;
   int same = 0;
-  std::string different;
-  for (const Variant variant : {Variant{Integrator::midpoint, Precision::single_precision},
-                                Variant{Integrator::implicit_euler, Precision::double_precision}}) {
-    Scene scene = load("19-threads.json");
-    set(scene, variant);
+  for (const Variant& variant : variants) {
+    const Scene scene = with(scene_of("19-threads.json"), variant);
     const std::uint64_t alone = hash_after(scene, ticks, 1);
     for (const std::size_t threads : {2U, 16U}) {
-      if (hash_after(scene, ticks, threads) == alone) {
-        ++same;
-      } else {
-        different = name_of(variant).append(" differs on ").append(std::to_string(threads)).append(" threads");
+      if (hash_after(scene, ticks, threads) != alone) {
+        return {false, name_of(variant).append(" differs on ").append(std::to_string(threads)).append(" threads")};
       }
+      ++same;
     }
   }
-  if (!different.empty()) return {false, different};
-  return {true,
-          std::to_string(same).append(" of ").append(std::to_string(same)).append(" hashes are that of one thread")};
+  return {true, std::to_string(same).append(" hashes are that of one thread")};
 }
 
 double energy_j(const World& world) {
@@ -66,7 +62,7 @@ constexpr std::size_t heap_growth_max = 64 * 1024;
 Result run_half_an_hour(bool quick) {
   const int windows = quick ? 4 : 30;
   const int window_ticks = quick ? 900 : 3'600;
-  World world = make_world(load("20-half-an-hour.json"));
+  World world = make_world(scene_of("20-half-an-hour.json"));
   physics::Workers workers(1);
   double first_j = 0.0;
   double furthest = 0.0;
@@ -87,7 +83,7 @@ Result run_half_an_hour(bool quick) {
   const bool flat = mallinfo2().uordblks <= heap + heap_growth_max;
   const bool whole = world.take_frozen().empty();
   return {furthest < energy_share_max && flat && whole, std::string("energy ")
-                                                            .append(number(100.0 * furthest, 2))
+                                                            .append(brief(100.0 * furthest))
                                                             .append(" % off at most, heap ")
                                                             .append(flat ? "flat" : "grows")
                                                             .append(whole ? "" : ", a ball frozen")};

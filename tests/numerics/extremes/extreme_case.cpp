@@ -1,15 +1,24 @@
 #include "numerics/extremes/extreme_case.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "numerics/extremes/cases.h"
 
 namespace pneuma::extremes {
+
 namespace {
 
-std::vector<ExtremeCase> in_order(const std::vector<std::vector<ExtremeCase>>& groups) {
+std::vector<ExtremeCase> sorted_cases() {
   std::vector<ExtremeCase> all;
-  for (const std::vector<ExtremeCase>& group : groups) all.insert(all.end(), group.begin(), group.end());
+  const auto take = [&all](std::vector<ExtremeCase> cases) { std::ranges::move(cases, std::back_inserter(all)); };
+  take(stiff_cases());
+  take(gas_cases());
+  take(shape_cases());
+  take(scale_cases());
+  take(input_cases());
+  take(contact_cases());
+  take(endurance_cases());
   std::ranges::sort(all, {}, &ExtremeCase::number);
   return all;
 }
@@ -17,8 +26,7 @@ std::vector<ExtremeCase> in_order(const std::vector<std::vector<ExtremeCase>>& g
 }  // namespace
 
 const std::vector<ExtremeCase>& extreme_cases() {
-  static const std::vector<ExtremeCase> all = in_order(
-      {stiff_cases(), gas_cases(), shape_cases(), scale_cases(), input_cases(), contact_cases(), endurance_cases()});
+  static const std::vector<ExtremeCase> all = sorted_cases();
   return all;
 }
 

@@ -26,7 +26,8 @@ struct Units {
   double time = 1.0;
 };
 
-// The same motion in other units.
+// The same motion in other units, of a ball that breathes and turns in place. The scene's error target is so tight that
+// where the implicit solvers stop makes no difference.
 Scene in_units(Scene scene, const Units& units) {
   const double stiffness = units.mass / (units.time * units.time);
   scene.stepping.rate_hz /= units.time;
@@ -35,7 +36,7 @@ Scene in_units(Scene scene, const Units& units) {
     for (Vec3d& x : positions_m) x *= units.length;
     body.mesh = *physics::make_mesh(std::move(positions_m), body.mesh->faces);
     body.position *= units.length;
-    body.velocity *= units.length / units.time;
+    body.angular_velocity /= units.time;
     body.mass_kg *= units.mass;
     body.springs.stiffness_n_m *= stiffness;
     body.springs.damping_n_s_m *= units.mass / units.time;
@@ -126,7 +127,6 @@ std::vector<ExtremeCase> scale_cases() {
            .name = "units a thousandth to a thousand times SI's, in single precision",
            .scene = units_scene,
            .criterion = "the same motion to 1e-5 of the radius",
-           .holds = false,
            .run = scaled,
            .bullet = nullptr},
           {.number = 17,

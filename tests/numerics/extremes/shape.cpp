@@ -73,8 +73,8 @@ Result recovers_or_reports(const char* file, bool quick) {
       }
       ++reported;
       holds = holds && run.has_reported(scene.soft_bodies[i].name) && (i > 0 || integrator != Integrator::automatic);
-      if (i == 0) lost << ", " << method_name(integrator) << (run.has_frozen() ? " frozen" : " at ");
-      if (i == 0 && !run.has_frozen()) lost << percent(share) << " of V";
+      if (i > 0) continue;
+      lost << ", " << method_name(integrator) << (run.has_frozen() ? " frozen" : " at " + percent(share) + " of V");
     }
   }
   std::ostringstream text;

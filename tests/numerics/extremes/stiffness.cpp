@@ -36,7 +36,7 @@ Result stiff(bool quick) {
   return survey.result("radius off by", percent);
 }
 
-// Of the ball that Bullet comes to rest with after ten seconds: Bullet's links have no stiffness in N/m.
+// Where Bullet's ball is after ten seconds.
 std::string radius_in_bullet(const char* file, double dt_s) {
   const physics::SoftBody ball = scene_of(file).soft_bodies[0];
   bench::BulletBall peer = bullet_ball(ball, dt_s, {.link_stiffness = 1.0});
@@ -56,13 +56,14 @@ double overstretch(const Run& run) {
   return most;
 }
 
-// One pass over the springs does not carry the load from the free end to the pins; more substeps do.
+// XPBD's one pass a substep does not carry the load from the free end to the pins: at the 20 substeps that it chooses
+// for itself the edges are 2 % too long.
 Result cloth(bool quick) {
-  constexpr std::uint32_t xpbd_substeps = 40;
+  constexpr std::uint32_t xpbd_substeps = 60;
   const Scene scene = scene_of(cloth_scene);
   const auto most = [quick](Run& run) {
     double worst = 0.0;
-    for (int i = 0; i < (quick ? 60 : 600); ++i) {
+    for (int i = 0; i < (quick ? 300 : 600); ++i) {
       run.tick();
       worst = std::max(worst, overstretch(run));
     }
@@ -167,7 +168,8 @@ std::vector<ExtremeCase> stiff_cases() {
           {.number = 2,
            .name = "stretching a million times stiffer than bending",
            .scene = cloth_scene,
-           .criterion = "no edge of a falling cloth 1 % too long; XPBD given 40 substeps",
+           .criterion = "no edge of a falling cloth 1 % too long; XPBD given 60 substeps",
+           .holds = false,
            .run = cloth,
            .bullet = nullptr},
           {.number = 3,

@@ -1,24 +1,10 @@
 #include "numerics/extremes/variants.h"
 
-#include <cstdio>
 #include <stdexcept>
-
-#include "numerics/extremes/extreme_case.h"
-#include "physics/stability.h"
-#include "scene_io/load.h"
-#include "scene_io/translate.h"
 
 namespace pneuma::extremes {
 
 using physics::Precision;
-
-physics::Scene load(const std::string& file) {
-  auto message = scene_io::load_scene(scene_path(file));
-  if (!message.ok()) throw std::runtime_error(message.status().message());
-  auto scene = scene_io::to_physics(*message);
-  if (!scene.ok()) throw std::runtime_error(file + ": " + scene.status().message());
-  return *scene;
-}
 
 physics::World make_world(physics::Scene scene) {
   auto world = physics::World::create(std::move(scene));
@@ -37,13 +23,14 @@ std::vector<Variant> every_variant() {
 }
 
 std::string name_of(const Variant& variant) {
-  return std::string(physics::name_of(variant.integrator))
+  return method_name(variant.integrator)
       .append(variant.precision == Precision::double_precision ? ", double" : ", single");
 }
 
-void set(physics::Scene& scene, const Variant& variant) {
+physics::Scene with(physics::Scene scene, const Variant& variant) {
   scene.stepping.integrator = variant.integrator;
   scene.stepping.precision = variant.precision;
+  return scene;
 }
 
 std::vector<physics::Vec3d> positions_of(const physics::World& world, std::size_t body) {
@@ -54,12 +41,6 @@ std::vector<physics::Vec3d> positions_of(const physics::World& world, std::size_
     positions.emplace_back(coordinates[i], coordinates[i + 1], coordinates[i + 2]);
   }
   return positions;
-}
-
-std::string number(double value, int digits) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
 }
 
 }  // namespace pneuma::extremes

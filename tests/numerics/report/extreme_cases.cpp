@@ -19,9 +19,13 @@ std::string listed(const std::vector<std::string>& words) {
 std::string summary(std::size_t cases, const std::vector<std::string>& failing) {
   std::string text = std::to_string(cases - failing.size());
   text.append(" of ").append(std::to_string(cases)).append(" cases hold");
-  if (!failing.empty()) text.append("; ").append(listed(failing)).append(failing.size() == 1 ? " does not" : " do not");
-  return text + ". Each is a scene file of `tests/numerics/scenes`; a case that runs in several ways (integrators, precisions) "
-                "holds where all of them do, and a test fails when a row changes.";
+  if (!failing.empty()) {
+    text.append("; ").append(listed(failing)).append(failing.size() == 1 ? " does not" : " do not");
+    text.append(", and the figure says in which runs and how");
+  }
+  return text +
+         ". Each is a scene file of `tests/numerics/scenes`; a case that runs in several ways (integrators, "
+         "precisions) holds where all of them do. A test fails when a row changes.";
 }
 
 void run(Context& context) {
@@ -48,7 +52,7 @@ void run(Context& context) {
 }  // namespace
 
 Part extreme_cases() {
-  return {.name = "extreme-cases", .title = "Extreme cases", .quick_s = 25.0, .full_s = 120.0, .run = run};
+  return {.name = "extreme-cases", .title = "Extreme cases", .quick_s = 30.0, .full_s = 240.0, .run = run};
 }
 
 }  // namespace pneuma::report

@@ -1,16 +1,210 @@
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+
+#include "bench/peers.h"
+#include "numerics/known_scenes.h"
 #include "numerics/report/part.h"
+#include "numerics/report/timing.h"
+#include "physics/profile.h"
+#include "scene_io/load.h"
+#include "scene_io/translate.h"
 
 namespace pneuma::report {
 namespace {
 
+constexpr double seconds_to_sleep_max = 30.0;
+
+struct Case {
+  std::string name;
+  physics::Scene scene;
+  bool to_sleep = false;  // profiled once all of it sleeps
+};
+
+physics::Scene builtin(const std::string& name) {
+  const auto message = scene_io::builtin_scene(name);
+  if (!message.ok()) throw std::runtime_error(message.status().message());
+  auto scene = scene_io::to_physics(*message);
+  if (!scene.ok()) throw std::runtime_error(scene.status().message());
+  return std::move(*scene);
+}
+
+/// Rows of balls on a floor, where they fall asleep, or in the void, where they are kept awake.
+physics::Scene balls(int count, bool floor) {
+  physics::Scene scene;
+  scene.stepping.sleep = floor;
+  scene.stepping.integrator = physics::Integrator::symplectic_euler;
+  scene.stepping.precision = physics::Precision::single_precision;
+  const auto mesh = *physics::make_icosphere(2, 0.5);
+  for (int i = 0; i < count; ++i) {
+    physics::SoftBody ball;
+    ball.name = std::string("ball-").append(std::to_string(i));
+    ball.mesh = mesh;
+    const int row = i / 4;
+    ball.position = {1.5 * (i % 4), 0.5, 1.5 * row};
+    ball.springs = {.stiffness_n_m = 1000.0, .damping_n_s_m = 5.0};
+    ball.gas = physics::Gas{.moles = 0.028};
+    ball.surface.friction = 0.3;
+    scene.soft_bodies.push_back(ball);
+  }
+  if (!floor) return scene;
+  scene.gravity = {0.0, -9.81, 0.0};
+  physics::Collider plane;
+  plane.name = "floor";
+  plane.shape = physics::PlaneShape{};
+  scene.colliders.push_back(plane);
+  return scene;
+}
+
+physics::Scene pinned_cloth() {
+  physics::Scene scene = builtin("wind-cloth");
+  scene.atmosphere = {};
+  return scene;
+}
+
+std::vector<Case> all_cases() {
+  std::vector<Case> cases;
+  for (const std::string& name : scene_io::builtin_scene_names()) cases.push_back({name, builtin(name)});
+  cases.push_back({"pinned cloth, no wind", pinned_cloth()});
+  cases.push_back({"one ball in vacuum", balls(1, false)});
+  cases.push_back({"16 balls in vacuum", balls(16, false)});
+  cases.push_back({"16 balls asleep on a floor", balls(16, true), true});
+  return cases;
+}
+
+/// Drawn out along x, so that springs alone move it: its rest lengths are the sphere's.
+std::shared_ptr<const physics::Mesh> drawn_out_ball() {
+  auto mesh = std::make_shared<physics::Mesh>(**physics::make_icosphere(2, 0.5));
+  for (physics::Vec3d& position : mesh->positions_m) position.x() *= 1.1;
+  return mesh;
+}
+
+/// To three digits, or all of a large one.
+std::string rounded(double value) {
+  return value < 100.0 ? number(value) : fixed(value, 0);
+}
+
+bool all_asleep(const physics::World& world) {
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    if (!world.is_asleep(i)) return false;
+  }
+  return true;
+}
+
+physics::Profile profile_of(const Case& each, std::uint64_t ticks) {
+  physics::World world = physics::make_world(each.scene);
+  physics::Workers one_thread(1);
+  world.step_tick(one_thread);  // makes room
+  while (each.to_sleep && !all_asleep(world) && world.time_s() < seconds_to_sleep_max) world.step_tick(one_thread);
+  world.set_profiling(true);
+  for (std::uint64_t tick = 0; tick < ticks; ++tick) world.step_tick(one_thread);
+  return world.profile();
+}
+
+void add_stages(Context& context) {
+  const std::vector<Case> cases = all_cases();
+  const std::uint64_t ticks = context.quick ? 10 : 60;
+  std::vector<std::string> columns{"stage"};
+  std::vector<physics::Profile> profiles;
+  Csv csv = context.csv("left-out-stages", {"scene", "stage", "time_us_per_tick", "calls_per_tick", "bytes"});
+  for (const Case& each : cases) {
+    columns.push_back(each.name);
+    const physics::Profile& profile = profiles.emplace_back(profile_of(each, ticks));
+    std::string used;
+    for (std::size_t stage = 0; stage < physics::stage_count; ++stage) {
+      const physics::StageRow& row = profile[stage];
+      csv.row({each.name, std::string(physics::stage_names[stage]),
+               1e-3 * static_cast<double>(row.time.count()) / static_cast<double>(ticks),
+               static_cast<double>(row.calls) / static_cast<double>(ticks), static_cast<double>(row.bytes)});
+      if (row.calls > 0) used.append(used.empty() ? "" : " ").append(physics::stage_names[stage]);
+    }
+    context.outcomes.push_back({std::string("stages of ").append(each.name), used});
+    context.progress.advance(0.6 * static_cast<double>(profiles.size()) / static_cast<double>(cases.size()));
+  }
+  const auto add_table = [&](std::string_view title, const auto& cell) {
+    context.page.paragraph(title);
+    std::vector<std::vector<std::string>> rows;
+    for (std::size_t stage = 0; stage < physics::stage_count; ++stage) {
+      std::vector<std::string> row{std::string(physics::stage_names[stage])};
+      for (const physics::Profile& profile : profiles) row.push_back(rounded(cell(profile[stage])));
+      rows.push_back(std::move(row));
+    }
+    context.page.table(columns, rows);
+  };
+  const double per_tick = 1.0 / static_cast<double>(ticks);
+  add_table("**Time a tick (microseconds):**",
+            [&](const physics::StageRow& row) { return 1e-3 * static_cast<double>(row.time.count()) * per_tick; });
+  add_table("**Calls a tick:**",
+            [&](const physics::StageRow& row) { return static_cast<double>(row.calls) * per_tick; });
+  add_table("**Memory held (KiB):**",
+            [](const physics::StageRow& row) { return static_cast<double>(row.bytes) / 1024.0; });
+}
+
+struct Features {
+  std::string name;
+  bench::BallCase ball;
+};
+
+void add_hand_written(Context& context) {
+  constexpr std::uint32_t substeps = 64;
+  const int ticks = 100;  // a contender's turn
+  const std::shared_ptr<const physics::Mesh> mesh = drawn_out_ball();
+  std::vector<std::vector<std::string>> rows;
+  Csv csv = context.csv("left-out-by-hand", {"features", "scene_us_per_step", "by_hand_us_per_step", "ratio"});
+  const std::array<Features, 3> sets{{{"springs", {.damping_n_s_m = 0.0, .nrt_j = 0.0, .gravity_m_s2 = 0.0}},
+                                      {"springs, gas", {.damping_n_s_m = 0.0, .gravity_m_s2 = 0.0}},
+                                      {"springs, gas, damping", {.gravity_m_s2 = 0.0}}}};
+  for (std::size_t i = 0; i < sets.size(); ++i) {
+    const auto& [name, ball] = sets[i];
+    bench::HandWrittenBall by_hand(*mesh, ball);
+    physics::Scene scene = bench::ball_scene(mesh, ball, 1, substeps);
+    scene.stepping.sleep = false;
+    physics::World world = physics::make_world(std::move(scene));
+    physics::Workers one_thread(1);
+    const std::vector<double> times_s = race_s({[&] {
+                                                  for (int tick = 0; tick < ticks; ++tick) world.step_tick(one_thread);
+                                                },
+                                                [&] { by_hand.step(ticks * substeps); }},
+                                               context.quick ? 9 : 41);
+    const bool same_bits = by_hand.is_where(world);  // both have gone as far
+    const double steps = static_cast<double>(ticks) * substeps;
+    const double scene_us = 1e6 * times_s[0] / steps;
+    const double by_hand_us = 1e6 * times_s[1] / steps;
+    csv.row({name, scene_us, by_hand_us, scene_us / by_hand_us});
+    rows.push_back(
+        {name, number(scene_us), number(by_hand_us), fixed(scene_us / by_hand_us, 2), same_bits ? "yes" : "no"});
+    context.outcomes.push_back({std::string("as by hand: ").append(name), same_bits ? "same bits" : "other bits"});
+    context.progress.advance(0.6 + 0.4 * static_cast<double>(i + 1) / static_cast<double>(sets.size()));
+  }
+  context.page.table({"features", "scene, a step (us)", "by hand, a step (us)", "scene over hand", "same bits"}, rows);
+}
+
 void run(Context& context) {
   context.page.heading("What a scene leaves out");
+  context.page.paragraph(
+      "A scene is compiled to the stages that it needs. Each scene below ran on one thread, its stages counted; one "
+      "with no calls and no memory is not there. So a cloth without gas pays for no volume and no pressure, a body "
+      "alone "
+      "for no contact, still air for no wind; balls asleep keep their memory and cost no stage at all. What your scene "
+      "does not name, you do not pay for. Volume and pressure of exact gas are found in the springs' own pass; their "
+      "rows "
+      "are what is left to add up. Times include the counting.");
+  add_stages(context);
+  context.page.subheading("Against a program written by hand");
+  context.page.paragraph(
+      "The same ball of 162 vertices, by symplectic Euler in single precision, as a scene and as a program that calls "
+      "only the kernels which these features need, in turns. The ball is let go drawn out by a tenth. A ratio of 1 "
+      "says that what is general about the engine "
+      "costs nothing where it is not used; the vertices end at the same bits.");
+  add_hand_written(context);
 }
 
 }  // namespace
 
 Part left_out() {
-  return {.name = "left-out", .title = "What a scene leaves out", .quick_s = 10.0, .full_s = 60.0, .run = run};
+  return {.name = "left-out", .title = "What a scene leaves out", .quick_s = 6.0, .full_s = 15.0, .run = run};
 }
 
 }  // namespace pneuma::report

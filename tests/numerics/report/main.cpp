@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
-#include <map>
 #include <thread>
 
 #include <CLI/CLI.hpp>
 
+#include "numerics/report/outcomes.h"
 #include "numerics/report/part.h"
 
 namespace pneuma::report {
@@ -20,12 +20,6 @@ void write_file(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path);
   file << text << std::flush;
   if (!file) throw std::runtime_error(path.string() + ": cannot be written");
-}
-
-std::string text_of(const std::vector<Outcome>& outcomes) {
-  std::string text;
-  for (const auto& [row, outcome] : outcomes) text.append(row).append("\t").append(outcome).append("\n");
-  return text;
 }
 
 std::string processor() {
@@ -44,29 +38,6 @@ std::string preface(bool quick) {
       " threads, shared with others: compare times within this page only. All errors, orders and outcomes are the same "
       "bits on any machine. The points of each plot lie in `csv/` beside the page where the report is run.\n");
   return text;
-}
-
-/// What the rows of `expected` (row, tab, outcome) say otherwise, a line each.
-std::vector<std::string> changes(std::istream& expected, const std::vector<Outcome>& outcomes) {
-  std::map<std::string, std::string> left;
-  for (const auto& [row, outcome] : outcomes) left[row] = outcome;
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(expected, line);) {
-    const std::size_t tab = line.find('\t');
-    const std::string row = line.substr(0, tab);
-    const std::string before = tab == std::string::npos ? "" : line.substr(tab + 1);
-    const auto now = left.find(row);
-    if (now == left.end()) {
-      lines.push_back(std::string(row).append(": was ").append(before).append(", is not there"));
-      continue;
-    }
-    if (now->second != before) {
-      lines.push_back(std::string(row).append(": was ").append(before).append(", is ").append(now->second));
-    }
-    left.erase(now);
-  }
-  for (const auto& [row, outcome] : left) lines.push_back(std::string(row).append(": is new, ").append(outcome));
-  return lines;
 }
 
 struct Options {

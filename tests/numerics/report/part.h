@@ -8,18 +8,13 @@
 #include <vector>
 
 #include "numerics/report/csv.h"
+#include "numerics/report/outcomes.h"
 #include "numerics/report/page.h"
 #include "numerics/report/plot.h"
 #include "numerics/report/progress.h"
 #include "physics/workers.h"
 
 namespace pneuma::report {
-
-/// A row whose outcome does not depend on the machine: a test fails when it changes. No times in it.
-struct Outcome {
-  std::string row;      // "stability IMPLICIT_EULER k=1e6 dt=1/60"
-  std::string outcome;  // "holds", "fails", "stable", "order 2"
-};
 
 class Context {
  public:

@@ -94,8 +94,7 @@ void write_verdicts(Page& page, const std::vector<Verdict>& rows) {
   }
   page.paragraph(
       "What `AUTO` chose at its target of 1 %, how far off it was, and the cheapest run in hindsight that was as exact "
-      "(or within 0.01 %). Times are CPU milliseconds a simulated second; the last column is AUTO's time over that "
-      "run's.");
+      "(or within 0.01 %). CPU times are for a simulated second; the ratio is AUTO's over that run's.");
   page.table({"case", "AUTO's choice", "its error", "CPU time", "best in hindsight", "ratio"}, choices);
   std::vector<std::vector<std::string>> reasons;
   for (const Verdict& row : rows) {

@@ -59,6 +59,18 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
   if (!missed.empty()) page.bullet("`AUTO` missed its 1 % for: " + missed + ".");
 }
 
+void write_losers(Page& page, const std::vector<Verdict>& rows) {
+  std::string losers;
+  for (const physics::Integrator integrator : every_integrator) {
+    const auto by = [&](const Run* run) { return run != nullptr && run->setting.integrator == integrator; };
+    if (std::ranges::none_of(rows,
+                             [&](const Verdict& row) { return by(row.within_percent) || by(row.within_per_mille); })) {
+      append_item(losers, title_of(integrator), ", ");
+    }
+  }
+  if (!losers.empty()) page.bullet("Nowhere the cheapest, within 1 % or within 0.1 %: " + losers + ".");
+}
+
 }  // namespace
 
 void write_advice(Page& page, const std::vector<Verdict>& rows) {
@@ -66,6 +78,7 @@ void write_advice(Page& page, const std::vector<Verdict>& rows) {
   write_automatic(page, rows);
   write_winners(page, rows, &Verdict::within_percent, "within 1 %");
   write_winners(page, rows, &Verdict::within_per_mille, "within 0.1 %");
+  write_losers(page, rows);
 }
 
 }  // namespace pneuma::report::precision

@@ -88,15 +88,17 @@ TEST(CheckScene, PassesTinyAndHugeScenesThatAreReal) {
   }
 }
 
-TEST(CheckScene, SinglePrecisionHoldsNearTheOriginOnly) {
+TEST(CheckScene, SinglePrecisionHoldsBodiesOfUpToSoManyEdges) {
   Scene scene = good_scene();
-  const std::vector<double>& lengths_m = scene.soft_bodies[1].mesh->edge_lengths_m;
-  const double far_m = base::single_precision_edges_max * *std::min_element(lengths_m.begin(), lengths_m.end());
+  SoftBody& sheet = scene.soft_bodies[1];
+  sheet.position = {9e6, 0, -9e6};  // wherever they are
+  sheet.start_positions_m = sheet.mesh->positions_m;
+  const double shortest_m = *std::ranges::min_element(sheet.mesh->edge_lengths_m);
   scene.stepping.precision = Precision::single_precision;
-  scene.soft_bodies[1].position = {0, 0, far_m - 1.0};
+  sheet.start_positions_m[5] = {0.99 * base::single_precision_edges_max * shortest_m, 0, 0};
   EXPECT_TRUE(check_scene(scene).ok()) << check_scene(scene).message();
-  scene.soft_bodies[1].position = {0, 0, -far_m};
-  EXPECT_EQ(check_scene(scene).where(), "soft_bodies[1].position");
+  sheet.start_positions_m[5] = {1.01 * base::single_precision_edges_max * shortest_m, 0, 0};
+  EXPECT_EQ(check_scene(scene).where(), "soft_bodies[1].mesh");
   EXPECT_NE(check_scene(scene).what().find("DOUBLE does"), std::string::npos) << check_scene(scene).what();
   scene.stepping.precision = Precision::double_precision;
   EXPECT_TRUE(check_scene(scene).ok()) << check_scene(scene).message();

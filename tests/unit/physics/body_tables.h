@@ -17,7 +17,7 @@ class BodyTables {
     const Mesh& mesh = *body.body.mesh;
     mesh_->rings = make_rings(mesh);
     mesh_->lengths_m = ring_lengths_m<Real>(mesh, mesh_->rings, kernels.slot_of_place);
-    tables = {{mesh_.get(), &kernels}, matrices_.get(), nullptr, nullptr};
+    tables = {{mesh_.get(), &kernels}, matrices_.get(), {}};
   }
 
   ImplicitTables<Real> tables;

@@ -73,12 +73,12 @@ double norm(const std::vector<Vec3d>& points) {
 std::vector<Vec3d> solve(SoftState<double>& state, const std::vector<Vec3d>& b, double tolerance) {
   const Surroundings still{};
   BodyTables<double> body(state);
-  body.tables.matrices->update(body.tables.matrix, state, still, s);
+  body.tables.matrices->update(body.tables.held.steps, state, still, s);
   BodyForces<double> forces;
   forces.evaluate(state, body.tables.lanes, still, state.x, state.v, nullptr);
   ImplicitSystem system;
   std::vector<Vec3d> step;
-  system.solve(state, *body.tables.matrix, still, {state.x, state.v, b, forces.volume_gradient_m2()},
+  system.solve(state, *body.tables.held.steps, still, {state.x, state.v, b, forces.volume_gradient_m2()},
                {.relative = tolerance}, step);
   return step;
 }
@@ -155,6 +155,31 @@ TEST(ImplicitMatrices, AreSharedByBodiesThatAreAlikeAndByNoOthers) {
   }
 }
 
+TEST(ImplicitMatrices, AreTakenOverFromAnEarlierPlanByWhoWouldFactorTheSame) {
+  const SoftState<double> ball = stretched_ball();
+  std::vector<HeldMatrices> before(2);  // another body, which had no step yet, comes first
+  ImplicitMatrices earlier;
+  earlier.update(before[1].steps, ball, Surroundings{}, s);
+  earlier.update(before[1].touching, ball, Surroundings{}, 2.0 * s);
+
+  ImplicitMatrices matrices;
+  HeldMatrices held;
+  matrices.take_over(held, ball, Surroundings{}, before);
+  EXPECT_EQ(held.steps, before[1].steps);
+  EXPECT_EQ(held.touching, before[1].touching);
+  EXPECT_EQ(matrices.bytes(), held.steps->bytes() + held.touching->bytes());
+  ImplicitMatrixPtr of_alike;
+  matrices.update(of_alike, ball, Surroundings{}, s);
+  EXPECT_EQ(of_alike, held.steps);
+
+  SoftState<double> other = ball;
+  other.body.springs.stiffness_n_m *= 2.0;
+  HeldMatrices none;
+  matrices.take_over(none, other, Surroundings{}, before);
+  EXPECT_EQ(none.steps, nullptr);
+  EXPECT_EQ(none.touching, nullptr);
+}
+
 /// A symmetric matrix with a dominant diagonal and `per_row` entries a row.
 Eigen::SparseMatrix<double> some_matrix(int count, int per_row) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -225,7 +250,7 @@ TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
     state.x[0].x() = std::nan("");
     SolverScratch<double> scratch;
     BodyTables<double> body(state);
-    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, {}, s, scratch, nullptr);
+    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, {}, {}, s, scratch, nullptr);
     EXPECT_TRUE(state.solve_failed);
     EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
   }

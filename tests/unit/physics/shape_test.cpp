@@ -10,6 +10,8 @@
 namespace pneuma::physics {
 namespace {
 
+constexpr double skin_m = 1e-10;
+
 void expect_near(const Vec3d& a, const Vec3d& b, double bound) {
   EXPECT_LT((a - b).norm(), bound) << a.transpose() << " is not " << b.transpose();
 }
@@ -94,7 +96,7 @@ TEST(Shape, FastPointIsStoppedAtTheNearSide) {
   const std::array<Shape, 5> shapes{PlaneShape{}, SphereShape{0.01}, BoxShape{{1, 0.001, 1}},
                                     EllipsoidShape{{1, 0.001, 1}}, CapsuleShape{0.01, 0.02}};
   for (const Shape& shape : shapes) {
-    const auto hit = first_hit(shape, start, end, 0.0);
+    const auto hit = first_hit(shape, start, end, 0.0, skin_m);
     ASSERT_TRUE(hit.has_value()) << shape.index();
     EXPECT_NEAR(surface_distance(shape, hit->point), 0.0, 1e-9) << shape.index();
     EXPECT_NEAR(hit->fraction, (5.0 - hit->point.y()) / 100.0, 1e-9) << shape.index();
@@ -103,21 +105,21 @@ TEST(Shape, FastPointIsStoppedAtTheNearSide) {
 }
 
 TEST(Shape, PointThatPassesByIsNotStopped) {
-  EXPECT_FALSE(first_hit(SphereShape{1.0}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.0).has_value());
-  EXPECT_TRUE(first_hit(SphereShape{1.0}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.01).has_value());
-  EXPECT_FALSE(first_hit(BoxShape{{1, 1, 1}}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.0).has_value());
-  EXPECT_FALSE(first_hit(CapsuleShape{1.0, 1.0}, {-5, 2.001, 0}, {5, 2.001, 0}, 0.0).has_value());
+  EXPECT_FALSE(first_hit(SphereShape{1.0}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.0, skin_m).has_value());
+  EXPECT_TRUE(first_hit(SphereShape{1.0}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.01, skin_m).has_value());
+  EXPECT_FALSE(first_hit(BoxShape{{1, 1, 1}}, {-5, 1.001, 0}, {5, 1.001, 0}, 0.0, skin_m).has_value());
+  EXPECT_FALSE(first_hit(CapsuleShape{1.0, 1.0}, {-5, 2.001, 0}, {5, 2.001, 0}, 0.0, skin_m).has_value());
 }
 
 TEST(Shape, PointOnItsWayOutIsLetGo) {
-  EXPECT_FALSE(first_hit(BoxShape{{1, 1, 1}}, {0, 0.99, 0}, {0, 1.5, 0}, 0.0).has_value());
-  const auto stopped = first_hit(BoxShape{{1, 1, 1}}, {0, 0.99, 0}, {0, -9.0, 0}, 0.0);
+  EXPECT_FALSE(first_hit(BoxShape{{1, 1, 1}}, {0, 0.99, 0}, {0, 1.5, 0}, 0.0, skin_m).has_value());
+  const auto stopped = first_hit(BoxShape{{1, 1, 1}}, {0, 0.99, 0}, {0, -9.0, 0}, 0.0, skin_m);
   ASSERT_TRUE(stopped.has_value());
   expect_near(stopped->point, {0, 1, 0}, 1e-12);
 }
 
 TEST(Shape, RoomStopsAtTheFirstWall) {
-  const auto hit = first_hit(RoomShape{{1, 1, 1}}, Vec3d::Zero(), {4, 2, 0}, 0.0);
+  const auto hit = first_hit(RoomShape{{1, 1, 1}}, Vec3d::Zero(), {4, 2, 0}, 0.0, skin_m);
   ASSERT_TRUE(hit.has_value());
   EXPECT_DOUBLE_EQ(hit->fraction, 0.25);
   expect_near(hit->normal, -Vec3d::UnitX(), 1e-15);

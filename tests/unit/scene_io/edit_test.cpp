@@ -163,8 +163,7 @@ TEST(Edit, ANumberThatIsNoneIsRefusedEvenWhereALaterChangeOverwritesIt) {
   auto& triangles = *mesh.add_changes()->mutable_add_mesh()->mutable_triangles();
   triangles.add_positions();
   triangles.add_positions()->set_y(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(error_of(apply_edit(scene_before(), mesh)),
-            "changes[0].add_mesh.triangles.positions[1].y: is not finite");
+  EXPECT_EQ(error_of(apply_edit(scene_before(), mesh)), "changes[0].add_mesh.triangles.positions[1].y: is not finite");
 }
 
 TEST(RenewedBodies, AreThoseAddedAndTheRigidOnesWhoseMotionIsSet) {

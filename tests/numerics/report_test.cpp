@@ -1,0 +1,86 @@
+// Shows that the report's page, CSV files and comparison with the outcomes of before say what they are given.
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "numerics/report/csv.h"
+#include "numerics/report/outcomes.h"
+#include "numerics/report/page.h"
+#include "support/temporary_folder.h"
+
+namespace pneuma::report {
+namespace {
+
+TEST(Number, HasSoManySignificantDigitsOrHasFailed) {
+  EXPECT_EQ(number(0.0012345), "0.00123");
+  EXPECT_EQ(number(1.26e-9, 2), "1.3e-09");
+  EXPECT_EQ(number(std::numeric_limits<double>::infinity()), "failed");
+  EXPECT_EQ(percent(0.005), "0.5 %");
+  EXPECT_EQ(percent(std::numeric_limits<double>::quiet_NaN()), "failed");
+}
+
+TEST(Page, SetsColumnsOfNumbersFlushRight) {
+  Page page;
+  page.table({"method", "error"}, {{"RK4", "1e-09"}, {"XPBD", "0.5 %"}});
+  EXPECT_EQ(page.markdown(), "| method | error |\n| --- | ---: |\n| RK4 | 1e-09 |\n| XPBD | 0.5 % |\n");
+}
+
+TEST(Page, LeavesAColumnWithAWordFlushLeft) {
+  Page page;
+  page.table({"error"}, {{"1e-09"}, {"failed"}});
+  EXPECT_EQ(page.markdown(), "| error |\n| --- |\n| 1e-09 |\n| failed |\n");
+}
+
+TEST(Page, SetsABlankLineBetweenBlocksAndNoneWithinAList) {
+  Page page;
+  page.heading("Order");
+  page.bullet("one");
+  page.bullet("two");
+  page.paragraph("End.");
+  EXPECT_EQ(page.markdown(), "## Order\n\n- one\n- two\n\nEnd.\n");
+}
+
+TEST(Csv, QuotesWhatWouldBeReadAsMoreThanOneCell) {
+  const support::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "csv/a.csv";
+  Csv csv(path, {"case", "error"});
+  csv.row({"ball, \"large\"", 0.1});
+  csv.row({"plain", 1e-300});
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  EXPECT_EQ(text.str(), "case,error\n\"ball, \"\"large\"\"\",0.1\nplain,1e-300\n");
+}
+
+TEST(Csv, NamesTheFileThatCannotBeWritten) {
+  const support::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "taken";
+  std::filesystem::create_directories(path);
+  try {
+    const Csv csv(path, {"case"});
+    FAIL() << "a folder was written to";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos);
+  }
+}
+
+std::vector<std::string> changes_from(const std::vector<Outcome>& before, const std::vector<Outcome>& now) {
+  std::istringstream expected(text_of(before));
+  return changes(expected, now);
+}
+
+TEST(Outcomes, DoNotChangeWithTheirOrder) {
+  EXPECT_TRUE(changes_from({{"a", "holds"}, {"b", "order 2"}}, {{"b", "order 2"}, {"a", "holds"}}).empty());
+}
+
+TEST(Outcomes, TellWhatChangedIsGoneAndIsNew) {
+  const std::vector<std::string> lines =
+      changes_from({{"a", "holds"}, {"b", "stable"}, {"c", "holds"}}, {{"a", "fails"}, {"c", "holds"}, {"d", "holds"}});
+  EXPECT_EQ(lines,
+            (std::vector<std::string>{"a: was holds, is fails", "b: was stable, is not there", "d: is new, holds"}));
+}
+
+}  // namespace
+}  // namespace pneuma::report

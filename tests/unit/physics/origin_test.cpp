@@ -1,0 +1,201 @@
+// Shows that single precision holds far from the world's origin: a body at (1e6, 0, 1e6) m moves there as it does at
+// the origin, falls on a floor there, and keeps its shape on a way of 1e6 m; that its origin moves without moving a
+// vertex; and that double precision has none.
+#include "physics/origin.h"
+
+#include <cmath>
+#include <random>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "physics/soft_setup.h"
+#include "physics/world.h"
+
+namespace pneuma::physics {
+namespace {
+
+SoftBody ball(const Vec3d& position) {
+  SoftBody body;
+  body.name = "ball";
+  body.mesh = *make_icosphere(2, 0.5);
+  body.springs = {.stiffness_n_m = 60.0, .damping_n_s_m = 0.5};
+  body.gas = Gas{.moles = 0.01};
+  body.position = position;
+  return body;
+}
+
+Scene falling_ball(const Vec3d& at, Precision precision, Integrator integrator) {
+  Scene scene;
+  scene.gravity = {0, -9.81, 0};
+  scene.stepping.precision = precision;
+  scene.stepping.integrator = integrator;
+  scene.stepping.substeps = 24;
+  scene.soft_bodies = {ball(at + Vec3d(0.3, 2.0, 0.1))};
+  Collider floor;
+  floor.name = "floor";
+  floor.position = at;
+  floor.surface.restitution = 0.3;
+  scene.colliders = {floor};
+  return scene;
+}
+
+World world_of(Scene scene) {
+  auto world = World::create(std::move(scene));
+  EXPECT_TRUE(world.ok()) << world.status().message();
+  return std::move(*world);
+}
+
+void run(World& world, int ticks) {
+  Workers workers(1);
+  for (int i = 0; i < ticks; ++i) world.step_tick(workers);
+}
+
+double energy_j(const BodyMeasures& m) {
+  return m.kinetic_j + m.elastic_j + m.gas_j;
+}
+
+/// The largest relative errors of what a ball does, against the same one at the origin.
+struct Errors {
+  double volume = 0.0;
+  double energy = 0.0;
+  double place_m = 0.0;
+};
+
+Errors compare(Scene reference, Scene far_away, const Vec3d& at, int ticks) {
+  World near = world_of(std::move(reference));
+  World far = world_of(std::move(far_away));
+  Errors errors;
+  for (int tick = 0; tick < ticks; ++tick) {
+    run(near, 1);
+    run(far, 1);
+    const BodyMeasures here = near.measure(0);
+    const BodyMeasures there = far.measure(0);
+    errors.volume = std::max(errors.volume, std::abs(there.volume_m3 / here.volume_m3 - 1.0));
+    errors.energy = std::max(errors.energy,
+                             std::abs((energy_j(there) + there.gravity_j) / (energy_j(here) + here.gravity_j) - 1.0));
+    errors.place_m = std::max(errors.place_m, (there.centre_of_mass - at - here.centre_of_mass).norm());
+  }
+  return errors;
+}
+
+class FarAway : public testing::TestWithParam<Integrator> {};
+
+// As long as it falls, also against double precision; off its lattice, so that it is rounded in another way.
+TEST_P(FarAway, ABallFallsAsItDoesAtTheOrigin) {
+  const Vec3d at(1e6 + 0.371, 0.0, 1e6 + 0.117);
+  const Errors errors = compare(falling_ball(Vec3d::Zero(), Precision::double_precision, GetParam()),
+                                falling_ball(at, Precision::single_precision, GetParam()), at, 33);
+  EXPECT_LT(errors.volume, 1e-4);
+  EXPECT_LT(errors.energy, 1e-4);
+  EXPECT_LT(errors.place_m, 1e-4);
+}
+
+// Past a contact, rounding decides which vertex is first, so the reference is rounded in the same way.
+TEST_P(FarAway, ABallBouncesAsItDoesAtTheOrigin) {
+  const Vec3d at(1e6, 0, 1e6);
+  const Errors errors = compare(falling_ball(Vec3d::Zero(), Precision::single_precision, GetParam()),
+                                falling_ball(at, Precision::single_precision, GetParam()), at, 300);
+  EXPECT_LT(errors.volume, 1e-3);
+  EXPECT_LT(errors.energy, 1e-3);
+  EXPECT_LT(errors.place_m, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, FarAway,
+                         testing::Values(Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
+                                         Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd));
+
+TEST(Origin, ABodyKeepsItsShapeOnAWayOfAMillionMetres) {
+  Scene scene;
+  scene.stepping = {.rate_hz = 60, .precision = Precision::single_precision};
+  scene.soft_bodies = {ball(Vec3d::Zero())};
+  scene.soft_bodies[0].velocity = {5e3, 0, -5e3};
+  World moving = world_of(scene);
+  scene.soft_bodies[0].velocity.setZero();
+  World still = world_of(scene);
+  const int ticks = 200 * 60;
+  run(moving, ticks);
+  run(still, ticks);
+  const BodyMeasures moved = moving.measure(0);
+  EXPECT_NEAR(moved.centre_of_mass.x(), 1e6, 1e-4 * 1e6);
+  EXPECT_NEAR(moved.centre_of_mass.z(), -1e6, 1e-4 * 1e6);
+  EXPECT_NEAR(moved.volume_m3 / still.measure(0).volume_m3, 1.0, 1e-3);
+}
+
+TEST(Origin, MovesWithoutMovingAVertex) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> anywhere_m(-300.0, 300.0);
+  std::size_t moved = 0;
+  for (int run = 0; run < 200; ++run) {
+    SoftState<float> body = make_soft_state<float>(ball(Vec3d::Zero()));
+    const Vec3d way(anywhere_m(random), anywhere_m(random), anywhere_m(random));
+    for (Vec3<float>& x : body.x) x += way.cast<float>();
+    std::vector<Vec3d> before;
+    for (std::size_t i = 0; i < body.x.size(); ++i) before.push_back(body.position_m(i));
+    recentre(body);
+    if (!body.origin_m.isZero(0)) ++moved;
+    for (std::size_t i = 0; i < body.x.size(); ++i) ASSERT_EQ(body.position_m(i), before[i]);
+    EXPECT_LT(body.x[0].cwiseAbs().maxCoeff(), 4.0F * 2.0F + 1.0F);  // four lengths, to the power of two above
+  }
+  EXPECT_GT(moved, 150U);
+}
+
+TEST(Origin, ScalesWithTheBodyByPowersOfTwo) {
+  const Vec3d at(123.4, -5.6, 0.7);
+  EXPECT_EQ(origin_near(1024.0 * at, 1024.0 * 1.7), 1024.0 * origin_near(at, 1.7));
+}
+
+TEST(Origin, OfDoublePrecisionIsTheWorlds) {
+  SoftState<double> body = make_soft_state<double>(ball({1e6, 2e6, 3e6}));
+  recentre(body);
+  EXPECT_TRUE(body.origin_m.isZero(0));
+}
+
+TEST(Origin, IsPartOfTheSnapshot) {
+  Scene scene;
+  scene.stepping.precision = Precision::single_precision;
+  scene.soft_bodies = {ball(Vec3d::Zero())};
+  scene.soft_bodies[0].velocity = {100, 0, 0};
+  World whole = world_of(scene);
+  World cut = world_of(scene);
+  run(whole, 60);
+  run(cut, 30);
+  World restored = world_of(scene);
+  ASSERT_TRUE(restored.restore(cut.snapshot()).ok());
+  run(restored, 30);
+  EXPECT_EQ(restored.state_hash(), whole.state_hash());
+}
+
+TEST(Origin, AGrabHoldsAVertexWhereItIsAskedToFarAway) {
+  for (const Integrator integrator : {Integrator::midpoint, Integrator::implicit_euler, Integrator::xpbd}) {
+    Scene scene;
+    scene.stepping = {.substeps = 24, .integrator = integrator, .precision = Precision::single_precision};
+    scene.soft_bodies = {ball({1e6, 0, 0})};
+    scene.soft_bodies[0].springs.damping_n_s_m = 1.0;
+    World world = world_of(scene);
+    const Vec3d target(1e6 + 2.0, 1.0, 0.0);
+    ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{3}, target, 200.0, 5.0).ok());
+    run(world, 300);
+    std::vector<double> positions(3 * 162);
+    world.copy_positions(0, positions);
+    EXPECT_LT((Vec3d(positions[9], positions[10], positions[11]) - target).norm(),
+              0.02);  // a float there has steps of 0.06
+  }
+}
+
+TEST(Origin, TwoBodiesFarAwayMeet) {
+  Scene scene;
+  scene.stepping.precision = Precision::single_precision;
+  for (const double side : {-1.0, 1.0}) {
+    scene.soft_bodies.push_back(ball({1e6 + 0.9 * side, 0, 1e6}));
+    scene.soft_bodies.back().name = side < 0 ? "left" : "right";
+    scene.soft_bodies.back().velocity = {-2.0 * side, 0, 0};
+  }
+  World world = world_of(scene);
+  run(world, 120);
+  EXPECT_LT(world.measure(0).momentum.x(), -0.1);
+  EXPECT_GT(world.measure(1).momentum.x(), 0.1);
+}
+
+}  // namespace
+}  // namespace pneuma::physics
