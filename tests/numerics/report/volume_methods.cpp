@@ -59,17 +59,26 @@ std::string decade_of(double error) {
   return std::string("1e").append(number(std::floor(std::log10(std::abs(error)))));
 }
 
+/// To two digits, and all of those before the point.
+std::string rounded(double value) {
+  return std::abs(value) < 99.5 ? number(value, 2) : fixed(value, 0);
+}
+
 std::string microseconds(double time_us) {
-  return number(time_us, 2).append(" \u00b5s");
+  return rounded(time_us).append(" \u00b5s");
 }
 
 std::string times(double ratio) {
-  return number(ratio, 2).append(" times");
+  return rounded(ratio).append(" times");
+}
+
+std::string share(double ratio) {
+  return rounded(100.0 * ratio).append(" %");
 }
 
 /// "+3 %".
-std::string signed_percent(double ratio) {
-  return std::string(ratio > 0.0 ? "+" : "").append(percent(ratio));
+std::string signed_share(double ratio) {
+  return std::string(ratio > 0.0 ? "+" : "").append(share(ratio));
 }
 
 int style_of(VolumeMethod method) {
@@ -109,22 +118,26 @@ Plot plot_of(const Subject& subject) {
   Plot plot;
   plot.title = std::string("Volume of ").append(subject.title);
   plot.x = {.label = "CPU time of one volume (\u00b5s)", .log = true, .range = {0.05, 5000.0}};
+  plot.commands = {"set key noenhanced"};  // no subscripts in names
   double least = 1.0;
   double most = 0.0;
   for (const Cost& cost : subject.costs) {
     most = std::max(most, cost.error_rms);
     if (cost.error_rms > round_off) least = std::min(least, cost.error_rms);
   }
-  plot.y = {.label = "RMS error / exact volume",
-            .log = true,
-            .range = {std::pow(10.0, std::floor(std::log10(least))), std::pow(10.0, std::ceil(std::log10(most)))}};
+  plot.y = {
+      .label = "RMS error / exact volume",
+      .log = true,
+      .range = {std::pow(10.0, std::floor(std::log10(least))), std::pow(10.0, std::ceil(std::log10(2.0 * most)))}};
   for (const physics::VolumeLadder& ladder : physics::volume_ladders()) {
     Series series{.label = std::string(ladder.name), .style = style_of(ladder.method), .points = {}};
     if (ladder.resolutions.size() == 1) series.mark = Mark::points;
+    bool labelled = true;  // every other one, or long numbers overlap
     for (const std::uint32_t resolution : ladder.resolutions) {
       const Cost& cost = cost_of(subject.costs, {ladder.method, resolution});
       series.points.emplace_back(cost.time_us, cost.error_rms);
-      if (resolution != 0) plot.commands.push_back(resolution_label(cost));
+      if (resolution != 0 && labelled) plot.commands.push_back(resolution_label(cost));
+      labelled = !labelled;
     }
     if (ladder.method == VolumeMethod::exact) {
       const double time_us = series.points.front().first;
@@ -172,16 +185,17 @@ void write_motions(Context& context, const std::array<Moved, 2>& moved) {
           .append(" s), and the hand without its pins, tumbling at a turn in 0.9 s (at rest ")
           .append(number(1e6 * hand.exact().volume_at_rest_m3))
           .append(" cm\u00b3). The volume at rest is the true one of the shape that the body takes, damped; period and "
-                  "energy are undamped, over 0.5 s by RK4. Energy is what the motion gained from nowhere between the "
+                  "energy are undamped, over 0.5 s by symplectic Euler. Energy is what the motion gained from nowhere "
+                  "between the "
                   "first and the last eighth of a second, over its greatest kinetic energy."));
   Csv csv = context.csv("volume-motion", {"body", "method", "resolution", "volume_at_rest_m3", "period_s",
                                           "energy_gained_j", "kinetic_max_j"});
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < moved_by().size(); ++i) {
     const Volume& volume = moved_by()[i];
-    rows.push_back({title_of(volume), signed_percent(ball.rest_error(i)), signed_percent(ball.period_error(i)),
-                    signed_percent(ball.energy_gain(i)), signed_percent(hand.rest_error(i)),
-                    signed_percent(hand.energy_gain(i))});
+    rows.push_back({title_of(volume), signed_share(ball.rest_error(i)), signed_share(ball.period_error(i)),
+                    signed_share(ball.energy_gain(i)), signed_share(hand.rest_error(i)),
+                    signed_share(hand.energy_gain(i))});
     for (const Moved& each : moved) {
       const volumes::MotionResult& result = each.results[i];
       csv.row({each.motion.name, volumes::name_of(volume), static_cast<double>(volume.resolution),
@@ -251,11 +265,11 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
                    [&](const std::vector<Cost>& costs) { return microseconds(cost_of(costs, volume).time_us); });
   };
   const auto error = [&](const Volume& volume) {
-    return on_both(subjects, [&](const std::vector<Cost>& costs) { return percent(cost_of(costs, volume).error_rms); });
+    return on_both(subjects, [&](const std::vector<Cost>& costs) { return share(cost_of(costs, volume).error_rms); });
   };
   const auto slower = [&](const Volume& volume) {
     return on_both(subjects, [&](const std::vector<Cost>& costs) {
-      return times(cost_of(costs, volume).time_us / costs.front().time_us);
+      return times(cost_of(costs, volume).time_us / costs.front().time_us).append(" as long");
     });
   };
   const Volume exact{VolumeMethod::exact};
@@ -268,14 +282,14 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
                   .append(title_of(coarsest))
                   .append(", takes ")
                   .append(slower(coarsest))
-                  .append(" that long, and is off by ")
+                  .append(", and is off by ")
                   .append(error(coarsest))
                   .append("."));
   page.bullet(std::string("**`ELLIPSOID`** takes ")
                   .append(time(ellipsoid))
                   .append(", ")
                   .append(slower(ellipsoid))
-                  .append(" what `EXACT` does, and is off by ")
+                  .append(", and is off by ")
                   .append(error(ellipsoid))
                   .append(": for what stays round. `BALL` is off by ")
                   .append(error({VolumeMethod::ball}))
@@ -288,28 +302,35 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
                   .append(within_one_percent(VolumeMethod::monte_carlo, subjects))
                   .append(". On the ball a tenth of the error takes ")
                   .append(times(time_ratio_for_a_tenth(subjects[0].costs, VolumeMethod::subdivided)))
-                  .append(" the time by `SUBDIVIDED` and ")
+                  .append(" the time by `SUBDIVIDED`, and ")
                   .append(times(time_ratio_for_a_tenth(subjects[0].costs, VolumeMethod::monte_carlo)))
                   .append(" by `MONTE_CARLO`."));
-  std::size_t worst = 1;
-  for (std::size_t i = 1; i < moved_by().size(); ++i) {
-    if (std::abs(moved[1].energy_gain(i)) > std::abs(moved[1].energy_gain(worst))) worst = i;
+  const Moved& ball = moved[0];
+  const Moved* worst_of = &ball;
+  std::size_t worst = 0;
+  for (const Moved& each : moved) {
+    for (std::size_t i = 1; i < moved_by().size(); ++i) {
+      if (!(std::abs(each.energy_gain(i)) > std::abs(worst_of->energy_gain(worst)))) continue;
+      worst_of = &each;
+      worst = i;
+    }
   }
   const std::size_t box = 1;
   page.bullet(
-      std::string("In motion, a volume that is off by the same ratio all along acts as another amount of gas: by `BOX` "
-                  "the ball rests at ")
-          .append(signed_percent(moved[0].rest_error(box)))
-          .append(" of volume and breathes at ")
-          .append(signed_percent(moved[0].period_error(box)))
-          .append(" of period. One whose ratio changes as the body turns or bends gives or takes energy besides: most "
-                  "on the hand, ")
+      std::string("In motion, a volume that is off by the same ratio all along acts as another amount of gas: by "
+                  "`BOX` the ball comes to rest at a volume that is ")
+          .append(signed_share(ball.rest_error(box)))
+          .append(" off, and breathes at a period that is ")
+          .append(signed_share(ball.period_error(box)))
+          .append(" off. A ratio that changes as a body turns or bends makes energy or takes it besides: at most ")
+          .append(signed_share(worst_of->energy_gain(worst)))
+          .append(" here, of the ")
+          .append(worst_of->motion.name)
+          .append(" by ")
           .append(title_of(moved_by()[worst]))
-          .append(", ")
-          .append(signed_percent(moved[1].energy_gain(worst)))
-          .append(" in half a second, against ")
-          .append(signed_percent(moved[1].energy_gain(0)))
-          .append(" by `EXACT`."));
+          .append(", where `EXACT` comes to ")
+          .append(signed_share(worst_of->energy_gain(0)))
+          .append("."));
 }
 
 void run(Context& context) {
@@ -320,8 +341,7 @@ void run(Context& context) {
       "or ellipsoid, as the paper does; and by the paper's two future works, the bounding box cut into cells "
       "(`SUBDIVIDED`) or sampled at points (`MONTE_CARLO`), finer with a greater `volume.resolution`.");
   const int rounds = context.quick ? 3 : 15;
-  std::array<Subject, 2> subjects{
-      {{"ball", "a ball of 162 vertices", {}}, {"hand", "the hand, of 1,159 vertices", {}}}};
+  std::array<Subject, 2> subjects{{{"ball", "a ball of 162 vertices", {}}, {"hand", "the hand of 1,159 vertices", {}}}};
   subjects[0].costs = volumes::costs_of(physics::ball_measured_by({}), rounds);
   context.progress.advance(0.15);
   subjects[1].costs = volumes::costs_of(physics::hand_measured_by({}), rounds);
