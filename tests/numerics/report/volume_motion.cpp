@@ -80,7 +80,7 @@ double gained_j(const std::vector<physics::BodyMeasures>& samples) {
 std::array<Motion, 2> motions() {
   const physics::BreathingBall ball{.subdivisions = 2};
   std::array<Motion, 2> all{motion_of("ball", ball.body(0.9 * ball.equilibrium_scale()), 10.0, {0.5, 1.0, 1.5}, 16),
-                            motion_of("hand", physics::hand_measured_by({}), 0.2, {2.0, 3.0, 6.0}, 48)};
+                            motion_of("hand", physics::hand_measured_by({}), 0.2, {2.0, 3.0, 6.0}, 32)};
   all[0].period_s = 2.0 * std::numbers::pi / ball.frequency_rad_s();
   for (Scene* scene : {&all[1].rest, &all[1].free}) scene->soft_bodies[0].pins.clear();
   return all;
