@@ -201,8 +201,8 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   const double given = scene.stepping.substeps;
   const double most = given > 0.0 ? given : base::substeps_max;
   // Contact cuts moves after they were solved for. What that would put into a stiff body after a long implicit step is
-  // more than it had, so that it answers as a rigid one (contact_limit.h): implicit steps are for what nothing can touch,
-  // or for what no explicit one is stable for.
+  // more than it had, so that it answers as a rigid one (contact_limit.h): implicit steps are for what nothing can
+  // touch, or for what no explicit one is stable for.
   const bool touchable = can_touch(scene);
   struct Rank {
     bool meets_coarsely = true;
@@ -233,7 +233,8 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
     reason << " costs least, about " << best.cost << " force evaluations a tick";
   }
   if (best.meets_coarsely) {
-    reason << "; at contact it may take stiff bodies for rigid ones, but no explicit method is stable within " << most << " substeps";
+    reason << "; at contact it may take stiff bodies for rigid ones, but no explicit method is stable within " << most
+           << " substeps";
   } else if (touchable) {
     reason << ", of the explicit methods, as others may take stiff bodies for rigid ones at contact";
   }

@@ -227,7 +227,8 @@ Profile World::profile() const {
     for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
     for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
     if (bodies.matrices) add_bytes(Stage::integrate, bodies.matrices->bytes());
-    for (const auto& start_m_s : bodies.start_m_s) add_bytes(Stage::integrate, start_m_s.capacity() * sizeof(Vec3<Real>));
+    for (const auto& start_m_s : bodies.start_m_s)
+      add_bytes(Stage::integrate, start_m_s.capacity() * sizeof(Vec3<Real>));
     for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
       add_bytes(Stage::integrate, state.pinned.capacity());

@@ -29,8 +29,8 @@ class Context {
   std::vector<Outcome> outcomes;
 
   /// csv/NAME.csv below the report's folder.
-  [[nodiscard]] Csv csv(std::string_view name, std::vector<std::string> columns) const {
-    return {folder_ / "csv" / (std::string(name) + ".csv"), std::move(columns)};
+  [[nodiscard]] Csv csv(std::string_view name, const std::vector<std::string>& columns) const {
+    return {folder_ / "csv" / (std::string(name) + ".csv"), columns};
   }
   /// Draws plots/NAME.svg and puts it into the page, its caption below it.
   void figure(std::string_view name, const Plot& plot, std::string_view caption);

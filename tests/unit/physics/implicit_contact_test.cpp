@@ -124,8 +124,8 @@ TEST(SolveHeld, MeetsTheHoldsSolvesTheRestAndNamesTheImpulsesOfTheHolds) {
   const std::vector<Vec3d> no_gas;
   ImplicitSystem system;
   std::vector<Vec3d> step;
-  system.solve_held(state, *tables.tables.held.steps, Surroundings{}, {state.x, state.v, problem.b, no_gas}, problem.holds,
-                    {.relative = 1e-10}, step);
+  system.solve_held(state, *tables.tables.held.steps, Surroundings{}, {state.x, state.v, problem.b, no_gas},
+                    problem.holds, {.relative = 1e-10}, step);
 
   EXPECT_NEAR(state.v[3].y() + step[3].y(), 0.5, 1e-12);
   EXPECT_NEAR((state.v[40] + step[40] - Vec3d(0.1, 0.2, -0.3)).norm(), 0.0, 1e-12);

@@ -348,7 +348,8 @@ TEST(Automatic, SaysThatAnImplicitMethodMayAddEnergyAtContact) {
   const auto choice = choose(scene);
   ASSERT_TRUE(choice.ok());
   EXPECT_FALSE(is_explicit(choice->integrator));
-  EXPECT_NE(choice->reason.find("at contact it may take stiff bodies for rigid ones"), std::string::npos) << choice->reason;
+  EXPECT_NE(choice->reason.find("at contact it may take stiff bodies for rigid ones"), std::string::npos)
+      << choice->reason;
   EXPECT_NE(choice->reason.find("no explicit method is stable within 4096"), std::string::npos) << choice->reason;
 }
 
