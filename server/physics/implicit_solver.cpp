@@ -112,7 +112,8 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
   if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
-  for (std::uint32_t iteration = 1; iteration <= accuracy.newton_iterations; ++iteration) {
+  std::uint32_t iterations_max = accuracy.newton_iterations;
+  for (std::uint32_t iteration = 1; iteration <= iterations_max; ++iteration) {
     double slope = 0.0;
     double spread_m = 0.0;
     {
@@ -122,7 +123,10 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
       spread_m = stage.s * spread(step_);
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
-    has_turned_ = has_turned_ || turning_j(body, spread_m, spacing_m) > settled_j;
+    if (turning_j(body, spread_m, spacing_m) > settled_j) {
+      has_turned_ = true;
+      iterations_max = std::max(iterations_max, accuracy.turned_iterations);
+    }
     if (spread_m > small_move * spacing_m) {
       // What nothing holds moves as a whole by the step's mean, exactly: that part is not to be shortened.
       const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
@@ -131,7 +135,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
       continue;
     }
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
-    const bool last = iteration == accuracy.newton_iterations || slope <= settled_j;
+    const bool last = iteration == iterations_max || slope <= settled_j;
     if (last) {
       move_volume(body, stage, surroundings);
       return true;

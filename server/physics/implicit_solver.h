@@ -25,6 +25,7 @@ struct ImplicitTables {
 struct StageAccuracy {
   std::uint32_t newton_iterations = 1;
   double error_target = 0.01;
+  std::uint32_t turned_iterations = 1;  // of a stage in which edges turn far, if that is more
 };
 
 struct ImplicitStage {
