@@ -57,7 +57,7 @@ class HostedWorld {
   void drain(TimePoint now, TimePoint until, Outbox& outbox);
   /// A tick is under way, asked for, or due by its clock.
   [[nodiscard]] bool tick_due(TimePoint now) const;
-  /// Steps until the tick ends (true), or `give_way` says so between two substeps.
+  /// Steps until the tick ends (true), or `give_way` says so between two parts of it.
   bool step(const std::function<bool()>& give_way);
   /// The tick's frames, replies and events.
   void encode(Outbox& outbox);

@@ -47,8 +47,7 @@ struct BodyBounds {
   RigidPart rigid;
   Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned
   Ellipsoid<double> ellipsoid;      // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
-  // Of the implicit methods only.
-  EnergyLimit energy;
+  EnergyLimit energy;               // of the implicit methods only
 };
 
 /// Vertices of `a` are tested against the bounds of `b`.

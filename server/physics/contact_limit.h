@@ -36,6 +36,10 @@ struct Exchange {
   Vec3d shift_kg_m = Vec3d::Zero();    // mass times displacement
 };
 
+/// On average, in one contact of a body. A corner of three colliders gives 9 in all their rounds; hundreds of colliders
+/// through each other would give thousands, of which a rigid body's answer needs no more.
+inline constexpr std::size_t touches_a_vertex_max = 16;
+
 /// Around one contact of one body after the other, of bodies without pins.
 template <class Real>
 class ContactLimit {
@@ -49,7 +53,10 @@ class ContactLimit {
 
   /// Takes the body as contact finds it. `start_m_s`: its velocities before the substep; empty if it slept.
   void begin(const SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s);
-  void note(const VertexTouch& touch) { touches_.push_back(touch); }
+  /// Leaves out what is past touches_a_vertex_max of all its vertices.
+  void note(const VertexTouch& touch) {
+    if (touches_.size() < touches_a_vertex_max * v_.size()) touches_.push_back(touch);
+  }
 
   /// Ends a contact that changed v and dr of the noted vertices, or through them of all: leaves as large a share of it
   /// as the limit allows, or nearly so, and the rest to a rigid body that meets the same touches. The limit, the first

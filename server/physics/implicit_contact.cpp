@@ -98,6 +98,23 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
 }
 
 template <class Real>
+double ImplicitContact<Real>::rebound(SoftState<Real>& body, const ImplicitSolver<Real>& solver) const {
+  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
+  double work_j = 0.0;
+  for (const Touch& touch : touches_) {
+    Vec3d velocity = u_[touch.vertex];
+    for (const VertexStop& stop : touch.stops()) {
+      velocity += (stop.away_m_s - stop.normal.dot(velocity - stop.of_surface)) * stop.normal;
+    }
+    const Vec3d impulse_n_s =
+        solver.holding_n_s(touch.vertex) + touch.friction_n_s + mass_kg * (velocity - u_[touch.vertex]);
+    work_j += impulse_n_s.dot(touch.stops()[0].of_surface);
+    body.v[touch.vertex] = velocity.template cast<Real>();
+  }
+  return work_j;
+}
+
+template <class Real>
 void ImplicitContact<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s,
                                        const Surroundings& surroundings, double dt_s) {
   limit_.begin_substep(surroundings, SubstepPhysics::of(surroundings.gravity, dt_s).resting_m_s, dt_s);
@@ -117,11 +134,13 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
 
   EnergyLimit most;
   const bool limited = body.pinned.empty();
-  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
-  if (limited) limit_.begin(body, start_m_s);
-  for (const VertexStop& stop : stops_) {
-    const double depth_m = dt_s * stop.normal_m_s - stop.normal.dot(body.dr[stop.vertex].template cast<double>());
-    limit_.note({stop.vertex, stop.normal, depth_m, stop.gained_m_s, stop.of_surface, stop.surface});
+  if (limited) {
+    limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
+    limit_.begin(body, start_m_s);
+    for (const VertexStop& stop : stops_) {
+      const double depth_m = dt_s * stop.normal_m_s - stop.normal.dot(body.dr[stop.vertex].template cast<double>());
+      limit_.note({stop.vertex, stop.normal, depth_m, stop.gained_m_s, stop.of_surface, stop.surface});
+    }
   }
 
   touches_.clear();
@@ -155,17 +174,7 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
     find_stops(body, bounds, colliders, physics, stops_);
     changed = add_new_stops() || changed || solver.last_move_m() > last_move_m;
   }
-  double work_j = 0.0;
-  for (const Touch& touch : touches_) {
-    Vec3d velocity = u_[touch.vertex];
-    for (const VertexStop& stop : touch.stops()) {
-      velocity += (stop.away_m_s - stop.normal.dot(velocity - stop.of_surface)) * stop.normal;
-    }
-    const Vec3d impulse_n_s =
-        solver.holding_n_s(touch.vertex) + touch.friction_n_s + mass_kg * (velocity - u_[touch.vertex]);
-    work_j += impulse_n_s.dot(touch.stops()[0].of_surface);
-    body.v[touch.vertex] = velocity.template cast<Real>();
-  }
+  const double work_j = rebound(body, solver);
   if (limited) (void)limit_.end(body, {}, work_j, most);
 }
 

@@ -38,15 +38,17 @@ class ImplicitContact {
     std::uint32_t vertex = 0;
     std::size_t stop_count = 0;
     std::array<VertexStop, stops_max> all_stops{};
-
-    [[nodiscard]] std::span<const VertexStop> stops() const { return {all_stops.data(), stop_count}; }
     bool sticks = false;
     Vec3d friction_n_s = Vec3d::Zero();  // while it slides
+
+    [[nodiscard]] std::span<const VertexStop> stops() const { return {all_stops.data(), stop_count}; }
   };
 
   bool add_new_stops();
   [[nodiscard]] Hold hold_of(const Touch& touch) const;
   bool follow_reactions(const ImplicitSolver<Real>& solver, bool may_slide);
+  // Gives what is touched the velocities after the hit; returns the work that the surfaces did, J.
+  double rebound(SoftState<Real>& body, const ImplicitSolver<Real>& solver) const;
 
   ContactLimit<Real> limit_;
   std::vector<VertexStop> stops_;

@@ -9,8 +9,8 @@
 namespace pneuma::physics {
 
 struct MeshMend {
-  std::optional<double> weld_m =
-      std::nullopt;  // empty: weld_relative of the mesh's diagonal; 0: no vertices are welded
+  // Empty: weld_relative of the mesh's diagonal; 0: no vertices are welded.
+  std::optional<double> weld_m = std::nullopt;
   bool orient = true;
   bool close = true;
 

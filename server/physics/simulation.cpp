@@ -353,7 +353,7 @@ bool Simulation::solve_part(SoftBodies<Real>& bodies, Workers& workers) {
   return true;
 }
 
-// Steps 5 and 6, with all bodies.
+// Steps 5 and 6 of the paper's algorithm, with all bodies.
 template <class Real>
 void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
   const double dt_s = this->dt_s();

@@ -23,8 +23,8 @@ struct SoftBodies {
   std::vector<SolverScratch<Real>> solvers;    // one a thread
   std::vector<ImplicitTables<Real>> tables;    // one a body
   std::shared_ptr<ImplicitMatrices> matrices;  // what the tables point to; copies of the world share it
-  std::vector<std::vector<Vec3<Real>>>
-      start_m_s;  // one a body, of the implicit methods where bodies can touch anything
+  // The velocities before the substep, one list a body, of the implicit methods where bodies can touch anything.
+  std::vector<std::vector<Vec3<Real>>> start_m_s;
   // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
   std::vector<StepTask> tasks;
   std::size_t next_task = 0;

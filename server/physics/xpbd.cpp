@@ -92,7 +92,6 @@ class Xpbd {
   }
 
   void press() {
-    if (!body_.gas) return;
     const std::size_t count = body_.x.size();
     scratch_.position.resize(count);
     for (std::size_t i = 0; i < count; ++i) scratch_.position[i] = body_.x[i] + body_.dr[i];

@@ -81,6 +81,17 @@ TEST(ContactLimit, HoldsTheBodyToWhatItHad) {
   }
 }
 
+TEST(ContactLimit, HoldsSoManyTouchesOfABodyAndNoMore) {
+  Hit hit(1e9);
+  const auto note = [&](std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) hit.limit.note({});
+  };
+  note(touches_a_vertex_max * hit.state.x.size());
+  const std::size_t full = hit.limit.bytes();
+  note(10 * touches_a_vertex_max * hit.state.x.size());
+  EXPECT_EQ(hit.limit.bytes(), full);
+}
+
 TEST(ContactLimit, SpringsFarTooStiffMakeItARigidBodysHit) {
   for (const double restitution : {0.0, 0.5, 1.0}) {
     Hit hit(1e12, restitution);

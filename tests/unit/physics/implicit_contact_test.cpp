@@ -199,5 +199,28 @@ TEST(ImplicitContact, LeavesNoVertexBehindASurfaceThatMoves) {
   }
 }
 
+TEST(ImplicitContact, HoldsNoMoreForABodyWithPinsTheMoreOftenItTouches) {
+  SoftState<double> state = ball(1e4, {0.0, 0.53, 0.0}, {0.0, -4.0, 0.0}, surface(0.0, 0.5));
+  state.pinned.assign(state.x.size(), 0);
+  const auto higher = [](const Vec3d& a, const Vec3d& b) { return a.y() < b.y(); };
+  const auto top = static_cast<std::size_t>(std::ranges::max_element(state.x, higher) - state.x.begin());
+  state.pinned[top] = 1;
+  state.v[top].setZero();
+  const ColliderState floor = make_collider(PlaneShape{});
+  const std::vector<SolidMove> moves{move_of(floor, dt_s)};
+  BodyTables<double> tables(state);
+  SolverScratch<double> scratch;
+  const auto step = [&, start = state.v] {
+    state.v = start;
+    solve_step<double>(state, tables.tables, {Integrator::implicit_euler, {}}, {}, moves, start, dt_s, scratch,
+                       nullptr);
+  };
+  step();
+  ASSERT_FALSE(state.solve_failed);
+  const std::size_t after_one = scratch.contact.bytes();
+  for (int i = 0; i < 20; ++i) step();
+  EXPECT_EQ(scratch.contact.bytes(), after_one);
+}
+
 }  // namespace
 }  // namespace pneuma::physics
