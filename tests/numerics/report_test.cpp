@@ -17,6 +17,9 @@ namespace {
 TEST(Number, HasSoManySignificantDigitsOrHasFailed) {
   EXPECT_EQ(number(0.0012345), "0.00123");
   EXPECT_EQ(number(1.26e-9, 2), "1.3e-09");
+  EXPECT_EQ(number(1725.0, 2), "1700");
+  EXPECT_EQ(number(99.7, 2), "100");
+  EXPECT_EQ(number(2.5e7, 2), "2.5e+07");
   EXPECT_EQ(number(std::numeric_limits<double>::infinity()), "failed");
   EXPECT_EQ(percent(0.005), "0.5 %");
   EXPECT_EQ(percent(std::numeric_limits<double>::quiet_NaN()), "failed");

@@ -78,13 +78,13 @@ Result run_thin_wall(bool) {
       frozen += passage.frozen > 0 ? 1 : 0;
     }
   }
-  return {soft + ball + slab == 0, std::string("through in ")
+  return {soft + ball + slab == 0, std::string("through: a soft ball in ")
                                        .append(of(soft, runs))
-                                       .append(" runs: a soft ball; in ")
+                                       .append(" runs, a rigid ball in ")
                                        .append(std::to_string(ball))
-                                       .append(": a rigid ball; in ")
+                                       .append(", a rigid slab in ")
                                        .append(std::to_string(slab))
-                                       .append(": a rigid slab; torn and frozen in ")
+                                       .append("; a soft ball tore and froze in ")
                                        .append(std::to_string(frozen))};
 }
 
@@ -203,7 +203,7 @@ std::string bullet_deep_overlap() {
     world.step(bullet_step_s);
     fastest_m_s = std::max(fastest_m_s, (centre_m() - before).norm() / bullet_step_s);
   }
-  return std::string("two balls: ").append(brief(fastest_m_s)).append(" m/s");
+  return std::string("two of the balls: ").append(brief(fastest_m_s)).append(" m/s");
 }
 
 }  // namespace

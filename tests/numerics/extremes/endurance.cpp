@@ -43,7 +43,7 @@ Result run_threads(bool quick) {
       ++same;
     }
   }
-  return {true, std::to_string(same).append(" hashes are that of one thread")};
+  return {true, std::to_string(same).append(" runs on more threads have the hash of one thread")};
 }
 
 double energy_j(const World& world) {

@@ -170,6 +170,8 @@ Scene with_integrator(Scene scene, physics::Integrator integrator) {
 std::string percent(double share) {
   const double value = 100.0 * share;
   if (std::abs(value) < 0.01) return "under 0.01 %";
+  constexpr double many = 1000.0;
+  if (value >= many) return brief(share) + " times";
   std::ostringstream text;
   if (std::abs(value) < 9.95) {
     text << std::setprecision(2) << value << " %";
@@ -181,7 +183,12 @@ std::string percent(double share) {
 
 std::string brief(double value) {
   std::ostringstream text;
-  text << std::setprecision(2) << value;
+  if (std::abs(value) >= 99.5 && std::abs(value) < 1e6) {
+    text << std::fixed << std::setprecision(0);
+  } else {
+    text << std::setprecision(2);
+  }
+  text << value;
   return text.str();
 }
 

@@ -62,9 +62,9 @@ inline constexpr std::array<physics::Integrator, 8> every_integrator{
     physics::Integrator::xpbd,      physics::Integrator::explicit_euler,  physics::Integrator::midpoint,
     physics::Integrator::rk4,       physics::Integrator::symplectic_euler};
 
-/// Two digits: "0.31 %".
+/// Two digits, or a whole number: "0.31 %", "35 %"; "14 times" from 1,000 % up.
 [[nodiscard]] std::string percent(double share);
-/// Two digits: "3.1e-07".
+/// Two digits, or a whole number from 100 up: "3.1e-07", "128".
 [[nodiscard]] std::string brief(double value);
 
 /// What came of a scene by each integrator: all that run it to its end come within the limit. One that may fail may

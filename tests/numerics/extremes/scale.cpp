@@ -93,7 +93,7 @@ Result far_away(bool quick) {
   std::ostringstream text;
   using physics::Precision;
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    text << (precision == Precision::single_precision ? "SINGLE " : ", DOUBLE ");
+    text << (precision == Precision::single_precision ? "single precision " : ", double ");
     double worst = 0.0;
     bool refused = false;
     for (const Integrator integrator : every_integrator) {

@@ -42,7 +42,7 @@ std::string radius_in_bullet(const char* file, double dt_s) {
   bench::BulletBall peer = bullet_ball(ball, dt_s, {.link_stiffness = 1.0});
   for (int i = 0; i < static_cast<int>(10.0 / dt_s); ++i) peer.step();
   const double error = std::abs(radius_m(peer.positions_m()) / rest_radius_m(ball) - 1.0);
-  return "radius off by " + percent(error) + ", by its stiffest links and 5 iterations";
+  return "radius off by " + percent(error) + " (stiffest links, 5 iterations)";
 }
 
 double overstretch(const Run& run) {
@@ -153,7 +153,7 @@ std::string damped_in_bullet() {
   const Vec3d before = centre();
   for (int i = 0; i < 60; ++i) peer.step();
   const double went = (centre() - before).norm() / ball.velocity.norm();
-  return "brakes the whole body at its highest damping: in a second it goes " + percent(went) + " of its way";
+  return "at its highest damping the whole body is braked: in a second it goes " + percent(went) + " of its way";
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ std::string listed(const std::vector<std::string>& words) {
   return text;
 }
 
-std::string summary(std::size_t cases, const std::vector<std::string>& failing) {
+std::string summary(std::size_t cases, const std::vector<std::string>& failing, bool quick) {
   std::string text = std::to_string(cases - failing.size());
   text.append(" of ").append(std::to_string(cases)).append(" cases hold");
   if (!failing.empty()) {
@@ -25,7 +25,10 @@ std::string summary(std::size_t cases, const std::vector<std::string>& failing) 
   }
   return text +
          ". Each is a scene file of `tests/numerics/scenes`; a case that runs in several ways (integrators, "
-         "precisions) holds where all of them do. A test fails when a row changes.";
+         "precisions) holds where all of them do. A test fails when a row changes. Bullet runs with its own settings "
+         "for "
+         "the same scene; a dash: it was not run." +
+         (quick ? " This is a quick page: long cases ran for some seconds, not for all the time that they name." : "");
 }
 
 void run(Context& context) {
@@ -37,7 +40,7 @@ void run(Context& context) {
     const extremes::Result result = extreme.run(context.quick);
     const std::string outcome = result.holds ? "holds" : "fails";
     const std::string number = std::to_string(extreme.number);
-    const std::string bullet = extreme.bullet ? extreme.bullet() : "";
+    const std::string bullet = extreme.bullet ? extreme.bullet() : "-";
     if (!result.holds) failing.push_back(number);
     rows.push_back({number, extreme.name, extreme.criterion, outcome, result.figure, bullet});
     csv.row({static_cast<double>(extreme.number), extreme.name, extreme.criterion, outcome, result.figure, bullet});
@@ -45,7 +48,7 @@ void run(Context& context) {
     context.progress.advance(static_cast<double>(rows.size()) / static_cast<double>(cases.size()));
   }
   context.page.heading("Extreme cases");
-  context.page.paragraph(summary(cases.size(), failing));
+  context.page.paragraph(summary(cases.size(), failing, context.quick));
   context.page.table({"number", "case", "criterion", "outcome", "figure", "Bullet"}, rows);
 }
 

@@ -81,11 +81,6 @@ std::shared_ptr<const physics::Mesh> drawn_out_ball() {
   return mesh;
 }
 
-/// To three digits, or all of a large one.
-std::string rounded(double value) {
-  return value < 100.0 ? number(value) : fixed(value, 0);
-}
-
 bool all_asleep(const physics::World& world) {
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
     if (!world.is_asleep(i)) return false;
@@ -123,22 +118,22 @@ void add_stages(Context& context) {
     context.outcomes.push_back({std::string("stages of ").append(each.name), used});
     context.progress.advance(0.6 * static_cast<double>(profiles.size()) / static_cast<double>(cases.size()));
   }
-  const auto add_table = [&](std::string_view title, const auto& cell) {
+  const auto add_table = [&](std::string_view title, int digits, const auto& cell) {
     context.page.paragraph(title);
     std::vector<std::vector<std::string>> rows;
     for (std::size_t stage = 0; stage < physics::stage_count; ++stage) {
       std::vector<std::string> row{std::string(physics::stage_names[stage])};
-      for (const physics::Profile& profile : profiles) row.push_back(rounded(cell(profile[stage])));
+      for (const physics::Profile& profile : profiles) row.push_back(number(cell(profile[stage]), digits));
       rows.push_back(std::move(row));
     }
     context.page.table(columns, rows);
   };
   const double per_tick = 1.0 / static_cast<double>(ticks);
-  add_table("**Time a tick (microseconds):**",
+  add_table("**Time a tick (\u00b5s):**", 2,
             [&](const physics::StageRow& row) { return 1e-3 * static_cast<double>(row.time.count()) * per_tick; });
-  add_table("**Calls a tick:**",
+  add_table("**Calls a tick:**", 4,
             [&](const physics::StageRow& row) { return static_cast<double>(row.calls) * per_tick; });
-  add_table("**Memory held (KiB):**",
+  add_table("**Memory held (KiB):**", 2,
             [](const physics::StageRow& row) { return static_cast<double>(row.bytes) / 1024.0; });
 }
 
@@ -178,26 +173,30 @@ void add_hand_written(Context& context) {
     context.outcomes.push_back({std::string("as by hand: ").append(name), same_bits ? "same bits" : "other bits"});
     context.progress.advance(0.6 + 0.4 * static_cast<double>(i + 1) / static_cast<double>(sets.size()));
   }
-  context.page.table({"features", "scene, a step (us)", "by hand, a step (us)", "scene over hand", "same bits"}, rows);
+  context.page.table(
+      {"features", "scene, a step (\u00b5s)", "by hand, a step (\u00b5s)", "scene over hand", "same bits"}, rows);
 }
 
 void run(Context& context) {
   context.page.heading("What a scene leaves out");
   context.page.paragraph(
-      "A scene is compiled to the stages that it needs. Each scene below ran on one thread, its stages counted; one "
+      "A scene is compiled to the stages that it needs. Each scene below ran on one thread, its stages counted; a "
+      "stage "
       "with no calls and no memory is not there. So a cloth without gas pays for no volume and no pressure, a body "
       "alone "
-      "for no contact, still air for no wind; balls asleep keep their memory and cost no stage at all. What your scene "
-      "does not name, you do not pay for. Volume and pressure of exact gas are found in the springs' own pass; their "
-      "rows "
-      "are what is left to add up. Times include the counting.");
+      "for no contact, still air for no wind; balls asleep keep their memory and cost no stage at all. Exact volume "
+      "and "
+      "pressure are found in the springs' own pass; their rows are what is left to add up. Times include the "
+      "counting.");
   add_stages(context);
   context.page.subheading("Against a program written by hand");
   context.page.paragraph(
-      "The same ball of 162 vertices, by symplectic Euler in single precision, as a scene and as a program that calls "
+      "A ball of 162 vertices, by symplectic Euler in single precision, as a scene and as a program that calls "
       "only the kernels which these features need, in turns. The ball is let go drawn out by a tenth. A ratio of 1 "
-      "says that what is general about the engine "
-      "costs nothing where it is not used; the vertices end at the same bits.");
+      "says "
+      "that what is general about the engine costs nothing where it is not used. The last column: whether all vertices "
+      "end "
+      "at the same bits.");
   add_hand_written(context);
 }
 

@@ -32,11 +32,13 @@ std::string processor() {
 
 std::string preface(bool quick) {
   std::string text = "# Numerical report\n\n";
-  text.append("Written by `./dev report").append(quick ? " --quick" : "").append("` on one thread of an ");
-  text.append(processor()).append(" with ").append(std::to_string(std::thread::hardware_concurrency()));
+  text.append("Written by `./dev report").append(quick ? " --quick" : "").append("`. Processor: ").append(processor());
+  text.append(", ").append(std::to_string(std::thread::hardware_concurrency())).append(" hardware threads.");
   text.append(
-      " threads, shared with others: compare times within this page only. All errors, orders and outcomes are the same "
-      "bits on any machine. The points of each plot lie in `csv/` beside the page where the report is run.\n");
+      " Times are CPU times of one thread; they vary from run to run, so compare them within this page only. Pneuma's "
+      "errors, orders and outcomes come out the same in every run. The points of each plot lie in `csv/` beside the "
+      "page "
+      "where the report is run.\n");
   return text;
 }
 

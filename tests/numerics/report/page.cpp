@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 
 namespace pneuma::report {
 namespace {
@@ -18,9 +19,11 @@ bool is_number(const std::string& cell) {
 
 std::string number(double value, int digits) {
   if (!std::isfinite(value)) return "failed";
+  constexpr double plain_max = 1e6;
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%.*g", digits, value);
-  return text.data();
+  const double rounded = std::strtod(text.data(), nullptr);
+  return std::abs(rounded) >= std::pow(10.0, digits) && std::abs(rounded) < plain_max ? fixed(rounded, 0) : text.data();
 }
 
 std::string fixed(double value, int decimals) {

@@ -7,7 +7,8 @@
 
 namespace pneuma::report {
 
-/// A number to so many significant digits: "0.00123", "1.2e-09", "45 300"; "failed" of what is not finite.
+/// A number to so many significant digits: "0.00123", "1.2e-09", "45300", a power of ten from 10^6 up; "failed" of what
+/// is not finite.
 [[nodiscard]] std::string number(double value, int digits = 3);
 /// A number to so many decimals: "2.00".
 [[nodiscard]] std::string fixed(double value, int decimals);

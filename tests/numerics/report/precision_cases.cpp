@@ -72,7 +72,7 @@ Case breathing(const std::string& name, const std::string& title, std::uint32_t 
 
 // Where the motion that is seen is slow and the stiffness only costs: it flies and spins.
 Case spinning(const std::string& name, const std::string& title, const Ball& ball, double share) {
-  Case subject{.name = name, .words = "thrown, at a turn in 1.7 seconds", .ticks = 30};
+  Case subject{.name = name, .words = "turns once in 1.7 s", .ticks = 30};
   SoftBody body = let_go(ball, share);
   body.velocity = {1.0, 3.0, 0.0};
   body.angular_velocity = {1.0, 2.0, 3.0};
@@ -161,7 +161,7 @@ Measuring measuring_of(const Case& subject) {
 std::vector<Case> all_cases(bool quick) {
   std::vector<Case> cases = motions();
   for (const RestingBall& ball : resting_balls()) {
-    Case subject{.name = ball.name, .words = "let go in the shape of its springs, comes to rest"};
+    Case subject{.name = ball.name, .words = "let go at its springs' rest lengths"};
     subject.ticks = quick ? 60 : 180;
     subject.rest_ticks = 30;
     subject.explicit_from = 64;

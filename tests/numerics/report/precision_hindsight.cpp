@@ -53,8 +53,7 @@ std::string describe(const Run& run) {
 }
 
 std::string milliseconds(double cpu_ms_per_s) {
-  const double unit = std::pow(10.0, std::floor(std::log10(cpu_ms_per_s)) - 1.0);
-  return number(std::round(cpu_ms_per_s / unit) * unit, 6) + " ms";
+  return number(cpu_ms_per_s, 2) + " ms";
 }
 
 std::string share(double error) {

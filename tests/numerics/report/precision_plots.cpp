@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "numerics/report/methods.h"
 
@@ -13,7 +14,7 @@ using physics::Integrator;
 namespace {
 
 constexpr double least_error = 1e-9;  // what is smaller is shown as this: the reference says no more
-constexpr double failed_at = 3.0;
+constexpr double failed_at = 1e3;     // until the height of the plot is known
 constexpr int bullet_style = 8;
 constexpr const char* time_label = "CPU time (ms a simulated second)";
 
@@ -43,11 +44,12 @@ class Diagram {
     for (auto& [time_ms, error] : series.points) {
       error = std::max(error, least_error);
       least_ = std::min(least_, error);
+      any_failed_ |= error == failed_at;
     }
     if (!series.points.empty()) plot_.series.push_back(std::move(series));
   }
 
-  /// What a method failed at stands above a line, its method in the key if nothing else of it is.
+  /// What a method failed at, at failed_at, stands above a line, its method in the key if nothing else of it is.
   void add_failed(Series series, bool in_key) {
     if (series.points.empty()) return;
     if (!in_key) series.label.clear();
@@ -70,9 +72,23 @@ class Diagram {
     plot_.commands.push_back(line.str());
   }
 
-  [[nodiscard]] Plot plot() {
-    plot_.y.range = {0.5 * least_, any_failed_ ? 2.0 * failed_at : 1.0};
-    if (any_failed_) level(failed_at / 1.7, "failed: above this line", Side::right);
+  [[nodiscard]] Plot plot() && {
+    plot_.y.range = {0.5 * least_, 1.0};
+    if (!any_failed_) return plot_;
+    // Marks stand just above the line, words at the top.
+    constexpr double line = 1.7;
+    constexpr double band = 0.22;  // of the height below the line
+    const double height = line / plot_.y.range.first;
+    const double marks = line * std::pow(height, 0.3 * band);
+    plot_.y.range.second = line * std::pow(height, band);
+    for (Series& series : plot_.series) {
+      for (auto& [time_ms, error] : series.points) {
+        if (error == failed_at) error = marks;
+      }
+    }
+    level(line, "", Side::right);
+    plot_.commands.emplace_back(
+        "set label \"failed: above this line\" at graph 0.99, graph 0.96 right tc rgb '#404040'");
     return plot_;
   }
 
@@ -134,7 +150,7 @@ Series chosen(const Measured& measured, const Judged& judged) {
 }
 
 Ladder bullet(const Measured& measured) {
-  Ladder ladder{.holds{.label = "Bullet, 1 to 50 iterations", .style = bullet_style, .points{}},
+  Ladder ladder{.holds{.label = "Bullet", .style = bullet_style, .points{}},
                 .failed{.label = "Bullet", .style = bullet_style, .points{}}};
   for (const Peer& peer : measured.peers) {
     const bool holds = peer.volume_error <= 1.0;
@@ -157,10 +173,10 @@ Plot diagram(const Measured& measured, const Judged& judged) {
   bullet(measured).draw(diagram);
   diagram.add(chosen(measured, judged));
   if (const double error = measured.standstill.*judged.error; error <= 1.0) {
-    diagram.level(error, "a body that stays as it is", Diagram::Side::right);
+    diagram.level(error, "error of not moving at all", Diagram::Side::right);
   }
-  diagram.level(measured.reference.halving.*judged.error, "what the reference knows", Diagram::Side::left);
-  return diagram.plot();
+  diagram.level(measured.reference.halving.*judged.error, "the reference's own error", Diagram::Side::left);
+  return std::move(diagram).plot();
 }
 
 Plot precision_diagram(const std::vector<Measured>& all) {
@@ -181,7 +197,7 @@ Plot precision_diagram(const std::vector<Measured>& all) {
       style += in_double ? 4 : -2;
     }
   }
-  return diagram.plot();
+  return std::move(diagram).plot();
 }
 
 }  // namespace pneuma::report::precision

@@ -19,8 +19,11 @@ std::string ratio_cell(const Verdict& row, const Run* run) {
   return run == nullptr ? "-" : number(row.ratio_to(run), 2);
 }
 
+constexpr double round_off = 1e-12;
+
 std::string cell(double value) {
-  return std::isnan(value) ? "-" : number(value, 2);
+  if (std::isnan(value)) return "-";
+  return value < round_off ? "round-off" : number(value, 2);
 }
 
 std::vector<std::string> measures_row(const std::string& first, const Run& run) {
@@ -94,8 +97,9 @@ void write_verdicts(Page& page, const std::vector<Verdict>& rows) {
   }
   page.paragraph(
       "What `AUTO` chose at its target of 1 %, how far off it was, and the cheapest run in hindsight that was as exact "
-      "(or within 0.01 %, or three times what the reference knows). CPU times are for a simulated second; the ratio is "
-      "AUTO's over that run's.");
+      "(or within 0.01 %, or three times the reference's own error). CPU times are for a simulated second. The ratio "
+      "is "
+      "AUTO's time over that run's: under 1, AUTO was faster than any step of the ladders that is as exact.");
   page.table({"case", "AUTO's choice", "its error", "CPU time", "best in hindsight", "ratio"}, choices);
   std::vector<std::vector<std::string>> reasons;
   for (const Verdict& row : rows) {
@@ -111,13 +115,11 @@ void write_verdicts(Page& page, const std::vector<Verdict>& rows) {
 void write_measures(Page& page, const std::vector<Measured>& all) {
   page.subheading("What else is off");
   page.paragraph(
-      "Root mean squares over the ticks against the reference: position and centre of mass in body sizes, volume in "
-      "its "
-      "own, energy (so also what dampers and the wind took) in the most that is kinetic or was won or lost, momentum "
-      "in "
-      "mass times the greatest speed, angular momentum in that times body size, the period of breathing in its own. "
-      "First AUTO's "
-      "runs:");
+      "Root mean squares over the ticks of the difference from the reference. Each is relative: position and centre of "
+      "mass to body size; volume and breathing period to their own; energy (with what dampers and the wind took) to "
+      "the "
+      "most that was kinetic, won or lost; momentum to mass times the greatest speed; angular momentum to that times "
+      "body size. Round-off: under 1e-12. A dash: the case has none. First AUTO's runs:");
   std::vector<std::vector<std::string>> rows;
   for (const Measured& measured : all) rows.push_back(measures_row(measured.subject.name, automatic(measured)));
   page.table(measures_columns("case"), rows);
@@ -162,12 +164,13 @@ void write_peers(Page& page, const std::vector<Measured>& all) {
   if (rows.empty()) return;
   page.subheading("Stiff balls at rest, beside Bullet");
   page.paragraph(
-      "A ball of 162 vertices, 1 kg and 1 m at 60 Hz, and the volume that it comes to rest at. Bullet's springs have "
-      "no "
-      "stiffness in N/m but a share of strain that each iteration takes away, here all of it: the stiffest it has, yet "
-      "its balls are softer than asked for until its iterations are many; with 1,000 times the gas it may also pass "
-      "the "
-      "right volume, which it does not aim at.");
+      "A ball of 162 vertices, 1 kg and 1 m across at 60 Hz, and the volume at which it comes to rest. Bullet's "
+      "springs "
+      "have no stiffness in N/m. Each iteration takes away a share of the strain, here all of it: the stiffest there "
+      "is. "
+      "So its balls are softer than asked for until the iterations are many. The closed form takes all springs as "
+      "equally "
+      "long.");
   page.table({"case", "program", "volume off by", "CPU time"}, rows);
 }
 
@@ -185,10 +188,11 @@ void write_references(Page& page, const std::vector<Measured>& all) {
   }
   page.paragraph(
       "RK4 in double precision, its step halved until that changes the measure by less than 1e-9. Where something "
-      "touches, that holds until then; after it trajectories are chaotic, so only centres of mass, volume and energy "
-      "are compared, and what halving changes there is as much as the reference knows. Energy is kept where nothing "
-      "damps, blows or bounces: its change is the reference's own, in its most kinetic energy. Durations are what "
-      "such steps can follow in the time there is.");
+      "touches, that holds until it does. After contact, trajectories are chaotic: only centres of mass, volume and "
+      "energy "
+      "are compared, and what halving changes there is the reference's own error. The last column is the change of the "
+      "reference's energy over its greatest kinetic energy: near zero where nothing damps, blows or bounces. A short "
+      "duration keeps such small steps affordable.");
   page.table(
       {"case", "what moves", "simulated s", "steps in 1/60 s", "halving changes", "after contact", "energy change"},
       rows);

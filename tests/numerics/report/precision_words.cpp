@@ -1,6 +1,7 @@
 #include "numerics/report/precision_words.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "numerics/report/methods.h"
 
@@ -10,6 +11,11 @@ namespace {
 
 void append_item(std::string& list, const std::string& item, const char* separator = "; ") {
   list.append(list.empty() ? "" : separator).append(item);
+}
+
+// "as long", "1.3 times as long".
+std::string times_as_long(double ratio) {
+  return std::abs(ratio - 1.0) < 0.05 ? "as long" : number(ratio, 2) + " times as long";
 }
 
 // A bullet for each method that is the cheapest somewhere.
@@ -24,7 +30,7 @@ void write_winners(Page& page, const std::vector<Verdict>& rows, const Run* Verd
                              milliseconds(run->cpu_ms_per_s) + ")");
     }
     if (where.empty()) continue;
-    page.bullet("**" + title_of(integrator) + "** costs least " + within + " for: " + where + ".");
+    page.bullet("To come " + within + ", **" + title_of(integrator) + "** costs least for: " + where + ".");
   }
   std::string nowhere;
   for (const Verdict& row : rows) {
@@ -39,7 +45,9 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
   const Verdict* dearest = nullptr;
   for (const Verdict& row : rows) {
     if (!row.holds_target()) {
-      append_item(missed, row.judged->title + " (" + share(row.error) + ")");
+      append_item(missed, row.judged->title + " (off by " + share(row.error) +
+                              (row.within_percent == nullptr ? "" : "; instead: " + describe(*row.within_percent)) +
+                              ")");
     } else if (row.within_percent != nullptr) {
       ratios.push_back(row.ratio_to(row.within_percent));
       if (dearest == nullptr || ratios.back() > dearest->ratio_to(dearest->within_percent)) dearest = &row;
@@ -50,12 +58,14 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
                      std::to_string(rows.size()) + " rows";
   if (dearest != nullptr) {
     std::ranges::sort(ratios);
-    text += ", and took " + number(ratios[ratios.size() / 2], 2) +
-            " times the CPU time of the cheapest run within 1 % there (the median; at most " +
-            number(dearest->ratio_to(dearest->within_percent), 2) + ", " + dearest->judged->title + ")";
+    text += ". There it took " + times_as_long(ratios[ratios.size() / 2]) +
+            " as the cheapest run of a ladder that came within 1 % (the median; at worst " +
+            times_as_long(dearest->ratio_to(dearest->within_percent)) + ": " + dearest->judged->title + ")";
   }
-  page.bullet(text + ". So leave `integrator` at `AUTO` unless your scene is one of those below.");
+  page.bullet(text + ".");
   if (!missed.empty()) page.bullet("`AUTO` missed its 1 % for: " + missed + ".");
+  page.bullet(missed.empty() ? "So leave `integrator` at `AUTO`, unless you want another error: set `error_target`."
+                             : "So leave `integrator` at `AUTO`, unless your scene is like one that it missed.");
 }
 
 void write_losers(Page& page, const std::vector<Verdict>& rows) {

@@ -97,7 +97,8 @@ void draw(Context& context, const LinearBall& ball, const std::vector<Limit>& li
     plot.series.push_back(std::move(measured));
   }
   context.figure(damping > 0.0 ? "stability-limits-damped" : "stability-limits-undamped", plot,
-                 "Points: where the engine's motion begins to grow. Lines: theory.");
+                 std::string(damping > 0.0 ? "Damped" : "Undamped")
+                     .append(". Points: where the engine's motion begins to grow. Lines: theory."));
 }
 
 }  // namespace
@@ -108,9 +109,10 @@ void add_stability_limits(Context& context, const LinearBall& ball, double begun
       "The same ball, undamped and with 0.1 N s/m in each spring: the step past which a motion grows e-fold in a "
       "second "
       "or faster, found by bisection, over the step that theory gives. Theory is exact here: the eigenvalues of the "
-      "whole stiffness matrix, put through each method's amplification factor. For symplectic Euler that is 2/w of the "
-      "fastest motion w, for RK4 2.83/w; explicit Euler and midpoint grow at any step where nothing damps, and are "
-      "unstable past 2/w^2 and 2/w^(4/3) by this measure.");
+      "whole "
+      "stiffness matrix, put through each method's amplification factor. Undamped, with w the fastest motion in rad/s, "
+      "symplectic Euler ends at 2/w and RK4 at 2.83/w; explicit Euler and midpoint grow at any step, and pass e-fold a "
+      "second at about 2/w^2 and 2/w^(4/3).");
   const std::vector<Limit> limits = measure_all(context, ball, begun, ended);
   Csv csv = context.csv("stability-limits",
                         {"integrator", "stiffness_n_m", "damping_n_s_m", "theory_s", "measured_s", "refused_past_s"});

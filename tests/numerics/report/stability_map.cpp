@@ -98,6 +98,23 @@ constexpr std::array<Look, 3> looks{{{Cell::stable, "stable", 1, Mark::points, "
                                      {Cell::damped, "damped too much", 0, Mark::circles, "#fdf0c0"},
                                      {Cell::unstable, "unstable", 2, Mark::crosses, "#f3c3a8"}}};
 
+std::ptrdiff_t count(const Map& map, Cell cell) {
+  std::ptrdiff_t sum = 0;
+  for (const std::vector<Cell>& row : map) sum += std::ranges::count(row, cell);
+  return sum;
+}
+
+std::string caption(Integrator integrator, const Map& map) {
+  return title_of(integrator)
+      .append(": ")
+      .append(std::to_string(count(map, Cell::stable)))
+      .append(" cells stable, ")
+      .append(std::to_string(count(map, Cell::damped)))
+      .append(" damped too much, ")
+      .append(std::to_string(count(map, Cell::unstable)))
+      .append(" unstable.");
+}
+
 void draw(Context& context, const LinearBall& ball, const Grid& grid, Integrator integrator, const Map& map) {
   Plot plot;
   plot.title = title_of(integrator);
@@ -142,8 +159,7 @@ void draw(Context& context, const LinearBall& ball, const Grid& grid, Integrator
   }
   if (!limit.points.empty()) plot.series.push_back(std::move(limit));
   const std::string name(physics::name_of(integrator));
-  context.figure(std::string("stability-").append(name), plot,
-                 std::string("Stability of ").append(title_of(integrator)).append("."));
+  context.figure(std::string("stability-").append(name), plot, caption(integrator, map));
 }
 
 /// Cells on the side of the theory's limit that they should be on, of all.
@@ -161,12 +177,6 @@ std::string agreement(const LinearBall& ball, const Grid& grid, Integrator integ
   return std::to_string(agree).append(" of ").append(std::to_string(all));
 }
 
-std::ptrdiff_t count(const Map& map, Cell cell) {
-  std::ptrdiff_t sum = 0;
-  for (const std::vector<Cell>& row : map) sum += std::ranges::count(row, cell);
-  return sum;
-}
-
 /// The longest step that is stable, as are all shorter ones.
 std::string longest_stable(const Grid& grid, const std::vector<Cell>& cells) {
   std::string step = "-";
@@ -180,15 +190,16 @@ void run(Context& context) {
       "A ball of 162 vertices and 1 kg, undamped, with gas of 100 Pa in air of 100 Pa, is displaced by some "
       "micrometres "
       "and left for a second, with springs of k = 1 to 10^8 N/m and steps of 1/30 to 1/7,680 s. A cross: its motion "
-      "grows e-fold in a second or faster. A ring: its breathing loses half of its amplitude or more within three "
-      "periods, where the exact motion loses nothing; it is safe, but what is fast is not seen. A filled square: "
-      "neither. The explicit integrators are displaced along their fastest motion, the others in every motion at "
-      "once.");
+      "grows "
+      "e-fold in a second or faster. A ring: its breathing loses half of its amplitude or more within three periods, "
+      "where "
+      "the exact motion loses nothing; nothing runs away, but fast motion is not seen. A filled square: neither. The "
+      "explicit integrators are displaced along their fastest motion, the others in every motion at once.");
   context.page.paragraph(
-      "For your scene: go up from your stiffness to the longest step with a filled square. Explicit methods need steps "
-      "that shrink as 1/sqrt(k); the implicit ones and XPBD take any step, and pay with damping. A ball of another "
-      "mass "
-      "m or as many vertices more reads the map at the stiffness k (1 kg / m) (vertices / 162).");
+      "For your scene: find your stiffness and go up from the shortest step as long as there are filled squares. The "
+      "longest step shrinks as 1/sqrt(k) for symplectic Euler and RK4, and faster for midpoint and explicit Euler. "
+      "Implicit Euler and TR-BDF2 take any step, and pay with damping. For a ball of mass m in kg and n vertices, read "
+      "the map at the stiffness k / m * n / 162.");
   const LinearBall ball;
   const Grid grid = grid_of(context.quick);
   std::vector<std::string> columns{"k (N/m)"};

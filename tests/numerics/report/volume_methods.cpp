@@ -135,8 +135,7 @@ void write_motions(Context& context, const std::array<Moved, 2>& moved) {
           .append(number(1e6 * hand.exact().volume_at_rest_m3))
           .append(" cm\u00b3). The volume at rest is the true one of the shape that the body takes, damped; period and "
                   "energy are undamped, over 0.5 s by symplectic Euler. Energy is what the motion gained from nowhere "
-                  "between the "
-                  "first and the last eighth of a second, over its greatest kinetic energy."));
+                  "between the first and the last eighth of a second, over its greatest kinetic energy."));
   Csv csv = context.csv("volume-motion", {"body", "method", "resolution", "volume_at_rest_m3", "period_s",
                                           "energy_gained_j", "kinetic_max_j"});
   std::vector<std::vector<std::string>> rows;

@@ -10,13 +10,13 @@ using physics::VolumeMethod;
 
 namespace {
 
-/// To two digits, and all of those before the point.
-std::string rounded(double value) {
-  return std::abs(value) < 99.5 ? number(value, 2) : fixed(value, 0);
+std::string times(double ratio) {
+  return number(ratio, 2).append(" times");
 }
 
-std::string times(double ratio) {
-  return rounded(ratio).append(" times");
+/// "4.4 % too long", "40 % too short".
+std::string too(double ratio, const std::string& more, const std::string& less) {
+  return share(std::abs(ratio)).append(" too ").append(ratio < 0.0 ? less : more);
 }
 
 /// The cheapest rung of the method that is within `error` on each subject; null where none is.
@@ -75,11 +75,11 @@ const std::vector<Volume>& moved_by() {
 }
 
 std::string microseconds(double time_us) {
-  return rounded(time_us).append(" \u00b5s");
+  return number(time_us, 2).append(" \u00b5s");
 }
 
 std::string share(double ratio) {
-  return rounded(100.0 * ratio).append(" %");
+  return number(100.0 * ratio, 2).append(" %");
 }
 
 std::string signed_share(double ratio) {
@@ -109,23 +109,23 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
                   .append(title_of(coarsest))
                   .append(", takes ")
                   .append(slower(coarsest))
-                  .append(", and is off by ")
+                  .append(" as that, and is off by ")
                   .append(error(coarsest))
                   .append("."));
   page.bullet(std::string("**`ELLIPSOID`** takes ")
                   .append(time(ellipsoid))
-                  .append(", ")
+                  .append(", which is ")
                   .append(slower(ellipsoid))
-                  .append(", and is off by ")
+                  .append(" as `EXACT`. It is off by ")
                   .append(error(ellipsoid))
-                  .append(": for what stays round. `BALL` is off by ")
+                  .append(": take it only for what stays round. `BALL` is off by ")
                   .append(error({VolumeMethod::ball}))
                   .append(", `BOX` by ")
                   .append(error({VolumeMethod::box}))
                   .append("."));
-  page.bullet(std::string("Of the two that sample, within 1 % on both meshes first: ")
+  page.bullet(std::string("Of the two that sample, the coarsest within 1 % on both meshes are ")
                   .append(within_one_percent(VolumeMethod::subdivided, subjects))
-                  .append(", ")
+                  .append(" and ")
                   .append(within_one_percent(VolumeMethod::monte_carlo, subjects))
                   .append(". On the ball a tenth of the error takes ")
                   .append(times(time_ratio_for_a_tenth(subjects[0].costs, VolumeMethod::subdivided)))
@@ -146,10 +146,10 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
   page.bullet(
       std::string("In motion, a volume that is off by the same ratio all along acts as another amount of gas: by "
                   "`BOX` the ball comes to rest at a volume that is ")
-          .append(signed_share(ball.rest_error(box)))
-          .append(" off, and breathes at a period that is ")
-          .append(signed_share(ball.period_error(box)))
-          .append(" off. A ratio that changes as a body turns or bends makes energy or takes it besides: at most ")
+          .append(too(ball.rest_error(box), "large", "small"))
+          .append(", and breathes at a period that is ")
+          .append(too(ball.period_error(box), "long", "short"))
+          .append(". A ratio that changes as a body turns or bends also adds energy or takes it away: at most ")
           .append(signed_share(worst_of->energy_gain(worst)))
           .append(" here, of the ")
           .append(worst_of->motion.name)

@@ -116,6 +116,13 @@ void write_csv(const std::vector<Measured>& all, const Context& context) {
   }
 }
 
+std::string caption(const Measured& measured, const Judged& judged) {
+  std::string text = judged.title + ": " + measured.subject.words + ". ";
+  const Run* cheapest = cheapest_within(measured, judged, 0.01);
+  if (cheapest == nullptr) return text + "No run came within 1 %.";
+  return text + "Cheapest within 1 %: " + describe(*cheapest) + ".";
+}
+
 // No finer than what another compiler's or library's last bits may change.
 std::string decade(double error) {
   if (!std::isfinite(error)) return "failed";
@@ -153,24 +160,27 @@ void run(Context& context) {
   page.paragraph(
       "Each scene below is run with every method over a ladder of steps, and compared at every tick with a converged "
       "solution. Errors of motion are distances in body sizes: the largest side of the body's bounding box. One "
-      "thread, "
-      "60 ticks a second, double precision; medians of interleaved runs.");
+      "thread, 60 "
+      "ticks a second, double precision; medians of interleaved runs.");
   write_advice(page, rows);
   write_verdicts(page, rows);
   page.subheading("The ladders");
   page.paragraph(
-      "Further down is more exact, further left is faster; each line is a method's ladder of substeps. What failed "
-      "(was "
-      "frozen, or was more than a body size off) stands above the upper line, at what its steps cost where they hold. "
-      "Errors under 1e-9 are drawn at that. Dashed without marks: Newton's four iterations, solved to 1e-6.");
+      std::string(
+          "Further down is more exact, further left is faster. Each line is a method's ladder: the same scene at "
+          "more and more substeps, for Bullet 1 to 50 iterations. What failed (a body froze, or was more than its "
+          "size off) stands above the top line, at the time that such steps take where they hold. Dotted lines: "
+          "the error of a body that does not move at all, and the reference's own. Errors under 1e-9 are drawn "
+          "at 1e-9.")
+          .append(context.quick ? "" : " Dashed lines without marks: four Newton iterations a step, solved to 1e-6."));
   for (const Measured& measured : all) {
     for (const Judged& judged : measured.subject.judged) {
-      context.figure("precision-" + judged.name, diagram(measured, judged), judged.title);
+      context.figure("precision-" + judged.name, diagram(measured, judged), caption(measured, judged));
       add_outcomes(measured, judged, context.outcomes);
     }
   }
   context.figure("precision-single", precision_diagram(all),
-                 "RK4 in single precision goes as far down as its round-off lets it.");
+                 "RK4 in single precision: faster, until round-off ends its line.");
   write_measures(page, all);
   write_peers(page, all);
   write_references(page, all);
