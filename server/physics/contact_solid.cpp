@@ -267,6 +267,7 @@ template <class Real>
 void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
                 const SubstepPhysics& physics, std::vector<VertexStop>& stops) {
   stops.clear();
+  const std::size_t stops_max = touches_a_vertex_max * body.x.size();
   for (const SolidMove& solid : colliders) {
     const ContactSurface surface = combine(body.body.surface, *solid.surface);
     if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) continue;
@@ -280,6 +281,7 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
       const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
         const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
         velocity = met.of_surface + met.after;
+        if (stops.size() == stops_max) return met.after;
         stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
                          std::max(0.0, -surface.restitution * met.impact_m_s),

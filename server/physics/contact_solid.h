@@ -48,8 +48,8 @@ struct VertexStop {
   ContactSurface surface;
 };
 
-/// Lists the stops of the body's moves, by vertex; a vertex in an edge or a corner has one for each wall. The body
-/// stays as it is.
+/// Lists the stops of the body's moves, by vertex; a vertex in an edge or a corner has one for each wall. Those past
+/// touches_a_vertex_max of all its vertices are left out. The body stays as it is.
 template <class Real>
 void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
                 const SubstepPhysics& physics, std::vector<VertexStop>& stops);

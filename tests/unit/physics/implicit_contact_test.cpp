@@ -92,6 +92,12 @@ TEST(FindStops, InACornerAVertexHasAStopForEachWall) {
   }
 }
 
+TEST(FindStops, OfFloorsWithoutNumberListsAsManyAsTheBodyMayTouch) {
+  const SoftState<double> state = ball(1e3, {0.0, -1.0, 0.0}, {0.0, -1.0, 0.0});
+  const std::vector<ColliderState> floors(100, make_collider(PlaneShape{}));
+  EXPECT_EQ(stops_of(state, floors).size(), touches_a_vertex_max * state.x.size());
+}
+
 TEST(FindStops, LeavesPinnedVerticesAndWhatStaysOutsideAlone) {
   SoftState<double> state = ball(1e3, {0.0, 0.53, 0.0}, {0.0, -6.0, 0.0});
   state.pinned.assign(state.x.size(), 1);
