@@ -182,7 +182,8 @@ void write_references(Page& page, const std::vector<Measured>& all) {
     const std::vector<Judged>& judged = measured.subject.judged;
     rows.push_back({measured.subject.name, measured.subject.words,
                     number(static_cast<double>(measured.subject.ticks) / rate_hz, 2),
-                    std::to_string(reference.substeps), number(reference.halving.*judged.front().error, 2),
+                    std::to_string(reference.substeps),
+                    number(reference.halving.*judged.front().error, 2) + (reference.converged ? "" : ", not converged"),
                     judged.size() > 1 ? number(reference.halving.*judged.back().error, 2) : "-",
                     number(reference.energy_drift, 2)});
   }
