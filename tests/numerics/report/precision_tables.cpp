@@ -164,7 +164,7 @@ void write_peers(Page& page, const std::vector<Measured>& all) {
   if (rows.empty()) return;
   page.subheading("Stiff balls at rest, beside Bullet");
   page.paragraph(
-      "A ball of 162 vertices, 1 kg and 1 m across at 60 Hz, and the volume at which it comes to rest. Bullet's "
+      "A ball of 162 vertices, 1 kg and 1 m radius at 60 Hz, and the volume at which it comes to rest. Bullet's "
       "springs "
       "have no stiffness in N/m. Each iteration takes away a share of the strain, here all of it: the stiffest there "
       "is. "
