@@ -115,7 +115,8 @@ Result run_heavy_on_light(bool quick) {
     ++runs;
     stood += stands() ? 1 : 0;
     if (!stands()) {
-      falls.append("; ").append(name_of(variant)).append(" falls within ").append(std::to_string(second)).append(" s");
+      falls.append(falls.empty() ? "; falls by " : ", by ").append(name_of(variant));
+      falls.append(" within ").append(std::to_string(second)).append(" s");
     }
   }
   return {stood == runs, std::string("stands in ").append(of(stood, runs)).append(" runs").append(falls)};

@@ -164,7 +164,7 @@ void write_peers(Page& page, const std::vector<Measured>& all) {
   if (rows.empty()) return;
   page.subheading("Stiff balls at rest, beside Bullet");
   page.paragraph(
-      "A ball of 162 vertices, 1 kg and 1 m across at 60 Hz, and the volume at which it comes to rest. Bullet's "
+      "A ball of 162 vertices, 1 kg and 1 m radius at 60 Hz, and the volume at which it comes to rest. Bullet's "
       "springs "
       "have no stiffness in N/m. Each iteration takes away a share of the strain, here all of it: the stiffest there "
       "is. "
@@ -182,7 +182,8 @@ void write_references(Page& page, const std::vector<Measured>& all) {
     const std::vector<Judged>& judged = measured.subject.judged;
     rows.push_back({measured.subject.name, measured.subject.words,
                     number(static_cast<double>(measured.subject.ticks) / rate_hz, 2),
-                    std::to_string(reference.substeps), number(reference.halving.*judged.front().error, 2),
+                    std::to_string(reference.substeps),
+                    number(reference.halving.*judged.front().error, 2) + (reference.converged ? "" : ", not converged"),
                     judged.size() > 1 ? number(reference.halving.*judged.back().error, 2) : "-",
                     number(reference.energy_drift, 2)});
   }

@@ -86,6 +86,39 @@ std::string signed_share(double ratio) {
   return std::string(ratio > 0.0 ? "+" : "").append(share(ratio));
 }
 
+namespace {
+
+void write_motion_advice(Page& page, const std::array<Moved, 2>& moved) {
+  const Moved& ball = moved[0];
+  const Moved* worst_of = &ball;
+  std::size_t worst = 0;
+  for (const Moved& each : moved) {
+    for (std::size_t i = 1; i < moved_by().size(); ++i) {
+      if (!(std::abs(each.energy_gain(i)) > std::abs(worst_of->energy_gain(worst)))) continue;
+      worst_of = &each;
+      worst = i;
+    }
+  }
+  const std::size_t box = 1;
+  page.bullet(
+      std::string("In motion, a volume that is off by the same ratio all along acts as another amount of gas: by "
+                  "`BOX` the ball comes to rest at a volume that is ")
+          .append(too(ball.rest_error(box), "large", "small"))
+          .append(", and breathes at a period that is ")
+          .append(too(ball.period_error(box), "long", "short"))
+          .append(". A ratio that changes as a body turns or bends also adds energy or takes it away: at most ")
+          .append(signed_share(worst_of->energy_gain(worst)))
+          .append(" here, of the ")
+          .append(worst_of->motion.name)
+          .append(" by ")
+          .append(title_of(moved_by()[worst]))
+          .append(", where `EXACT` comes to ")
+          .append(signed_share(worst_of->energy_gain(0)))
+          .append("."));
+}
+
+}  // namespace
+
 void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std::array<Moved, 2>& moved) {
   const auto time = [&](const Volume& volume) {
     return on_both(subjects,
@@ -132,32 +165,7 @@ void write_advice(Page& page, const std::array<Subject, 2>& subjects, const std:
                   .append(" the time by `SUBDIVIDED`, and ")
                   .append(times(time_ratio_for_a_tenth(subjects[0].costs, VolumeMethod::monte_carlo)))
                   .append(" by `MONTE_CARLO`."));
-  const Moved& ball = moved[0];
-  const Moved* worst_of = &ball;
-  std::size_t worst = 0;
-  for (const Moved& each : moved) {
-    for (std::size_t i = 1; i < moved_by().size(); ++i) {
-      if (!(std::abs(each.energy_gain(i)) > std::abs(worst_of->energy_gain(worst)))) continue;
-      worst_of = &each;
-      worst = i;
-    }
-  }
-  const std::size_t box = 1;
-  page.bullet(
-      std::string("In motion, a volume that is off by the same ratio all along acts as another amount of gas: by "
-                  "`BOX` the ball comes to rest at a volume that is ")
-          .append(too(ball.rest_error(box), "large", "small"))
-          .append(", and breathes at a period that is ")
-          .append(too(ball.period_error(box), "long", "short"))
-          .append(". A ratio that changes as a body turns or bends also adds energy or takes it away: at most ")
-          .append(signed_share(worst_of->energy_gain(worst)))
-          .append(" here, of the ")
-          .append(worst_of->motion.name)
-          .append(" by ")
-          .append(title_of(moved_by()[worst]))
-          .append(", where `EXACT` comes to ")
-          .append(signed_share(worst_of->energy_gain(0)))
-          .append("."));
+  write_motion_advice(page, moved);
 }
 
 }  // namespace pneuma::report::volumes
