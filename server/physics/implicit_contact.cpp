@@ -164,7 +164,10 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
       pushed_[touch.vertex] += touch.friction_n_s / mass_kg;
     }
     const ImplicitStage stage{x_, pushed_, dt_s};
-    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) break;
+    if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) {
+      if (round == 0) return;  // nothing is held: there are no reactions to read
+      break;
+    }
     for (std::size_t i = 0; i < count; ++i) {
       body.v[i] = u_[i].template cast<Real>();
       body.dr[i] = (dt_s * u_[i]).template cast<Real>();
