@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <span>
-#include <unordered_set>
 #include <vector>
 
 #include "physics/mesh.h"
@@ -21,7 +21,7 @@ class EdgeSet {
   static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
     return a < b ? std::uint64_t{a} << 32 | b : std::uint64_t{b} << 32 | a;
   }
-  std::unordered_set<std::uint64_t> keys_;
+  std::set<std::uint64_t> keys_;
 };
 
 /// `border`.size() - 2 faces that fill the hole with this border: three or more vertices, each once, in the direction

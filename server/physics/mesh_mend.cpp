@@ -6,7 +6,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include "base/limits.h"
@@ -41,13 +40,6 @@ class Cells {
 
  private:
   using Cell = std::array<std::int64_t, 3>;
-  struct Hash {
-    std::size_t operator()(const Cell& cell) const {
-      std::uint64_t hash = 0;
-      for (const std::int64_t number : cell) hash = (hash ^ static_cast<std::uint64_t>(number)) * 0x9e3779b97f4a7c15U;
-      return hash ^ hash >> 32;
-    }
-  };
   [[nodiscard]] Cell cell_of(const Vector3d& at) const {
     Cell cell{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -59,7 +51,7 @@ class Cells {
 
   Vector3d origin_;
   double size_m_;
-  std::unordered_map<Cell, std::vector<std::uint32_t>, Hash> cells_;
+  std::map<Cell, std::vector<std::uint32_t>> cells_;  // no hash: whoever sends the mesh could make them collide
 };
 
 /// Faces that are joined by edges.
@@ -103,6 +95,7 @@ class Mender {
   std::vector<std::uint8_t> turned_;    // faces as given; new ones are past its end
   std::vector<Part> parts_;
   double area_min_m2_;
+  std::size_t hole_work_ = 0;  // of holes closed so far, their vertices squared
   MendReport report_;
 };
 
@@ -275,6 +268,14 @@ base::Status Mender::close_part(Part& part, EdgeSet& edges) {
       return {base::StatusCode::limit_exceeded,
               hole + " has " + std::to_string(border.size()) + " vertices; one of at most " +
                   std::to_string(base::mesh_hole_vertices_max) + " can be closed",
+              "indices"};
+    }
+    hole_work_ += border.size() * border.size();
+    if (hole_work_ > base::mesh_hole_vertices_max * base::mesh_hole_vertices_max) {
+      return {base::StatusCode::limit_exceeded,
+              hole + ", " + std::to_string(border.size()) +
+                  " vertices in all, is one too many: the squares of the holes' " + "vertices may add up to " +
+                  std::to_string(base::mesh_hole_vertices_max) + "^2",
               "indices"};
     }
     const auto filling = fill_hole(positions_m_, border, area_min_m2_, edges);

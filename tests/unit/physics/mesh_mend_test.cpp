@@ -320,13 +320,30 @@ TEST(MendMesh, AHoleThatCannotBeFilledIsNamed) {
             "twisted, or in one line");
 }
 
-TEST(MendMesh, AHoleThatIsTooLargeIsNamedWithTheLimit) {
+// Its base is open, a hole of `sides` vertices.
+Triangles round_cone(std::size_t sides, double x_m) {
   std::vector<Vector3d> border;
-  for (std::size_t i = 0; i <= base::mesh_hole_vertices_max; ++i) {
-    const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / (base::mesh_hole_vertices_max + 1.0);
-    border.emplace_back(std::cos(angle), std::sin(angle), 0.0);
+  for (std::size_t i = 0; i < sides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(sides);
+    border.emplace_back(x_m + std::cos(angle), std::sin(angle), 0.0);
   }
-  const Triangles list = cone({0, 0, 1}, border);
+  return cone({x_m, 0, 1}, border);
+}
+
+TEST(MendMesh, HolesThatAreTooLargeTogetherAreRefusedAtTheOneTooMany) {
+  Triangles list;
+  for (const double x_m : {0.0, 3.0, 6.0}) {
+    const Triangles one = round_cone(2000, x_m);
+    const auto offset = static_cast<std::uint32_t>(list.positions_m.size());
+    list.positions_m.insert(list.positions_m.end(), one.positions_m.begin(), one.positions_m.end());
+    for (const auto& [a, b, c] : one.faces) list.faces.push_back({a + offset, b + offset, c + offset});
+  }
+  EXPECT_EQ(mend_mesh(list.positions_m, list.faces, {}).status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_NE(refusal(list).find("2000 vertices in all, is one too many"), std::string::npos) << refusal(list);
+}
+
+TEST(MendMesh, AHoleThatIsTooLargeIsNamedWithTheLimit) {
+  const Triangles list = round_cone(base::mesh_hole_vertices_max + 1, 0.0);
   EXPECT_EQ(mend_mesh(list.positions_m, list.faces, {}).status().code(), base::StatusCode::limit_exceeded);
   EXPECT_NE(refusal(list).find("has 2049 vertices; one of at most 2048"), std::string::npos) << refusal(list);
 }
