@@ -21,6 +21,9 @@ using Eigen::Vector3d;
 // Of the mesh's diagonal: finer than this a double cannot tell vertices apart, and the cells' numbers stay integers.
 constexpr double weld_min_relative = 1e-12;
 
+// Closing a hole takes time by its vertices' square; a tube has two of the largest.
+constexpr std::size_t hole_work_max = 2 * base::mesh_hole_vertices_max * base::mesh_hole_vertices_max;
+
 /// Vertices in cubes of one size; what is within that size of a point lies in the 27 about it.
 class Cells {
  public:
@@ -271,11 +274,11 @@ base::Status Mender::close_part(Part& part, EdgeSet& edges) {
               "indices"};
     }
     hole_work_ += border.size() * border.size();
-    if (hole_work_ > base::mesh_hole_vertices_max * base::mesh_hole_vertices_max) {
+    if (hole_work_ > hole_work_max) {
       return {base::StatusCode::limit_exceeded,
               hole + ", " + std::to_string(border.size()) +
-                  " vertices in all, is one too many: the squares of the holes' " + "vertices may add up to " +
-                  std::to_string(base::mesh_hole_vertices_max) + "^2",
+                  " vertices in all, is one too many: the squares of the holes' vertices may add up to " +
+                  std::to_string(hole_work_max),
               "indices"};
     }
     const auto filling = fill_hole(positions_m_, border, area_min_m2_, edges);
