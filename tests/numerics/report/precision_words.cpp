@@ -64,8 +64,8 @@ void write_automatic(Page& page, const std::vector<Verdict>& rows) {
   }
   page.bullet(text + ".");
   if (!missed.empty()) page.bullet("`AUTO` missed its 1 % for: " + missed + ".");
-  page.bullet(missed.empty() ? "So leave `integrator` at `AUTO`, unless you want another error: set `error_target`."
-                             : "So leave `integrator` at `AUTO`, unless your scene is like one that it missed.");
+  page.bullet(missed.empty() ? "So set `integrator` to `AUTO`, unless you want another error: set `error_target`."
+                             : "So set `integrator` to `AUTO`, unless your scene is like one that it missed.");
 }
 
 void write_losers(Page& page, const std::vector<Verdict>& rows) {
