@@ -136,7 +136,7 @@ void Survey::add(Scene scene, const std::string& name, bool may_fail, const Erro
     return;
   }
   if (!run.is_finite() || std::isnan(value)) value = std::numeric_limits<double>::infinity();
-  if (asked == physics::Integrator::automatic) automatic_ = std::max(automatic_, value);
+  if (asked == physics::Integrator::automatic) automatic_ = std::max(automatic_.value_or(value), value);
   holds_ = holds_ && value <= error_max_;
   if (value > worst_) {
     worst_ = value;
@@ -152,7 +152,8 @@ void Survey::add_all(const Scene& scene, const Error& error) {
 
 Result Survey::result(const std::string& what, Format format) const {
   std::ostringstream text;
-  text << what << ": AUTO " << format(automatic_) << ", worst " << worst_by_ << ' ' << format(worst_);
+  text << what << ": AUTO " << (automatic_ ? format(*automatic_) : "gave no answer");
+  if (!worst_by_.empty()) text << ", worst " << worst_by_ << ' ' << format(worst_);
   if (refused_ > 0) text << ", " << refused_ << " refused";
   if (reported_ > 0) text << ", " << reported_ << " frozen and reported";
   return {holds_, text.str()};

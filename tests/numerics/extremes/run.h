@@ -85,7 +85,7 @@ class Survey {
  private:
   double error_max_;
   bool holds_ = true;
-  double automatic_ = 0.0;  // the worst by AUTO
+  std::optional<double> automatic_;  // the worst by AUTO; none where it was refused or froze
   std::string worst_by_;
   double worst_ = -1.0;
   int refused_ = 0;

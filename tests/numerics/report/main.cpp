@@ -106,7 +106,8 @@ int main(int argc, char** argv) {
   app.add_option("--only", options.only, "A part alone (repeatable)")->check(CLI::IsMember(names));
   app.add_flag("--png", options.png, "Each plot as PNG too");
   app.add_option("--expect", options.expected,
-                 "Fail where a row's outcome is not the one in this file (outcomes.tsv of a run)");
+                 "Fail where a row's outcome is not the one in this file (outcomes.tsv of a run)")
+      ->check(CLI::ExistingFile);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
