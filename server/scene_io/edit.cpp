@@ -67,13 +67,19 @@ Status change(List& list, const std::string& kind, const Change& change, Apply a
 // In Springs, Gas, Volume, Surface, Drag and Collision every field says whether it is set, so merging is what is meant.
 // A vector, rotation or shape is one value, and replaced.
 
+// But a resolution belongs to its method: 32 cells an edge are no 32 samples.
+void change_volume(v1::Volume& volume, const v1::Volume& change) {
+  if (change.has_method() && change.method() != volume.method()) volume.clear_resolution();
+  volume.MergeFrom(change);
+}
+
 Status change_soft_body(v1::SoftBody& body, const v1::SoftBodyChange& change) {
   if (change.remove_gas() && change.has_gas()) return base::invalid("stands beside gas", "remove_gas");
   if (change.has_mass_kg()) body.set_mass_kg(change.mass_kg());
   if (change.has_springs()) body.mutable_springs()->MergeFrom(change.springs());
   if (change.has_gas()) body.mutable_gas()->MergeFrom(change.gas());
   if (change.remove_gas()) body.clear_gas();
-  if (change.has_volume()) body.mutable_volume()->MergeFrom(change.volume());
+  if (change.has_volume()) change_volume(*body.mutable_volume(), change.volume());
   if (change.has_pressure_spread()) body.set_pressure_spread(change.pressure_spread());
   if (change.has_surface()) body.mutable_surface()->MergeFrom(change.surface());
   if (change.has_pins()) {

@@ -82,6 +82,17 @@ TEST(Edit, FieldSetToZeroIsSet) {
   EXPECT_EQ(scene->soft_bodies(0).gas().flow_mol_s(), 0.0);
 }
 
+TEST(Edit, ANewVolumeMethodBeginsWithItsOwnResolution) {
+  const std::string cells =
+      R"({"change_soft_body": {"name": "a", "volume": {"method": "SUBDIVIDED", "resolution": 32}}},)";
+  const auto samples = edit(cells + R"({"change_soft_body": {"name": "a", "volume": {"method": "MONTE_CARLO"}}})");
+  ASSERT_TRUE(samples.ok()) << samples.status().message();
+  EXPECT_FALSE(samples->soft_bodies(0).volume().has_resolution());
+  const auto same = edit(cells + R"({"change_soft_body": {"name": "a", "volume": {"method": "SUBDIVIDED"}}})");
+  ASSERT_TRUE(same.ok()) << same.status().message();
+  EXPECT_EQ(same->soft_bodies(0).volume().resolution(), 32U);
+}
+
 TEST(Edit, PinsAreReplacedWhole) {
   const auto scene = edit(R"({"change_soft_body": {"name": "a", "pins": {"vertices": [7]}}})");
   ASSERT_TRUE(scene.ok());
