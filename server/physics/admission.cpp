@@ -167,8 +167,8 @@ void check_stepping(const Stepping& stepping, Fields fields) {
                 "is " + std::to_string(stepping.substeps) + "; at most " + std::to_string(base::substeps_max),
                 base::StatusCode::limit_exceeded);
   }
-  fields.between("error_target", stepping.error_target, 0.0, 0.5);
   fields.more_than("error_target", stepping.error_target, 0.0);
+  fields.between("error_target", stepping.error_target, 0.0, 0.5);
   fields.between("newton_iterations", stepping.newton_iterations, 1.0, base::newton_iterations_max);
 }
 

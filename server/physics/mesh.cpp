@@ -193,9 +193,9 @@ base::Status check_holds_gas(const Mesh& mesh) {
     const std::vector<HalfEdge> half_edges = half_edges_of(mesh.faces);
     std::size_t open = 0;
     while (open + 1 < half_edges.size() && half_edges[open].edge == half_edges[open + 1].edge) open += 2;
-    return base::invalid(
-        "gas needs a closed mesh; " + edge_text(half_edges[open].edge) + " is open (the mesh's mend closes it)",
-        "mesh");
+    return base::invalid("gas needs a closed mesh; " + edge_text(half_edges[open].edge) +
+                             " is open (a mend of the mesh with `close` closes it)",
+                         "mesh");
   }
   for (const std::vector<std::size_t>& part : connected_parts(mesh)) {
     std::vector<Face> faces;
