@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <cmath>
-#include <functional>
-#include <numbers>
+#include <optional>
 
-#include "base/limits.h"
 #include "physics/gas.h"
 
 namespace pneuma::physics {
@@ -20,15 +17,14 @@ constexpr std::size_t parallel_slots_min = 4'096;
 // More than the second cache level holds, at about a hundred bytes a slot.
 constexpr std::size_t streaming_slots_min = 16'384;
 
-// The bodies under way in the lanes: their numbers in lane order, and the substep on them.
+// The substep on the bodies under way in the lanes.
 template <class Real>
 class LaneStep {
  public:
   LaneStep(std::span<SoftState<Real>* const> bodies, LaneLayout layout, const LaneMesh<Real>& mesh,
            const LaneKernels<Real>& kernels, const LaneSettings& settings, bool advance, LaneScratch<Real>& scratch,
            Workers* workers, Profile* profile)
-      : bodies_(bodies),
-        layout_(layout),
+      : layout_(layout),
         width_(layout == LaneLayout::fleet ? kernels.width : 1),
         mesh_(mesh),
         kernels_(kernels),
@@ -36,15 +32,16 @@ class LaneStep {
         advance_(advance),
         scratch_(scratch),
         workers_(layout == LaneLayout::alone && mesh.rings.slot_count() >= parallel_slots_min ? workers : nullptr),
+        bodies_(bodies, layout, width_, mesh, scratch, workers_),
         profile_(profile),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
         pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
-        sprung_(damped_ || gas_ || has_stiffness()),
+        sprung_(damped_ || gas_ || has_stiffness(bodies)),
         other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
     make_room();
     set_constants();
-    load();
+    bodies_.load(gas_);
   }
 
   // The forces of a substep and what they do, between two states of the gas.
@@ -74,7 +71,7 @@ class LaneStep {
   // Lets the gas of each body flow. A lane in which more happens than that is not to be kept.
   void flow() {
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      SoftState<Real>& body = *bodies_[lane];
+      SoftState<Real>& body = bodies_[lane];
       if (!body.gas) continue;
       eventful_[lane] = static_cast<std::uint8_t>(eventful_[lane] | static_cast<int>(is_gas_eventful(body)));
       flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa,
@@ -82,9 +79,7 @@ class LaneStep {
     }
   }
 
-  // Sets well[lane] where all substeps so far kept a body within what freezes it (is_well in simulation.cpp), by bounds
-  // that need no look at each vertex in each substep: the largest components of velocity and move, and where it ended.
-  // What once is not a number stays so to the end.
+  // Sets well[lane] where all substeps so far kept a body within what freezes it, and its gas just flowed.
   void find_well(std::uint32_t substeps, std::span<std::uint8_t> well) {
     if (workers_ != nullptr) {
       for (const PerLane<Real>& maxima : scratch_.block_maxima) {
@@ -92,98 +87,21 @@ class LaneStep {
         update_.move_max_m.lanes[0] = std::max(update_.move_max_m.lanes[0], maxima.lanes[1]);
       }
     }
-    const auto root_3 = std::numbers::sqrt3_v<Real>;
-    const auto speed_max = static_cast<Real>(base::speed_max_m_s) / root_3;
-    std::array<Real, pack_slots> reach_max{};  // one a number of a row of pack_slots; all rows are alike
+    bodies_.find_well(substeps, update_.v_max_m_s, update_.move_max_m, well);
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      const Real move_max = update_.move_max_m.lanes[lane];
-      // Two moves differ by at most twice the longest; a part in a thousand is for rounding.
-      const Real stray_max = static_cast<Real>(0.999 * base::runaway_body_lengths) * bodies_[lane]->length_m;
-      well[lane] =
-          update_.v_max_m_s.lanes[lane] <= speed_max && 2 * root_3 * move_max <= stray_max && eventful_[lane] == 0 ? 1
-                                                                                                                   : 0;
-      const double reach_m = base::coordinate_max_m - bodies_[lane]->origin_m.cwiseAbs().maxCoeff();
-      for (std::size_t i = lane; i < pack_slots; i += width_) {
-        reach_max[i] = static_cast<Real>(reach_m) - static_cast<Real>(substeps) * move_max;
-      }
-    }
-    for_blocks([&](std::size_t block) { find_outside(block, reach_max, speed_max); });
-    for (const PerLane<Real>& outside : scratch_.block_volumes) {
-      for (std::size_t i = 0; i < pack_slots; ++i) {
-        if (outside.lanes[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
-      }
+      if (eventful_[lane] != 0) well[lane] = 0;
     }
   }
 
   // Hands back the bodies that `wanted` has.
-  void store(std::span<const std::uint8_t> wanted) const {
-    if (layout_ == LaneLayout::alone) {
-      if (wanted[0] != 0) store_alone();
-      return;
-    }
-    const std::vector<std::uint32_t>& vertices = mesh_.rings.vertices;
-    for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
-      for (std::size_t slot = p * pack_slots; slot < p * pack_slots + mesh_.rings.packs[p].count; ++slot) {
-        const Real* x = scratch_.x.data() + at(slot, 0, 0);
-        const Real* v = scratch_.v.data() + at(slot, 0, 0);
-        for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-          if (wanted[lane] == 0) continue;
-          bodies_[lane]->x[vertices[slot]] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
-          bodies_[lane]->v[vertices[slot]] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
-        }
-      }
-    }
-  }
+  void store(std::span<const std::uint8_t> wanted) const { bodies_.store(wanted, advance_); }
 
  private:
-  // Calls work(block) for each, on as many threads as the body is shared among.
-  template <class Work>
-  void for_blocks(const Work& work) const {
-    if (workers_ != nullptr) return workers_->for_each(block_count(), std::cref(work));
-    for (std::size_t block = 0; block < block_count(); ++block) work(block);
+  [[nodiscard]] static bool has_stiffness(std::span<SoftState<Real>* const> bodies) {
+    return std::ranges::any_of(bodies, [](const auto* body) { return body->body.springs.stiffness_n_m > 0.0; });
   }
-
-  void store_alone() const {
-    SoftState<Real>& body = *bodies_[0];
-    std::vector<Vec3<Real>>& moved = advance_ ? body.x : body.dr;
-    const LaneArray<Real>& moved_lanes = advance_ ? scratch_.x : scratch_.move;
-    for_blocks([&](std::size_t block) {  // there are no more vertices than slots
-      const std::size_t end = std::min(slots_end(block), body.x.size());
-      for (std::size_t i = slots_begin(block); i < end; ++i) {
-        const std::size_t from = at(mesh_.rings.slots[i], 0, 0);
-        moved[i] = {moved_lanes[from], moved_lanes[from + 1], moved_lanes[from + 2]};
-        body.v[i] = {scratch_.v[from], scratch_.v[from + 1], scratch_.v[from + 2]};
-      }
-    });
-  }
-
-  // The block's volumes have been used: which of its places of a row of pack_slots are outside takes the same room.
-  void find_outside(std::size_t block, const std::array<Real, pack_slots>& reach_max, Real speed_max) {
-    std::array<std::int32_t, pack_slots> outside{};
-    for (std::size_t row = at(slots_begin(block), 0, 0); row < at(slots_end(block), 0, 0); row += pack_slots) {
-      const Real* x = scratch_.x.data() + row;
-      const Real* v = scratch_.v.data() + row;
-      for (std::size_t i = 0; i < pack_slots; ++i) {  // the 0 after each z of a body alone is not outside
-        const bool near = std::abs(x[i]) <= reach_max[i];
-        const bool slow = std::abs(v[i]) <= speed_max;
-        outside[i] |= static_cast<std::int32_t>(!(near & slow));
-      }
-    }
-    for (std::size_t i = 0; i < pack_slots; ++i) {
-      scratch_.block_volumes[block].lanes[i] = static_cast<Real>(outside[i]);
-    }
-  }
-
-  [[nodiscard]] bool has_stiffness() const {
-    return std::ranges::any_of(bodies_, [](const auto* body) { return body->body.springs.stiffness_n_m > 0.0; });
-  }
-  [[nodiscard]] std::size_t slot_count() const { return mesh_.rings.slot_count(); }
-  [[nodiscard]] std::size_t at(std::size_t slot, std::size_t component, std::size_t lane) const {
-    return layout_ == LaneLayout::fleet ? (3 * slot + component) * width_ + lane : 4 * slot + component;
-  }
-
   void make_room() {
-    const std::size_t size = slot_count() * (layout_ == LaneLayout::fleet ? 3 * width_ : 4);
+    const std::size_t size = bodies_.slot_count() * (layout_ == LaneLayout::fleet ? 3 * width_ : 4);
     const auto resize_where = [size](bool needed, LaneArray<Real>& array) {
       if (needed) array.resize(size);
     };
@@ -204,24 +122,19 @@ class LaneStep {
     resize_where(staged, scratch_.v_stage);
     resize_where(rk4, scratch_.x_slopes);
     resize_where(rk4, scratch_.v_slopes);
-    scratch_.block_volumes.resize(block_count());
-    if (workers_ != nullptr) scratch_.block_maxima.assign(block_count(), {});
+    scratch_.block_volumes.resize(bodies_.block_count());
+    if (workers_ != nullptr) scratch_.block_maxima.assign(bodies_.block_count(), {});
     scratch_.pinned_slots.clear();
-    for (std::size_t i = 0; i < bodies_[0]->pinned.size(); ++i) {
-      if (bodies_[0]->pinned[i] != 0) scratch_.pinned_slots.push_back(mesh_.rings.slots[i]);
+    for (std::size_t i = 0; i < bodies_[0].pinned.size(); ++i) {
+      if (bodies_[0].pinned[i] != 0) scratch_.pinned_slots.push_back(mesh_.rings.slots[i]);
     }
-  }
-
-  // Lanes past the last body do as it does.
-  [[nodiscard]] const SoftState<Real>& body_of(std::size_t lane) const {
-    return *bodies_[std::min(lane, bodies_.size() - 1)];
   }
 
   void set_constants() {
     ring_.packs = mesh_.rings.packs.data();
     ring_.neighbours = mesh_.rings.neighbours.data();
     ring_.far_neighbours = mesh_.rings.far_neighbours.data();
-    if (slot_count() >= streaming_slots_min) ring_.fetch_end = mesh_.rings.packs.size();
+    if (bodies_.slot_count() >= streaming_slots_min) ring_.fetch_end = mesh_.rings.packs.size();
     ring_.lengths_m = mesh_.lengths_m.data();
     ring_.edge_ends = mesh_.edges.ends.data();
     ring_.edge_lengths_m = mesh_.edges.lengths_m.data();
@@ -244,7 +157,7 @@ class LaneStep {
       update_.gravity_m_s2[c] = static_cast<Real>(settings_.surroundings.gravity[static_cast<Eigen::Index>(c)]);
     }
     for (std::size_t lane = 0; lane < pack_slots; ++lane) {
-      const SoftState<Real>& body = body_of(lane);
+      const SoftState<Real>& body = bodies_.of_lane(lane);
       const Springs& springs = body.body.springs;
       ring_.stiffness_n_m.lanes[lane] = static_cast<Real>(springs.stiffness_n_m);
       ring_.rest_scale.lanes[lane] = static_cast<Real>(springs.rest_scale);
@@ -253,58 +166,6 @@ class LaneStep {
     }
   }
 
-  void load() {
-    clear_unused_slots(scratch_.force);
-    if (gas_) clear_unused_slots(scratch_.gradient);
-    if (layout_ == LaneLayout::alone) {
-      for_blocks([this](std::size_t block) { load_alone(block); });
-      return;
-    }
-    std::size_t to = 0;
-    for (const std::uint32_t vertex : mesh_.rings.vertices) {
-      for (std::size_t lane = 0; lane < width_; ++lane) {
-        const SoftState<Real>& body = body_of(lane);
-        for (std::size_t c = 0; c < 3; ++c) {
-          scratch_.x[to + c * width_ + lane] = body.x[vertex][static_cast<Eigen::Index>(c)];
-          scratch_.v[to + c * width_ + lane] = body.v[vertex][static_cast<Eigen::Index>(c)];
-        }
-      }
-      to += 3 * width_;
-    }
-  }
-
-  void load_alone(std::size_t block) {
-    const SoftState<Real>& body = *bodies_[0];
-    // Whole rows, which the first pass loads as such.
-    const auto put = [](const Vec3<Real>& from, Real* row) {
-      const std::array<Real, 4> numbers{from.x(), from.y(), from.z(), Real{0}};
-      std::ranges::copy(numbers, row);
-    };
-    for (std::size_t slot = slots_begin(block); slot < slots_end(block); ++slot) {
-      const std::uint32_t vertex = mesh_.rings.vertices[slot];
-      put(body.x[vertex], scratch_.x.data() + at(slot, 0, 0));
-      put(body.v[vertex], scratch_.v.data() + at(slot, 0, 0));
-    }
-  }
-
-  // The ring pass leaves them out, and other bodies may have used them, but the update goes over all.
-  void clear_unused_slots(LaneArray<Real>& array) const {
-    for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
-      const std::size_t used_end = p * pack_slots + mesh_.rings.packs[p].count;
-      const auto begin = array.begin() + static_cast<std::ptrdiff_t>(at(used_end, 0, 0));
-      const auto end = array.begin() + static_cast<std::ptrdiff_t>(at((p + 1) * pack_slots, 0, 0));
-      std::fill(begin, end, Real{0});
-    }
-  }
-
-  [[nodiscard]] std::size_t block_count() const { return (mesh_.rings.packs.size() + block_packs - 1) / block_packs; }
-  [[nodiscard]] std::size_t packs_end(std::size_t block) const {
-    return std::min((block + 1) * block_packs, mesh_.rings.packs.size());
-  }
-
-  [[nodiscard]] std::size_t slots_begin(std::size_t block) const { return block * block_packs * pack_slots; }
-  [[nodiscard]] std::size_t slots_end(std::size_t block) const { return packs_end(block) * pack_slots; }
-
   void evaluate_and_update(const LaneArray<Real>& x, const LaneArray<Real>& v, Substage substage) {
     if (sprung_) {
       const StageTimer timer(profile_, Stage::springs);
@@ -312,9 +173,9 @@ class LaneStep {
         ring_.x = x.data();
         ring_.v = v.data();
         if (pulled_) kernels_.pulls[damped_](ring_);
-        for (std::size_t block = 0; block < block_count(); ++block) pass_over(block, ring_);
+        for (std::size_t block = 0; block < bodies_.block_count(); ++block) pass_over(block, ring_);
       } else {
-        for_blocks([&](std::size_t block) {
+        bodies_.for_blocks([&](std::size_t block) {
           RingPass<Real> pass = ring_;
           pass.x = x.data();
           pass.v = v.data();
@@ -328,13 +189,13 @@ class LaneStep {
     const StageTimer timer(profile_, Stage::integrate);
     if (workers_ == nullptr) {
       update_.begin = 0;
-      update_.end = slot_count();
+      update_.end = bodies_.slot_count();
       kernels_(layout_, substage, gas_, advance_, update_);
     } else {
-      for_blocks([&](std::size_t block) {
+      bodies_.for_blocks([&](std::size_t block) {
         UpdatePass<Real> pass = update_;
-        pass.begin = slots_begin(block);
-        pass.end = slots_end(block);
+        pass.begin = bodies_.slots_begin(block);
+        pass.end = bodies_.slots_end(block);
         Real* maxima = scratch_.block_maxima[block].lanes;
         pass.v_max_m_s.lanes[0] = maxima[0];
         pass.move_max_m.lanes[0] = maxima[1];
@@ -348,7 +209,7 @@ class LaneStep {
 
   void pass_over(std::size_t block, RingPass<Real>& pass) const {
     pass.begin = block * block_packs;
-    pass.end = packs_end(block);
+    pass.end = bodies_.packs_end(block);
     pass.volumes_18_m3 = &scratch_.block_volumes[block];
     if (pulled_) {
       kernels_.pulled_rings[gas_](pass);
@@ -365,13 +226,13 @@ class LaneStep {
         for (const PerLane<Real>& block : scratch_.block_volumes) {
           volume_18_m3 += static_cast<double>(block.lanes[lane]);
         }
-        bodies_[lane]->volume_m3 = volume_18_m3 / 18.0;
+        bodies_[lane].volume_m3 = volume_18_m3 / 18.0;
       }
     }
     const StageTimer timer(profile_, Stage::pressure);
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      update_pressure(*bodies_[lane], settings_.surroundings.atmosphere);
-      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane]->pressure_pa / 6.0);
+      update_pressure(bodies_[lane], settings_.surroundings.atmosphere);
+      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane].pressure_pa / 6.0);
     }
     if (layout_ == LaneLayout::alone) return;
     std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),
@@ -380,11 +241,11 @@ class LaneStep {
 
   void add_others(const LaneArray<Real>& x, const LaneArray<Real>& v) {
     assert(layout_ == LaneLayout::alone);
-    SoftState<Real>& body = *bodies_[0];
+    SoftState<Real>& body = bodies_[0];
     const auto to_points = [&](const LaneArray<Real>& lanes, std::vector<Vec3<Real>>& points) {
       points.resize(body.x.size());
       for (std::size_t i = 0; i < points.size(); ++i) {
-        const Real* from = lanes.data() + at(mesh_.rings.slots[i], 0, 0);
+        const Real* from = lanes.data() + bodies_.at(mesh_.rings.slots[i], 0, 0);
         points[i] = {from[0], from[1], from[2]};
       }
     };
@@ -394,7 +255,7 @@ class LaneStep {
     add_other_forces<Real>(body, scratch_.other_x, scratch_.other_v, settings_.surroundings, settings_.dt_s, !gas_,
                            scratch_.other_force, profile_);
     for (std::size_t i = 0; i < body.x.size(); ++i) {
-      Real* force = scratch_.force.data() + at(mesh_.rings.slots[i], 0, 0);
+      Real* force = scratch_.force.data() + bodies_.at(mesh_.rings.slots[i], 0, 0);
       for (std::size_t c = 0; c < 3; ++c)
         force[c] = (sprung_ ? force[c] : 0) + scratch_.other_force[i][static_cast<Eigen::Index>(c)];
     }
@@ -409,20 +270,19 @@ class LaneStep {
     const bool moved_x = !last || advance_;
     for (const std::uint32_t slot : scratch_.pinned_slots) {
       for (std::size_t lane = 0; lane < width_; ++lane) {
-        const Vec3<Real>& pin = body_of(lane).x[mesh_.rings.vertices[slot]];
+        const Vec3<Real>& pin = bodies_.of_lane(lane).x[mesh_.rings.vertices[slot]];
         for (std::size_t c = 0; c < 3; ++c) {
-          v[at(slot, c, lane)] = 0;
+          v[bodies_.at(slot, c, lane)] = 0;
           if (moved_x) {
-            x[at(slot, c, lane)] = pin[static_cast<Eigen::Index>(c)];
+            x[bodies_.at(slot, c, lane)] = pin[static_cast<Eigen::Index>(c)];
           } else {
-            scratch_.move[at(slot, c, lane)] = 0;
+            scratch_.move[bodies_.at(slot, c, lane)] = 0;
           }
         }
       }
     }
   }
 
-  std::span<SoftState<Real>* const> bodies_;
   LaneLayout layout_;
   std::size_t width_;  // bodies abreast
   const LaneMesh<Real>& mesh_;
@@ -431,6 +291,7 @@ class LaneStep {
   bool advance_;  // x in every substep; otherwise the move is left for contact
   LaneScratch<Real>& scratch_;
   Workers* workers_;
+  LaneBodies<Real> bodies_;
   Profile* profile_;
   bool damped_;
   bool gas_;
@@ -450,26 +311,6 @@ struct GasBefore {
 };
 
 }  // namespace
-
-template <class Real>
-std::size_t LaneMesh<Real>::bytes() const {
-  const std::size_t indices = rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity() +
-                              edges.ends.capacity() + edges.of_ring.capacity() + rings.far_neighbours.capacity();
-  return rings.packs.capacity() * sizeof(RingPack) + indices * sizeof(std::uint32_t) +
-         (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real);
-}
-
-template <class Real>
-std::size_t LaneScratch<Real>::bytes() const {
-  std::size_t numbers = 0;
-  for (const LaneArray<Real>* array :
-       {&x, &v, &force, &gradient, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
-    numbers += array->capacity();
-  }
-  numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
-  return numbers * sizeof(Real) + (block_volumes.capacity() + block_maxima.capacity()) * sizeof(PerLane<Real>) +
-         pinned_slots.capacity() * sizeof(std::uint32_t);
-}
 
 bool has_lane_gas(const SoftBody& body, const Rings& rings) {
   return body.gas && body.volume.method == VolumeMethod::exact && body.pressure_spread == PressureSpread::faces &&
@@ -518,8 +359,6 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>&
 }
 
 #define PNEUMA_INSTANTIATE(Real)                                                                                      \
-  template struct LaneMesh<Real>;                                                                                     \
-  template struct LaneScratch<Real>;                                                                                  \
   template bool has_other_forces<Real>(const SoftState<Real>&, const Rings&, const Atmosphere&);                      \
   template void step_alone<Real>(SoftState<Real>&, const LaneMesh<Real>&, const LaneKernels<Real>&,                   \
                                  const LaneSettings&, LaneScratch<Real>&, Workers*, Profile*);                        \

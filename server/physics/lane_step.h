@@ -1,68 +1,16 @@
 // An explicit step of soft bodies through the lane kernels: bodies of one mesh abreast, or a body alone.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <new>
 #include <span>
-#include <vector>
 
 #include "physics/forces.h"
+#include "physics/lane_bodies.h"
 #include "physics/lane_kernels.h"
-#include "physics/ring.h"
+#include "physics/profile.h"
 #include "physics/workers.h"
 
 namespace pneuma::physics {
-
-/// What the lanes of one mesh's bodies share.
-template <class Real>
-struct LaneMesh {
-  Rings rings;
-  std::vector<Real> lengths_m;  // ring_lengths_m
-  RingEdges<Real> edges;        // for fleets of kernels with edges_first; otherwise empty
-
-  [[nodiscard]] std::size_t bytes() const;
-};
-
-/// Puts an array at the start of a cache line, so that no load of a lane crosses one.
-template <class T>
-struct LineAllocator {
-  using value_type = T;
-  static constexpr std::align_val_t line{64};
-
-  LineAllocator() = default;
-  template <class U>
-  explicit LineAllocator(const LineAllocator<U>&) {}
-  [[nodiscard]] T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), line)); }
-  void deallocate(T* at, std::size_t) { ::operator delete(at, line); }
-  bool operator==(const LineAllocator&) const = default;
-};
-template <class Real>
-using LaneArray = std::vector<Real, LineAllocator<Real>>;
-
-/// Room for the bodies under way; one a thread, kept between substeps. Holds only what the bodies and the method need.
-template <class Real>
-struct LaneScratch {
-  LaneArray<Real> x;
-  LaneArray<Real> v;
-  LaneArray<Real> force;
-  LaneArray<Real> gradient;  // with gas only
-  LaneArray<Real> pulls;     // of fleets with LaneMesh::edges only
-  LaneArray<Real> move;      // not where x is advanced
-  LaneArray<Real> x_stage;   // midpoint and RK4 only
-  LaneArray<Real> v_stage;
-  LaneArray<Real> x_slopes;  // RK4 only
-  LaneArray<Real> v_slopes;
-  std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_volumes;
-  std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_maxima;  // of a body that threads share only
-  std::vector<std::uint32_t> pinned_slots;
-  // For forces that the kernels do not know, in the mesh's order of vertices.
-  std::vector<Vec3<Real>> other_x;
-  std::vector<Vec3<Real>> other_v;
-  std::vector<Vec3<Real>> other_force;
-
-  [[nodiscard]] std::size_t bytes() const;
-};
 
 struct LaneSettings {
   Integrator integrator = Integrator::midpoint;
