@@ -88,6 +88,8 @@ struct SubstepChoice {
 };
 
 /// The integrator and the number of substeps that a scene asks for or leaves open.
+/// Steps are chosen to hold every body's breathing (longest_step_s), its fall by its own length and, at the spin it
+/// begins with, its turn by a radian within the error target.
 /// AUTO is the method that meets every body's longest step at the least cost in force evaluations, within the substeps
 /// that the scene gives or substeps_max; where none does, the cheapest that is stable. Where bodies can touch anything
 /// the explicit methods come first: at long implicit steps stiff ones meet as rigid bodies.
