@@ -12,6 +12,9 @@ namespace pneuma::app {
 
 namespace {
 
+// A tick that takes longer holds up the end of its world no more: a scene may ask for minutes of work a tick.
+constexpr std::chrono::seconds long_tick{1};
+
 // A slow world says so, but not at every tick.
 constexpr std::chrono::seconds slow_event_interval{5};
 
@@ -56,7 +59,11 @@ WorldStatus HostedWorld::status() const {
 }
 
 void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
-  if (mid_tick_) return;
+  if (mid_tick_) {
+    if (now - tick_began_ < long_tick) return;
+    if (const std::optional<Request> end = inbox_.take_destroy()) destroy(*end, outbox);
+    return;
+  }
   bool had_commands = false;
   const auto share_is_used_up = [&] {
     return std::chrono::steady_clock::now() >= until || outbox.bytes >= base::drain_reply_bytes_max;
@@ -81,7 +88,10 @@ bool HostedWorld::tick_due(TimePoint now) const {
 
 bool HostedWorld::step(const std::function<bool()>& give_way) {
   const TimePoint start = std::chrono::steady_clock::now();
-  if (!mid_tick_) sample_ = {};
+  if (!mid_tick_) {
+    sample_ = {};
+    tick_began_ = start;
+  }
   mid_tick_ = true;
   do {
     mid_tick_ = !live_.physics().substep(workers_);

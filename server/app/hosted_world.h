@@ -52,7 +52,8 @@ class HostedWorld {
 
   // The stepping thread, in the order of a tick:
 
-  /// Carries out what came since the last tick. Nothing where a tick is under way.
+  /// Carries out what came since the last tick. Nothing where a tick is under way, but that a request to destroy the
+  /// world need not wait for one that takes long.
   /// What is not done at `until`, or makes too many replies at once, waits for the next slice.
   void drain(TimePoint now, TimePoint until, Outbox& outbox);
   /// A tick is under way, asked for, or due by its clock.
@@ -126,6 +127,7 @@ class HostedWorld {
 
   WorldClock clock_;
   bool mid_tick_ = false;
+  TimePoint tick_began_{};
   TickSample sample_;  // of the tick under way
   TickWindow window_;
   double slipped_s_ = 0.0;

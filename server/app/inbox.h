@@ -58,6 +58,20 @@ class Inbox {
     return std::move(next.command);
   }
 
+  /// The first request to destroy the world, out of its turn; nothing where there is none.
+  [[nodiscard]] std::optional<Request> take_destroy() {
+    const std::lock_guard lock(mutex_);
+    for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
+      auto* request = std::get_if<Request>(&it->command);
+      if (request == nullptr || !request->message.has_destroy_world()) continue;
+      Request found = std::move(*request);
+      bytes_ -= it->bytes;
+      waiting_.erase(it);
+      return found;
+    }
+    return std::nullopt;
+  }
+
   /// Lets nothing more in; what waits can still be taken.
   void close() {
     const std::lock_guard lock(mutex_);

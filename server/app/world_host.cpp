@@ -23,6 +23,8 @@ namespace {
 
 // How long a heavy world may keep its thread when another one is due.
 constexpr std::chrono::milliseconds slice_length{2};
+// How long it may keep it when none is, before it looks for a request that cannot wait.
+constexpr std::chrono::milliseconds slice_length_max{100};
 
 // When a client that was refused for want of room may try again.
 constexpr double retry_hint_s = 1.0;
@@ -57,7 +59,7 @@ std::optional<WorldHost::TimePoint> WorldHost::run_slice(HostedWorld& world, Out
 
   const auto give_way = [&] {
     const TimePoint now = steady_clock::now();
-    return now >= start + slice_length && (closed_ || scheduler_.other_due(now));
+    return now >= start + slice_length_max || (now >= start + slice_length && (closed_ || scheduler_.other_due(now)));
   };
   if (!world.step(give_way)) return steady_clock::now();  // behind whoever is due; the tick goes on in a later slice
 

@@ -45,6 +45,22 @@ TEST_F(Independence, APausedWorldStaysWhileOthersRun) {
   EXPECT_TRUE(client.stats("paused")->paused());
 }
 
+TEST_F(Independence, AWorldWhoseTickTakesHoursCanBeDestroyed) {
+  start({"--threads", "1"});
+  client::Client client = connect();
+  v1::Scene endless = two_balls("endless");
+  endless.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(6);
+  endless.mutable_stepping()->set_substeps(4096);
+  endless.mutable_stepping()->set_integrator(v1::Stepping::RK4);
+  for (auto& body : *endless.mutable_soft_bodies()) {
+    body.mutable_volume()->set_method(v1::Volume::MONTE_CARLO);
+    body.mutable_volume()->set_resolution(65'536);
+  }
+  create(client, endless, "endless");
+  EXPECT_TRUE(client.destroy_world("endless").ok());
+  EXPECT_EQ(client.list_worlds()->worlds_size(), 0);
+}
+
 // A long step request runs in slices too: the running world keeps its pace, and the stepping session's other requests
 // are answered meanwhile.
 TEST_F(Independence, ALongStepDoesNotHoldUpAnything) {

@@ -90,6 +90,25 @@ v1::ClientMessage resume(std::uint64_t request_id) {
   return message;
 }
 
+TEST_F(HostedWorldTest, ATickThatTakesLongDoesNotHoldUpTheEndOfItsWorld) {
+  v1::ClientMessage destroy;
+  destroy.set_request_id(3);
+  destroy.mutable_destroy_world()->set_world("w");
+  post(step(1, 1));
+  drain();
+  ASSERT_FALSE(world_->step([] { return true; })) << "the tick is under way";
+  post(get_stats(2));
+  post(destroy);
+  EXPECT_TRUE(drain().empty()) << "a tick that ends soon comes first";
+  EXPECT_EQ(world_->destroyed_by(), nullptr);
+  world_->drain(std::chrono::steady_clock::now() + std::chrono::minutes(1), TimePoint::max(), outbox_);
+  ASSERT_NE(world_->destroyed_by(), nullptr);
+  const std::vector<v1::ServerMessage> replies = take_replies();
+  ASSERT_EQ(replies.size(), 2U);
+  for (const v1::ServerMessage& reply : replies) EXPECT_EQ(reply.error().code(), v1::Error::NOT_FOUND);
+  EXPECT_FALSE(tick_due());
+}
+
 TEST_F(HostedWorldTest, WhatADrainLeavesStillCountsAgainstTheNumberOfRequests) {
   for (std::size_t i = 0; i < base::world_inbox_requests_max; ++i) ASSERT_EQ(post(get_stats(1)), Inbox::Post::taken);
   EXPECT_EQ(post(get_stats(1)), Inbox::Post::full);
