@@ -131,6 +131,13 @@ double longest_accurate_step_s(Integrator integrator, const Frequencies& frequen
   return unlimited;
 }
 
+/// To three digits.
+double rounded(double value) {
+  if (!(value > 0.0)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+  return std::round(value / unit) * unit;
+}
+
 /// What the bodies of a scene ask of a method.
 class Demands {
  public:
@@ -156,10 +163,12 @@ class Demands {
   [[nodiscard]] const std::string& name(std::size_t body) const { return scene_.soft_bodies[body].name; }
 
   [[nodiscard]] std::string reason(const Step& step) const {
-    if (step.substeps <= 1.0) return "no body asks for more";
+    if (step.substeps <= 1.0) return "one substep is enough for every body";
+    const Frequencies& frequencies = of(step.body);
     std::ostringstream text;
-    text << '"' << name(step.body) << "\" moves at up to " << of(step.body).fastest_rad_s << " rad/s and breathes at "
-         << of(step.body).breathing_rad_s << " rad/s: a step of at most " << step.step_s << " s";
+    text << '"' << name(step.body) << "\" vibrates at up to " << rounded(frequencies.fastest_rad_s) << " rad/s and "
+         << (scene_.soft_bodies[step.body].gas ? "breathes" : "stretches as a whole") << " at "
+         << rounded(frequencies.breathing_rad_s) << " rad/s: a step of at most " << rounded(step.step_s) << " s";
     return text.str();
   }
 
