@@ -172,6 +172,13 @@ double turn_step_s(Integrator integrator, const Flight& flight, double error) {
   }
 }
 
+/// To three digits.
+double rounded(double value) {
+  if (!(value > 0.0)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+  return std::round(value / unit) * unit;
+}
+
 /// What the bodies of a scene ask of a method.
 class Demands {
  public:
@@ -199,20 +206,22 @@ class Demands {
   [[nodiscard]] const std::string& name(std::size_t body) const { return scene_.soft_bodies[body].name; }
 
   [[nodiscard]] std::string reason(Integrator integrator, const Step& step) const {
-    if (step.substeps <= 1.0) return "no body asks for more";
+    if (step.substeps <= 1.0) return "one substep is enough for every body";
     const Flight flown = flight(step.body);
     const double error = scene_.stepping.error_target;
     std::ostringstream text;
     text << '"' << name(step.body) << "\" ";
     if (fall_step_s(integrator, flown, error) <= step.step_s) {
-      text << "falls by its own length in " << flown.fall_time_s << " s";
+      text << "falls by its own length in " << rounded(flown.fall_time_s) << " s";
     } else if (turn_step_s(integrator, flown, error) <= step.step_s) {
-      text << "turns at " << flown.spin_rad_s << " rad/s";
+      text << "turns at " << rounded(flown.spin_rad_s) << " rad/s";
     } else {
-      text << "moves at up to " << of(step.body).fastest_rad_s << " rad/s and breathes at "
-           << of(step.body).breathing_rad_s << " rad/s";
+      const Frequencies& frequencies = of(step.body);
+      text << "vibrates at up to " << rounded(frequencies.fastest_rad_s) << " rad/s and "
+           << (scene_.soft_bodies[step.body].gas ? "breathes" : "stretches as a whole") << " at "
+           << rounded(frequencies.breathing_rad_s) << " rad/s";
     }
-    text << ": a step of at most " << step.step_s << " s";
+    text << ": a step of at most " << rounded(step.step_s) << " s";
     return text.str();
   }
 

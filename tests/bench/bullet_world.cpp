@@ -9,6 +9,9 @@
 namespace pneuma::bench {
 namespace {
 
+// Of a body's skin, in which it collides. Bullet's own 0.25 m would be half the radius of the scenes' balls.
+constexpr btScalar margin_m = btScalar(0.01);
+
 btVector3 to_bullet(const Eigen::Vector3d& of) {
   return {static_cast<btScalar>(of.x()), static_cast<btScalar>(of.y()), static_cast<btScalar>(of.z())};
 }
@@ -66,6 +69,7 @@ void BulletWorld::add_ball(const physics::Mesh& mesh, const BallCase& ball, cons
   body->m_cfg.kPR = static_cast<btScalar>(ball.nrt_j);
   body->m_cfg.kDP = static_cast<btScalar>(settings.damping);
   body->m_cfg.piterations = settings.iterations;
+  body->getCollisionShape()->setMargin(margin_m);
   body->m_cfg.collisions = btSoftBody::fCollision::SDF_RS | btSoftBody::fCollision::VF_SS;
   body->translate(to_bullet(position_m));
   body->setVelocity(to_bullet(velocity_m_s));

@@ -65,10 +65,15 @@ class BulletBall {
   BulletBall(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings = {});
   ~BulletBall();
   BulletBall(BulletBall&&) noexcept;
-  /// Sets the vertices there, all at one velocity; the links keep the mesh's lengths.
-  void place(std::span<const Eigen::Vector3d> positions_m, const Eigen::Vector3d& velocity_m_s);
+  /// Of each vertex; one of 0 is fixed.
+  void set_masses(std::span<const double> masses_kg);
+  /// Of each vertex, in the place of the settings' one; a link has the mean of its ends.
+  void set_link_stiffness(std::span<const double> of_vertices);
+  /// Puts the vertices there; the links keep the mesh's lengths.
+  void place(std::span<const Eigen::Vector3d> positions_m, std::span<const Eigen::Vector3d> velocities_m_s);
   void step();
   [[nodiscard]] std::vector<Eigen::Vector3d> positions_m() const;
+  [[nodiscard]] std::vector<Eigen::Vector3d> velocities_m_s() const;
   [[nodiscard]] double volume_m3() const;
 
  private:

@@ -5,18 +5,32 @@
 #include <vector>
 
 #include "numerics/extremes/run.h"
+#include "physics/soft_setup.h"
 
 namespace pneuma::extremes {
 
-bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s, const bench::BulletSettings& settings) {
+bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s, const bench::BulletSettings& settings,
+                              double gravity_m_s2) {
   std::vector<physics::Vec3d> at_rest_m = body.mesh->positions_m;
   for (physics::Vec3d& x : at_rest_m) x *= body.springs.rest_scale;
   const auto mesh = physics::make_mesh(std::move(at_rest_m), body.mesh->faces);
   if (!mesh.ok()) std::abort();  // a mesh of a scene that was admitted, in another size
-  bench::BallCase ball{.mass_kg = body.mass_kg, .nrt_j = nrt_j(body), .gravity_m_s2 = 0.0, .dt_s = dt_s};
+  bench::BallCase ball{
+      .mass_kg = body.mass_kg, .nrt_j = body.gas ? nrt_j(body) : 0.0, .gravity_m_s2 = gravity_m_s2, .dt_s = dt_s};
   bench::BulletBall peer(**mesh, ball, settings);
-  peer.place(body.start_shape_m(), body.velocity);
+  const auto start = physics::make_soft_state<double>(body);
+  std::vector<double> masses_kg(start.x.size(), start.vertex_mass_kg);
+  for (std::size_t i = 0; i < start.pinned.size(); ++i) {
+    if (start.pinned[i] != 0) masses_kg[i] = 0.0;
+  }
+  peer.set_masses(masses_kg);
+  peer.place(start.x, start.v);
   return peer;
+}
+
+double link_stiffness_of(double stiffness_n_m, double vertex_mass_kg, double dt_s) {
+  const double give = 2.0 / vertex_mass_kg;
+  return give / (give + 1.0 / (stiffness_n_m * dt_s * dt_s));
 }
 
 }  // namespace pneuma::extremes

@@ -6,9 +6,13 @@
 
 namespace pneuma::extremes {
 
-/// The body's skin, mass, gas, starting shape and velocity, in no gravity. Bullet's links have no stiffness in N/m:
-/// that of the body counts for nothing.
+/// The body's skin, mass, pins, gas, starting shape, place and motion. Bullet's links have no stiffness in N/m: that of
+/// the body counts for nothing.
 [[nodiscard]] bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s,
-                                            const bench::BulletSettings& settings);
+                                            const bench::BulletSettings& settings, double gravity_m_s2 = 0.0);
+
+/// The share of strain that a single pass a step takes off a link between vertices of that mass, where a spring of that
+/// stiffness would, solved implicitly.
+[[nodiscard]] double link_stiffness_of(double stiffness_n_m, double vertex_mass_kg, double dt_s);
 
 }  // namespace pneuma::extremes

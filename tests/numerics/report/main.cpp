@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iostream>
+#include <iterator>
 #include <thread>
 
 #include <CLI/CLI.hpp>
@@ -37,10 +38,32 @@ std::string preface(bool quick) {
   text.append(
       " Times are CPU times of one thread; they vary from run to run, so compare them within this page only. Pneuma's "
       "errors, orders and outcomes come out the same in every run. The points of each plot lie in `csv/` beside the "
-      "page "
-      "where the report is run.\n");
+      "page where the report is run.\n");
   return text;
 }
+
+/// Where a report is written until it is whole: one that was interrupted leaves the page and plots of the last.
+class UnfinishedFolder {
+ public:
+  explicit UnfinishedFolder(std::filesystem::path target) : target_(std::move(target)), folder_(target_ / "unfinished") {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
+  /// Takes the place of what is there by the same names.
+  void finish() const {
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      const std::filesystem::path place = target_ / entry.path().filename();
+      std::filesystem::remove_all(place);
+      std::filesystem::rename(entry.path(), place);
+    }
+    std::filesystem::remove(folder_);
+  }
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path folder_;
+};
 
 struct Options {
   std::string folder = "report";
@@ -60,30 +83,33 @@ int run(const Options& options) {
   double total_s = 0.0;
   for (const Part& part : parts) total_s += expected_s(part);
 
-  std::filesystem::create_directories(options.folder);
+  const UnfinishedFolder unfinished(options.folder);
   Progress progress(total_s);
   physics::Workers workers(std::max(1u, std::thread::hardware_concurrency()));
   std::string page = preface(options.quick);
   std::vector<Outcome> outcomes;
+  std::vector<std::string> wrong;
   for (const Part& part : parts) {
     progress.begin(part.title, expected_s(part));
-    Context context(options.folder, options.quick, options.png, progress, workers);
+    Context context(unfinished.path(), options.quick, options.png, progress, workers);
     part.run(context);
     progress.end();
     page.append("\n").append(context.page.markdown());
     outcomes.insert(outcomes.end(), context.outcomes.begin(), context.outcomes.end());
+    wrong.insert(wrong.end(), context.faults.begin(), context.faults.end());
   }
-  const std::filesystem::path folder = options.folder;
-  write_file(folder / "REPORT.md", page);
-  write_file(folder / "outcomes.tsv", text_of(outcomes));
-  std::cout << (folder / "REPORT.md").string() << '\n';
-  if (options.expected.empty()) return 0;
+  write_file(unfinished.path() / "REPORT.md", page);
+  write_file(unfinished.path() / "outcomes.tsv", text_of(outcomes));
+  unfinished.finish();
+  std::cout << (std::filesystem::path(options.folder) / "REPORT.md").string() << '\n';
 
-  std::ifstream expected(options.expected);
-  if (!expected) throw std::runtime_error(options.expected + ": cannot be read");
-  const std::vector<std::string> changed = changes(expected, outcomes);
-  for (const std::string& line : changed) std::cerr << "pneuma-report: " << line << '\n';
-  return changed.empty() ? 0 : 1;
+  if (!options.expected.empty()) {
+    std::ifstream expected(options.expected);
+    if (!expected) throw std::runtime_error(options.expected + ": cannot be read");
+    std::ranges::move(changes(expected, outcomes), std::back_inserter(wrong));
+  }
+  for (const std::string& line : wrong) std::cerr << "pneuma-report: " << line << '\n';
+  return wrong.empty() ? 0 : 1;
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ class Context {
 
   Page page;
   std::vector<Outcome> outcomes;
+  std::vector<std::string> faults;  // what makes rows of the page invalid: the run fails, whatever is expected
 
   /// csv/NAME.csv below the report's folder.
   [[nodiscard]] Csv csv(std::string_view name, const std::vector<std::string>& columns) const {

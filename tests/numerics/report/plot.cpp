@@ -103,13 +103,13 @@ void write_series(std::ostream& script, const Plot& plot) {
 std::string script_of(const Plot& plot, const std::filesystem::path& file, bool png) {
   std::ostringstream script;
   script.precision(12);
-  script << (png ? "set terminal pngcairo size 1280,1120 font 'sans,12' fontscale 2 linewidth 2 pointscale 2 "
+  script << (png ? "set terminal pngcairo size 960,1120 font 'sans,12' fontscale 2 linewidth 2 pointscale 2 "
                    "background '#ffffff'\n"
-                 : "set terminal svg size 640,560 dynamic font 'sans-serif,16' background '#ffffff'\n");
+                 : "set terminal svg size 480,560 dynamic font 'sans-serif,16' background '#ffffff'\n");
   script << "set output " << quoted(file.string()) << '\n'
          << "set encoding utf8\n"
             "set border 3 lc rgb '#404040'\nset tics nomirror\nset grid lc rgb '#d8d8d8' lw 1 dt 1\n"
-            "set key outside below center horizontal Left reverse samplen 3 width 1 height 1\n"
+            "set key outside below center horizontal maxcols 2 Left reverse samplen 3 width 1 height 1\n"
          << "set title " << quoted(plot.title) << '\n';
   set_axis(script, 'x', plot.x);
   set_axis(script, 'y', plot.y);

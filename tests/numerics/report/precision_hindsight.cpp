@@ -26,6 +26,7 @@ const Run& automatic(const Measured& measured) {
 std::vector<Verdict> verdicts(const std::vector<Measured>& all) {
   std::vector<Verdict> rows;
   for (const Measured& measured : all) {
+    if (!measured.reference.converged) continue;
     const Run& chosen = automatic(measured);
     for (const Judged& judged : measured.subject.judged) {
       const double error = chosen.judged(judged.error);

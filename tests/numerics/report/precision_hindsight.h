@@ -27,6 +27,7 @@ struct Verdict {
   /// AUTO's time in times of another run.
   [[nodiscard]] double ratio_to(const Run* run) const { return automatic->cpu_ms_per_s / run->cpu_ms_per_s; }
 };
+/// Of the cases whose reference converged.
 [[nodiscard]] std::vector<Verdict> verdicts(const std::vector<Measured>& all);
 
 /// "midpoint, 16 substeps".

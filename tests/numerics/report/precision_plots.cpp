@@ -128,8 +128,7 @@ Ladder ladder_of(Integrator integrator, const Measured& measured, const Judged& 
 }
 
 Series tightly_solved(Integrator integrator, const Measured& measured, const Judged& judged) {
-  Series series{.label = title_of(integrator) + ", 4 iterations", .style = style_of(integrator), .points{}};
-  series.mark = Mark::dashed;
+  Series series{.label = "", .style = style_of(integrator), .points{}, .mark = Mark::dashed};
   for (const Run& run : measured.runs) {
     if (run.setting.integrator != integrator || run.setting.newton_iterations != 4) continue;
     if (const double error = run.judged(judged.error); std::isfinite(error)) {
@@ -163,7 +162,7 @@ Ladder bullet(const Measured& measured) {
 }  // namespace
 
 Plot diagram(const Measured& measured, const Judged& judged) {
-  Diagram diagram(judged.title, judged.label);
+  Diagram diagram(measured.reference.converged ? judged.title : "INVALID: " + judged.title, judged.label);
   for (const Integrator integrator : every_integrator) {
     ladder_of(integrator, measured, judged).draw(diagram);
   }

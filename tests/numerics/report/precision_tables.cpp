@@ -26,26 +26,31 @@ std::string cell(double value) {
   return value < round_off ? "round-off" : number(value, 2);
 }
 
-std::vector<std::string> measures_row(const std::string& first, const Run& run) {
-  std::vector<std::string> row{first, describe(run), milliseconds(run.cpu_ms_per_s)};
-  if (!run.failure.empty()) {
-    row.insert(row.end(), {"failed", "-", "-", "-", "-", "-", "-"});
-    return row;
-  }
-  const Errors& errors = run.errors;
-  for (const double value : {errors.position, errors.centre, errors.volume, errors.energy, errors.momentum,
-                             errors.angular_momentum, errors.period}) {
-    row.push_back(cell(value));
-  }
-  return row;
-}
+/// Where bodies are and what they keep, in two tables: one would be too wide for a phone.
+class MeasuresTables {
+ public:
+  explicit MeasuresTables(std::string first) : first_(std::move(first)) {}
 
-const std::vector<std::string>& measures_columns(const std::string& first) {
-  static std::vector<std::string> columns{"",       "run",    "CPU time", "position",         "centre of mass",
-                                          "volume", "energy", "momentum", "angular momentum", "period"};
-  columns.front() = first;
-  return columns;
-}
+  void add(const std::string& first, const Run& run) {
+    if (!run.failure.empty()) {
+      places_.push_back({first, "failed", "-", "-", "-"});
+      kept_.push_back({first, "failed", "-", "-"});
+      return;
+    }
+    const Errors& errors = run.errors;
+    places_.push_back({first, cell(errors.position), cell(errors.centre), cell(errors.volume), cell(errors.period)});
+    kept_.push_back({first, cell(errors.energy), cell(errors.momentum), cell(errors.angular_momentum)});
+  }
+  void write(Page& page) const {
+    page.table({first_, "position", "centre of mass", "volume", "period"}, places_);
+    page.table({first_, "energy", "momentum", "angular momentum"}, kept_);
+  }
+
+ private:
+  std::string first_;
+  std::vector<std::vector<std::string>> places_;
+  std::vector<std::vector<std::string>> kept_;
+};
 
 const Measured* find(const std::vector<Measured>& all, const std::string& name) {
   const auto found = std::ranges::find_if(all, [&](const Measured& each) { return each.subject.name == name; });
@@ -64,7 +69,7 @@ const Run* middle_rung(const Measured& measured, Integrator integrator) {
 void write_iterations(Page& page, const std::vector<Measured>& all) {
   std::vector<std::vector<std::string>> rows;
   for (const Measured& measured : all) {
-    if (measured.subject.rest_ticks > 0) continue;  // where it rests is the same for any
+    if (measured.subject.rest_ticks > 0 || !measured.reference.converged) continue;  // where it rests: the same for any
     const Judged& judged = measured.subject.judged.front();
     for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
       std::vector<std::string> row{judged.title, title_of(integrator)};
@@ -117,20 +122,21 @@ void write_measures(Page& page, const std::vector<Measured>& all) {
   page.paragraph(
       "Root mean squares over the ticks of the difference from the reference. Each is relative: position and centre of "
       "mass to body size; volume and breathing period to their own; energy (with what dampers and the wind took) to "
-      "the "
-      "most that was kinetic, won or lost; momentum to mass times the greatest speed; angular momentum to that times "
-      "body size. Round-off: under 1e-12. A dash: the case has none. First AUTO's runs:");
-  std::vector<std::vector<std::string>> rows;
-  for (const Measured& measured : all) rows.push_back(measures_row(measured.subject.name, automatic(measured)));
-  page.table(measures_columns("case"), rows);
+      "the most that was kinetic, won or lost; momentum to mass times the greatest speed; angular momentum to that "
+      "times body size. Round-off: under 1e-12. A dash: the case has none. First AUTO's runs, chosen as above:");
+  MeasuresTables of_automatic("case");
+  for (const Measured& measured : all) {
+    if (measured.reference.converged) of_automatic.add(measured.subject.name, automatic(measured));
+  }
+  of_automatic.write(page);
 
-  if (const Measured* ball = find(all, "ball")) {
+  if (const Measured* ball = find(all, "ball"); ball != nullptr && ball->reference.converged) {
     page.paragraph("Every method on the breathing ball of 162 vertices, at the middle one of its steps that hold:");
-    rows.clear();
+    MeasuresTables of_methods("run");
     for (const Integrator integrator : every_integrator) {
-      if (const Run* run = middle_rung(*ball, integrator)) rows.push_back(measures_row(title_of(integrator), *run));
+      if (const Run* run = middle_rung(*ball, integrator)) of_methods.add(describe(*run), *run);
     }
-    page.table(measures_columns("method"), rows);
+    of_methods.write(page);
   }
   write_iterations(page, all);
 }
@@ -183,7 +189,8 @@ void write_references(Page& page, const std::vector<Measured>& all) {
     rows.push_back({measured.subject.name, measured.subject.words,
                     number(static_cast<double>(measured.subject.ticks) / rate_hz, 2),
                     std::to_string(reference.substeps),
-                    number(reference.halving.*judged.front().error, 2) + (reference.converged ? "" : ", not converged"),
+                    (reference.converged ? "" : "**did not converge: invalid**, ") +
+                        number(reference.halving.*judged.front().error, 2),
                     judged.size() > 1 ? number(reference.halving.*judged.back().error, 2) : "-",
                     number(reference.energy_drift, 2)});
   }

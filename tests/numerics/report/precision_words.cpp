@@ -18,25 +18,35 @@ std::string times_as_long(double ratio) {
   return std::abs(ratio - 1.0) < 0.05 ? "as long" : number(ratio, 2) + " times as long";
 }
 
-// A bullet for each method that is the cheapest somewhere.
-void write_winners(Page& page, const std::vector<Verdict>& rows, const Run* Verdict::* winner,
-                   const std::string& within) {
+// A bullet for each method that is the cheapest somewhere, and one for what no run came near to.
+void write_winners(Page& page, const std::vector<Verdict>& rows) {
   for (const physics::Integrator integrator : every_integrator) {
-    std::string where;
+    std::string both;
+    std::string percent_only;
+    std::string per_mille_only;
     for (const Verdict& row : rows) {
-      const Run* run = row.*winner;
-      if (run == nullptr || run->setting.integrator != integrator) continue;
-      append_item(where, row.judged->title + " (" + std::to_string(run->setting.substeps) + " a tick, " +
-                             milliseconds(run->cpu_ms_per_s) + ")");
+      const auto wins = [&](const Run* run) { return run != nullptr && run->setting.integrator == integrator; };
+      const bool percent = wins(row.within_percent);
+      const bool per_mille = wins(row.within_per_mille);
+      if (percent && per_mille) append_item(both, row.judged->title);
+      if (percent && !per_mille) append_item(percent_only, row.judged->title);
+      if (!percent && per_mille) append_item(per_mille_only, row.judged->title);
     }
-    if (where.empty()) continue;
-    page.bullet("To come " + within + ", **" + title_of(integrator) + "** costs least for: " + where + ".");
+    std::string where;
+    if (!both.empty()) append_item(where, "within 1 % and 0.1 %: " + both, ". ");
+    if (!percent_only.empty()) append_item(where, "within 1 %: " + percent_only, ". Only ");
+    if (!per_mille_only.empty()) append_item(where, "within 0.1 %: " + per_mille_only, ". Only ");
+    if (!where.empty()) page.bullet("**" + title_of(integrator) + "** costs least " + where + ".");
   }
   std::string nowhere;
   for (const Verdict& row : rows) {
-    if (row.*winner == nullptr) append_item(nowhere, row.judged->title);
+    if (row.within_percent == nullptr) {
+      append_item(nowhere, row.judged->title + " (1 %)");
+    } else if (row.within_per_mille == nullptr) {
+      append_item(nowhere, row.judged->title + " (0.1 %)");
+    }
   }
-  if (!nowhere.empty()) page.bullet("No run here came " + within + " for: " + nowhere + ".");
+  if (!nowhere.empty()) page.bullet("No run here came that near for: " + nowhere + ".");
 }
 
 void write_automatic(Page& page, const std::vector<Verdict>& rows) {
@@ -110,8 +120,7 @@ void write_divergent(Page& page, const std::vector<Verdict>& rows) {
 void write_advice(Page& page, const std::vector<Verdict>& rows) {
   page.subheading("Which method for which scene");
   write_automatic(page, rows);
-  write_winners(page, rows, &Verdict::within_percent, "within 1 %");
-  write_winners(page, rows, &Verdict::within_per_mille, "within 0.1 %");
+  write_winners(page, rows);
   write_losers(page, rows);
   write_divergent(page, rows);
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <string_view>
 
 #include "numerics/report/methods.h"
 #include "numerics/report/part.h"
@@ -116,7 +117,10 @@ void write_csv(const std::vector<Measured>& all, const Context& context) {
   }
 }
 
+constexpr std::string_view no_reference = "Its reference did not converge, and its errors say nothing.";
+
 std::string caption(const Measured& measured, const Judged& judged) {
+  if (!measured.reference.converged) return "**Invalid**: " + judged.title + ". " + std::string(no_reference);
   std::string text = judged.title + ": " + measured.subject.words + ". ";
   const Run* cheapest = cheapest_within(measured, judged, 0.01);
   if (cheapest == nullptr) return text + "No run came within 1 %.";
@@ -139,12 +143,13 @@ void add_outcomes(const Measured& measured, const Judged& judged, std::vector<Ou
       row += ' ' + std::to_string(run.setting.substeps);
       outcome.append(outcome.empty() ? "" : " ").append(decade(run.judged(judged.error)));
     }
-    outcomes.push_back({row, outcome});
+    outcomes.push_back({row, measured.reference.converged ? outcome : "no reference"});
   }
   const Run& chosen = automatic(measured);
-  outcomes.push_back({"precision " + judged.name + " AUTO", std::string(physics::name_of(chosen.setting.integrator)) +
-                                                                ' ' + std::to_string(chosen.setting.substeps) + ' ' +
-                                                                decade(chosen.judged(judged.error))});
+  std::string choice(physics::name_of(chosen.setting.integrator));
+  choice.append(" ").append(std::to_string(chosen.setting.substeps)).append(" ");
+  choice.append(measured.reference.converged ? decade(chosen.judged(judged.error)) : "no reference");
+  outcomes.push_back({"precision " + judged.name + " AUTO", choice});
 }
 
 void run(Context& context) {
@@ -160,8 +165,13 @@ void run(Context& context) {
   page.paragraph(
       "Each scene below is run with every method over a ladder of steps, and compared at every tick with a converged "
       "solution. Errors of motion are distances in body sizes: the largest side of the body's bounding box. One "
-      "thread, 60 "
-      "ticks a second, double precision; medians of interleaved runs.");
+      "thread, 60 ticks a second, double precision; medians of interleaved runs.");
+  for (const Measured& measured : all) {
+    if (measured.reference.converged) continue;
+    const std::string invalid = "invalid: " + measured.subject.judged.front().title + ". " + std::string(no_reference);
+    page.paragraph("**Partly i" + invalid.substr(1) + "**");
+    context.faults.push_back(invalid);
+  }
   write_advice(page, rows);
   write_verdicts(page, rows);
   page.subheading("The ladders");
