@@ -246,6 +246,21 @@ void check_pins(const SoftBody& body, Fields fields) {
 }
 
 /// One for each of the mesh's vertices, or none.
+void check_stiffness_scale(const SoftBody& body, Fields springs) {
+  const std::vector<double>& scale = body.springs.vertex_stiffness_scale;
+  const std::size_t vertex_count = body.mesh->positions_m.size();
+  if (!scale.empty() && scale.size() != vertex_count) {
+    springs.fail("vertex_stiffness_scale", "has " + std::to_string(scale.size()) + " factors for a mesh of " +
+                                               std::to_string(vertex_count) + " vertices");
+  }
+  for (std::size_t i = 0; i < scale.size(); ++i) {
+    if (scale[i] >= 0.0 && scale[i] <= base::scene_number_max) continue;
+    springs.not_negative(item("vertex_stiffness_scale", i), scale[i]);
+    return;
+  }
+}
+
+/// One for each of the mesh's vertices, or none.
 void check_start_positions(const SoftBody& body, Fields fields) {
   const std::size_t vertex_count = body.mesh->positions_m.size();
   const std::size_t count = body.start_positions_m.size();
@@ -310,6 +325,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
   springs.not_negative("damping_n_s_m", body.springs.damping_n_s_m, base::damping_max_n_s_m);
   springs.not_negative("bend_stiffness_n_m", body.springs.bend_stiffness_n_m, base::stiffness_max_n_m);
   springs.positive("rest_scale", body.springs.rest_scale, base::rest_scale_max);
+  check_stiffness_scale(body, springs);
   if (body.gas) check_gas(*body.gas, *body.mesh, fields);
   check_volume(body.volume, fields.in("volume"));
   check_surface(body.surface, fields.in("surface"));

@@ -86,6 +86,7 @@ void BodyForces<Real>::pass_over_rings(SoftState<Real>& body, const LaneTables<R
                                        std::span<const Vec3d> x, std::span<const Vec3d> v, const Vec3d& origin) {
   const Rings& rings = lanes.mesh->rings;
   const Springs& springs = body.body.springs;
+  const bool scaled = !lanes.mesh->stiffness_scales.empty();
   const bool damped = springs.damping_n_s_m > 0.0;
   to_lanes(rings, x, origin, lane_x_);
   if (damped) to_lanes(rings, v, Vec3d::Zero(), lane_v_);
@@ -95,6 +96,7 @@ void BodyForces<Real>::pass_over_rings(SoftState<Real>& body, const LaneTables<R
   pass.packs = rings.packs.data();
   pass.neighbours = rings.neighbours.data();
   pass.lengths_m = lanes.mesh->lengths_m.data();
+  pass.stiffness_scales = lanes.mesh->stiffness_scales.data();
   pass.x = lane_x_.data();
   pass.v = lane_v_.data();
   pass.force = lane_force_.data();
@@ -107,7 +109,7 @@ void BodyForces<Real>::pass_over_rings(SoftState<Real>& body, const LaneTables<R
   double volume_18_m3 = 0.0;
   for (pass.begin = 0; pass.begin < rings.packs.size(); pass.begin = pass.end) {
     pass.end = std::min(pass.begin + block_packs, rings.packs.size());
-    (*lanes.kernels)(LaneLayout::alone, damped, gas, pass);
+    (*lanes.kernels)(LaneLayout::alone, scaled, damped, gas, pass);
     volume_18_m3 += static_cast<double>(volumes_18_m3.lanes[0]);
   }
   if (gas) body.volume_m3 = volume_18_m3 / 18.0;

@@ -50,8 +50,10 @@ Eigen::SparseMatrix<double> assemble(const ImplicitConstants& constants, std::sp
     }
   };
   for (std::uint32_t i = 0; i < count; ++i) add(i, i, diagonal[i]);
-  const double spring = s * (constants.damping_n_s_m + s * constants.stiffness_n_m);
+  const std::vector<double>& scale = constants.vertex_stiffness_scale;
   for (const auto& [a, b] : mesh.edges) {
+    const double stiffness_n_m = (scale.empty() ? 1.0 : 0.5 * (scale[a] + scale[b])) * constants.stiffness_n_m;
+    const double spring = s * (constants.damping_n_s_m + s * stiffness_n_m);
     add(a, a, spring);
     add(b, b, spring);
     add(a, b, -spring);
@@ -109,6 +111,7 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
                               springs.stiffness_n_m,
                               springs.damping_n_s_m,
                               springs.bend_stiffness_n_m,
+                              springs.vertex_stiffness_scale,
                               bounding_drag_n_s_m3(body, surroundings.atmosphere),
                               {},
                               body.pinned};
@@ -122,14 +125,15 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
 bool ImplicitConstants::operator==(const ImplicitConstants& other) const {
   const auto numbers = [](const ImplicitConstants& of) {
     return std::tie(of.s, of.vertex_mass_kg, of.stiffness_n_m, of.damping_n_s_m, of.bend_stiffness_n_m, of.drag_n_s_m3,
-                    of.grabs, of.pinned);
+                    of.grabs, of.pinned, of.vertex_stiffness_scale);
   };
   return numbers(*this) == numbers(other) && same_mesh(*mesh, *other.mesh);
 }
 
 std::size_t ImplicitMatrix::bytes() const {
   return factor.bytes() + diagonal.capacity() * sizeof(double) + opposite.capacity() * sizeof(opposite[0]) +
-         constants.grabs.capacity() * sizeof(double) + constants.pinned.capacity();
+         (constants.grabs.capacity() + constants.vertex_stiffness_scale.capacity()) * sizeof(double) +
+         constants.pinned.capacity();
 }
 
 ImplicitMatrixPtr ImplicitMatrices::find(const ImplicitConstants& constants) const {

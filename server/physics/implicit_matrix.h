@@ -22,6 +22,7 @@ struct ImplicitConstants {
   double stiffness_n_m = 0.0;
   double damping_n_s_m = 0.0;
   double bend_stiffness_n_m = 0.0;
+  std::vector<double> vertex_stiffness_scale;
   double drag_n_s_m3 = 0.0;   // times a vertex's area, of wind
   std::vector<double> grabs;  // vertex, stiffness and damping of each
   std::vector<std::uint8_t> pinned;
@@ -32,8 +33,8 @@ struct ImplicitConstants {
   bool operator==(const ImplicitConstants& other) const;
 };
 
-/// M + (s d + s^2 k) L with the graph Laplacian L, which is never less than the springs' tangent, and the like of
-/// bending, wind and grabs.
+/// M + (s d + s^2 k) L with the graph Laplacian L (weighted, where springs differ), which is never less than the
+/// springs' tangent, and the like of bending, wind and grabs.
 struct ImplicitMatrix {
   ImplicitConstants constants;
   std::vector<double> diagonal;                        // mass and grabs

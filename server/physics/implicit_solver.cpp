@@ -43,8 +43,13 @@ double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage
 template <class Real>
 double turning_j(const SoftState<Real>& body, double move_m, double spacing_m) {
   const double longer_m = 0.5 * move_m * move_m / spacing_m;
-  return 0.5 * body.body.springs.stiffness_n_m * static_cast<double>(body.body.mesh->edges.size()) * longer_m *
-         longer_m;
+  const Springs& springs = body.body.springs;
+  auto edges = static_cast<double>(body.body.mesh->edges.size());
+  if (!springs.vertex_stiffness_scale.empty()) {
+    edges = 0.0;
+    for (const Edge& edge : body.body.mesh->edges) edges += springs.stiffness_scale(edge);
+  }
+  return 0.5 * springs.stiffness_n_m * edges * longer_m * longer_m;
 }
 
 double step_held_m_s(const Hold& hold, const Vec3d& step) {

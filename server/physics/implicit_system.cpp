@@ -46,13 +46,12 @@ template <class Real>
 void ImplicitSystem::linearise_edges(const SoftState<Real>& body, std::span<const Vec3d> x) {
   const ImplicitConstants& constants = matrix_->constants;
   const double s = constants.s;
-  const double spring = s * s * constants.stiffness_n_m;
   const double damping = s * constants.damping_n_s_m;
   const double turn = body.gas ? s * s * body.pressure_pa : 0.0;
   const std::vector<Edge>& edges = constants.mesh->edges;
   const auto& opposite = matrix_->opposite;
   edges_.resize(edges.size());
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
+  const auto linearise = [&](std::size_t i, double spring) {
     const auto [a, b] = edges[i];
     EdgeTangent& tangent = edges_[i];
     tangent.direction = x[b] - x[a];
@@ -62,6 +61,13 @@ void ImplicitSystem::linearise_edges(const SoftState<Real>& body, std::span<cons
     tangent.along = length > 0.0 ? spring + damping : 0.0;
     tangent.across = spring * std::max(0.0, 1.0 - static_cast<double>(body.rest_length_m(i)) * per_length);
     tangent.turn = turn != 0.0 ? Vec3d(turn / 6.0 * (x[opposite[i][0]] - x[opposite[i][1]])) : Vec3d(Vec3d::Zero());
+  };
+  const double stiffness = s * s * constants.stiffness_n_m;
+  const Springs& springs = body.body.springs;
+  if (springs.vertex_stiffness_scale.empty()) {
+    for (std::size_t i = 0; i < edges_.size(); ++i) linearise(i, stiffness);
+  } else {
+    for (std::size_t i = 0; i < edges_.size(); ++i) linearise(i, stiffness * springs.stiffness_scale(edges[i]));
   }
 }
 

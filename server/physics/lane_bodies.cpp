@@ -14,7 +14,9 @@ std::size_t LaneMesh<Real>::bytes() const {
   const std::size_t indices = rings.vertices.capacity() + rings.slots.capacity() + rings.neighbours.capacity() +
                               edges.ends.capacity() + edges.of_ring.capacity() + rings.far_neighbours.capacity();
   return rings.packs.capacity() * sizeof(RingPack) + indices * sizeof(std::uint32_t) +
-         (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real);
+         (lengths_m.capacity() + edges.lengths_m.capacity()) * sizeof(Real) +
+         (stiffness_scales.capacity() + edges.stiffness_scales.capacity()) * sizeof(Real) +
+         vertex_stiffness_scale.capacity() * sizeof(double);
 }
 
 template <class Real>

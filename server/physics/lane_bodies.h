@@ -17,12 +17,14 @@
 
 namespace pneuma::physics {
 
-/// What the lanes of one mesh's bodies share.
+/// What the lanes of one mesh's bodies share, of those with one vertex_stiffness_scale.
 template <class Real>
 struct LaneMesh {
   Rings rings;
-  std::vector<Real> lengths_m;  // ring_lengths_m
-  RingEdges<Real> edges;        // for fleets of kernels with edges_first; otherwise empty
+  std::vector<Real> lengths_m;                 // ring_lengths_m
+  std::vector<Real> stiffness_scales;          // of the edges, along_rings; empty where all are 1
+  std::vector<double> vertex_stiffness_scale;  // which these are of
+  RingEdges<Real> edges;                       // for fleets of kernels with edges_first; otherwise empty
 
   [[nodiscard]] std::size_t bytes() const;
 };

@@ -150,6 +150,10 @@ struct Spring {
   P rest_scale;
   P damping;
 
+  [[nodiscard]] Spring scaled(const P& stiffness_scale) const {
+    return {stiffness * stiffness_scale, rest_scale, damping};
+  }
+
   // It pulls by (k (L - rest) + c L') / L times the way d to the neighbour, and L' = (dv . d) / L. Seen from the other
   // end, with d and dv reversed, that has the same bits.
   template <bool Damped, class Rate>
@@ -168,7 +172,7 @@ Spring<P> spring_of(const RingPass<Real>& pass) {
   return {P::load(pass.stiffness_n_m.lanes), P::load(pass.rest_scale.lanes), P::load(pass.damping_n_s_m.lanes)};
 }
 
-template <class P, class Real, bool Damped>
+template <class P, class Real, bool Scaled, bool Damped>
 void pull_pass(RingPass<Real>& pass) {
   using Access = FleetAccess<P, Real>;
   const Spring<P> spring = spring_of<P>(pass);
@@ -177,7 +181,13 @@ void pull_pass(RingPass<Real>& pass) {
     const std::size_t to = pass.edge_ends[2 * edge + 1];
     const Vector<P> along = Access::load(pass.x, to) - Access::load(pass.x, from);
     const auto rate = [&] { return Access::load(pass.v, to) - Access::load(pass.v, from); };
-    const P pull = spring.template pull<Damped>(along, P::all(pass.edge_lengths_m[edge]), rate);
+    P pull;
+    if constexpr (Scaled) {
+      const Spring<P> scaled = spring.scaled(P::all(pass.edge_stiffness_scales[edge]));
+      pull = scaled.template pull<Damped>(along, P::all(pass.edge_lengths_m[edge]), rate);
+    } else {
+      pull = spring.template pull<Damped>(along, P::all(pass.edge_lengths_m[edge]), rate);
+    }
     pull.store(pass.pulls_n_m + edge * P::width);
   }
 }
@@ -185,7 +195,7 @@ void pull_pass(RingPass<Real>& pass) {
 /// Asks for what the packs ahead of `p` will need. The processor sees the rows coming, but too late, and not the far
 /// neighbours at all. Measured on 655,362 vertices: half the time. Always inline: GCC 12 drops calls of a function that
 /// does nothing else.
-template <class Real, bool Damped, bool Gas>
+template <class Real, bool Scaled, bool Damped, bool Gas>
 [[gnu::always_inline]] inline void fetch_ahead(const RingPass<Real>& pass, std::size_t p) {
   constexpr std::size_t rows_ahead = 48;
   constexpr std::size_t far_ahead = 8;
@@ -201,6 +211,10 @@ template <class Real, bool Damped, bool Gas>
     }
     for (std::size_t i = 0; i < pack.degree * pack_slots; i += line)
       __builtin_prefetch(pass.lengths_m + pack.first + i);
+    if constexpr (Scaled) {
+      for (std::size_t i = 0; i < pack.degree * pack_slots; i += line)
+        __builtin_prefetch(pass.stiffness_scales + pack.first + i);
+    }
     for (std::size_t i = 0; i < pack.degree * pack_slots; i += pack_slots) {
       __builtin_prefetch(pass.neighbours + pack.first + i);
     }
@@ -215,7 +229,7 @@ template <class Real, bool Damped, bool Gas>
 }
 
 /// A ring pass's way through one pack after the other.
-template <class P, class Real, class Access, bool Damped, bool Gas, bool Pulled>
+template <class P, class Real, class Access, bool Scaled, bool Damped, bool Gas, bool Pulled>
 class RingSums {
  public:
   explicit RingSums(const RingPass<Real>& pass)
@@ -244,7 +258,13 @@ class RingSums {
           pull = P::load(pass_.pulls_n_m + pass_.ring_edges[pack.first + in_pack + place * pack_slots] * P::width);
         } else {
           const auto rate = [&] { return Access::neighbour(pass_.v, neighbours + place * pack_slots) - v; };
-          pull = spring_.template pull<Damped>(along, Access::length(lengths_m + place * pack_slots, in_pack), rate);
+          const P length_m = Access::length(lengths_m + place * pack_slots, in_pack);
+          if constexpr (Scaled) {
+            const Real* scales = pass_.stiffness_scales + pack.first + place * pack_slots;
+            pull = spring_.scaled(Access::length(scales, in_pack)).template pull<Damped>(along, length_m, rate);
+          } else {
+            pull = spring_.template pull<Damped>(along, length_m, rate);
+          }
         }
         force = add(force, pull, along);
         if constexpr (Gas) {
@@ -274,12 +294,12 @@ class RingSums {
   BlockSum<P, Real, Access> volume_;
 };
 
-template <class P, class Real, class Access, bool Damped, bool Gas, bool Pulled>
+template <class P, class Real, class Access, bool Scaled, bool Damped, bool Gas, bool Pulled>
 void ring_pass(RingPass<Real>& pass) {
-  RingSums<P, Real, Access, Damped, Gas, Pulled> sums(pass);
+  RingSums<P, Real, Access, Scaled, Damped, Gas, Pulled> sums(pass);
   for (std::size_t p = pass.begin; p < pass.end; ++p) {
     if constexpr (Access::slots > 1) {
-      fetch_ahead<Real, Damped, Gas>(pass, p);
+      fetch_ahead<Real, Scaled, Damped, Gas>(pass, p);
       sums.template add_pack<0>(p);
     } else if (pass.packs[p].degree == 6) {
       // Most of a closed mesh's vertices have six neighbours. The loop of known length is a tenth faster for a fleet,
@@ -385,9 +405,14 @@ template <class P, class Real, LaneLayout Layout>
 consteval void list_layout(LaneKernels<Real>& kernels) {
   using Access = typename AccessTo<P, Real, Layout>::Type;
   constexpr auto layout = static_cast<std::size_t>(Layout);
-  kernels.rings[layout] = {
-      {{{&ring_pass<P, Real, Access, false, false, false>, &ring_pass<P, Real, Access, false, true, false>}},
-       {{&ring_pass<P, Real, Access, true, false, false>, &ring_pass<P, Real, Access, true, true, false>}}}};
+  const auto list_rings = [&]<bool Scaled, bool Damped>() {
+    kernels.rings[layout][Scaled][Damped] = {&ring_pass<P, Real, Access, Scaled, Damped, false, false>,
+                                             &ring_pass<P, Real, Access, Scaled, Damped, true, false>};
+  };
+  list_rings.template operator()<false, false>();
+  list_rings.template operator()<false, true>();
+  list_rings.template operator()<true, false>();
+  list_rings.template operator()<true, true>();
   const auto list_substage = [&]<Substage Method>(bool last) {
     auto& updates = kernels.updates[layout][static_cast<std::size_t>(Method)];
     updates[0][0] = &update_pass<P, Real, Layout, Method, false, false>;
@@ -415,9 +440,10 @@ consteval LaneKernels<typename P::Real> list_kernels() {
     kernels.slot_of_place[place] = lane_order<P>.slot_of_place[place];
   }
   kernels.edges_first = P::edges_first;
-  kernels.pulls = {&pull_pass<P, Real, false>, &pull_pass<P, Real, true>};
-  kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, true>,
-                          &ring_pass<P, Real, FleetAccess<P, Real>, false, true, true>};
+  kernels.pulls[0] = {&pull_pass<P, Real, false, false>, &pull_pass<P, Real, false, true>};
+  kernels.pulls[1] = {&pull_pass<P, Real, true, false>, &pull_pass<P, Real, true, true>};
+  kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, false, true>,
+                          &ring_pass<P, Real, FleetAccess<P, Real>, false, false, true, true>};
   list_layout<P, Real, LaneLayout::fleet>(kernels);
   list_layout<P, Real, LaneLayout::alone>(kernels);
   return kernels;

@@ -37,6 +37,7 @@ struct RingPass {
   std::size_t fetch_end = 0;
   const std::uint32_t* neighbours = nullptr;      // Rings::neighbours
   const Real* lengths_m = nullptr;                // of the rest shape's edges there; see LaneKernels::slot_of_place
+  const Real* stiffness_scales = nullptr;         // and of their springs; read where scaled only
   const std::uint32_t* far_neighbours = nullptr;  // Rings::far_neighbours
   const Real* x = nullptr;
   const Real* v = nullptr;  // read where damped only
@@ -46,6 +47,7 @@ struct RingPass {
   // Of a fleet that has its springs' pulls worked out edge by edge first: RingEdges, and a number a lane for each edge.
   const std::uint32_t* edge_ends = nullptr;
   const Real* edge_lengths_m = nullptr;
+  const Real* edge_stiffness_scales = nullptr;
   std::size_t edge_count = 0;
   const std::uint32_t* ring_edges = nullptr;
   Real* pulls_n_m = nullptr;  // over the edge's length
@@ -86,17 +88,18 @@ struct LaneKernels {
   std::size_t slots_per_ms = 1;  // about as many evaluations of the forces at a slot take a millisecond
   // RingPass::lengths_m stand in lane order: at place i of a pack's 16 stands the length of slot slot_of_place[i].
   std::array<std::uint8_t, pack_slots> slot_of_place{};
-  std::array<std::array<std::array<Ring, 2>, 2>, lane_layout_count> rings{};  // [layout][damped][gas]
-  // Whether fleets are faster with the pulls of all edges first, by pulls[damped], and then the rings, by
+  // [layout][scaled][damped][gas]
+  std::array<std::array<std::array<std::array<Ring, 2>, 2>, 2>, lane_layout_count> rings{};
+  // Whether fleets are faster with the pulls of all edges first, by pulls[scaled][damped], and then the rings, by
   // pulled_rings[gas]. It depends on what square roots and divisions cost; measured on balls of 162 vertices.
   bool edges_first = false;
-  std::array<Ring, 2> pulls{};
+  std::array<std::array<Ring, 2>, 2> pulls{};
   std::array<Ring, 2> pulled_rings{};
   // [layout][substage][gas][advance]; advance makes a difference to the last substage of a method only.
   std::array<std::array<std::array<std::array<Update, 2>, 2>, substage_count>, lane_layout_count> updates{};
 
-  void operator()(LaneLayout layout, bool damped, bool gas, RingPass<Real>& pass) const {
-    rings[static_cast<std::size_t>(layout)][damped][gas](pass);
+  void operator()(LaneLayout layout, bool scaled, bool damped, bool gas, RingPass<Real>& pass) const {
+    rings[static_cast<std::size_t>(layout)][scaled][damped][gas](pass);
   }
   void operator()(LaneLayout layout, Substage substage, bool gas, bool advance, UpdatePass<Real>& pass) const {
     updates[static_cast<std::size_t>(layout)][static_cast<std::size_t>(substage)][gas][advance](pass);

@@ -36,6 +36,7 @@ class LaneStep {
         profile_(profile),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
+        scaled_(!mesh.stiffness_scales.empty()),
         pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
         sprung_(damped_ || gas_ || has_stiffness(bodies)),
         other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
@@ -136,8 +137,10 @@ class LaneStep {
     ring_.far_neighbours = mesh_.rings.far_neighbours.data();
     if (bodies_.slot_count() >= streaming_slots_min) ring_.fetch_end = mesh_.rings.packs.size();
     ring_.lengths_m = mesh_.lengths_m.data();
+    ring_.stiffness_scales = mesh_.stiffness_scales.data();
     ring_.edge_ends = mesh_.edges.ends.data();
     ring_.edge_lengths_m = mesh_.edges.lengths_m.data();
+    ring_.edge_stiffness_scales = mesh_.edges.stiffness_scales.data();
     ring_.edge_count = mesh_.edges.lengths_m.size();
     ring_.ring_edges = mesh_.edges.of_ring.data();
     ring_.pulls_n_m = scratch_.pulls.data();
@@ -172,7 +175,7 @@ class LaneStep {
       if (workers_ == nullptr) {
         ring_.x = x.data();
         ring_.v = v.data();
-        if (pulled_) kernels_.pulls[damped_](ring_);
+        if (pulled_) kernels_.pulls[scaled_][damped_](ring_);
         for (std::size_t block = 0; block < bodies_.block_count(); ++block) pass_over(block, ring_);
       } else {
         bodies_.for_blocks([&](std::size_t block) {
@@ -214,7 +217,7 @@ class LaneStep {
     if (pulled_) {
       kernels_.pulled_rings[gas_](pass);
     } else {
-      kernels_(layout_, damped_, gas_, pass);
+      kernels_(layout_, scaled_, damped_, gas_, pass);
     }
   }
 
@@ -295,6 +298,7 @@ class LaneStep {
   Profile* profile_;
   bool damped_;
   bool gas_;
+  bool scaled_;  // springs differ in stiffness
   bool pulled_;  // the pulls of edges come first
   bool sprung_;  // there is anything for the ring pass to do
   bool other_forces_;

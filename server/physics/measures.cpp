@@ -27,13 +27,19 @@ double gas_energy_j(const GasState& state, const Gas& gas, double volume_m3, dou
 template <class Real>
 double elastic_j(const SoftState<Real>& state, std::span<const Vec3d> x) {
   const std::vector<Edge>& edges = state.body.mesh->edges;
+  const Springs& springs = state.body.springs;
   double sum_j = 0.0;
-  for (std::size_t e = 0; e < edges.size(); ++e) {
+  const auto add = [&](std::size_t e, double stiffness_n_m) {
     const double length_m = (x[edges[e][1]] - x[edges[e][0]]).norm();
     const double stretch_m = length_m - static_cast<double>(state.rest_length_m(e));
-    sum_j += 0.5 * state.body.springs.stiffness_n_m * stretch_m * stretch_m;
+    sum_j += 0.5 * stiffness_n_m * stretch_m * stretch_m;
+  };
+  if (springs.vertex_stiffness_scale.empty()) {
+    for (std::size_t e = 0; e < edges.size(); ++e) add(e, springs.stiffness_n_m);
+  } else {
+    for (std::size_t e = 0; e < edges.size(); ++e) add(e, springs.stiffness_n_m * springs.stiffness_scale(edges[e]));
   }
-  return sum_j + bending_energy_j(state.hinges, state.body.springs.bend_stiffness_n_m, x);
+  return sum_j + bending_energy_j(state.hinges, springs.bend_stiffness_n_m, x);
 }
 
 template <class Real>

@@ -189,7 +189,7 @@ Rings make_rings(const Mesh& mesh) {
 }
 
 template <class Real>
-RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings) {
+RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings, std::span<const double> stiffness_scales) {
   constexpr std::uint32_t not_met = ~std::uint32_t{0};
   std::vector<std::uint32_t> numbers(mesh.edges.size(), not_met);
   RingEdges<Real> edges;
@@ -204,6 +204,7 @@ RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings) {
         numbers[edge] = static_cast<std::uint32_t>(edges.lengths_m.size());
         edges.ends.insert(edges.ends.end(), {static_cast<std::uint32_t>(slot), neighbour});
         edges.lengths_m.push_back(static_cast<Real>(mesh.edge_lengths_m[edge]));
+        if (!stiffness_scales.empty()) edges.stiffness_scales.push_back(static_cast<Real>(stiffness_scales[edge]));
       }
       edges.of_ring[entry] = numbers[edge];
     }
@@ -212,26 +213,34 @@ RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings) {
 }
 
 template <class Real>
-std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
-                                 const std::array<std::uint8_t, pack_slots>& slot_of_place) {
-  std::vector<Real> lengths_m;
-  lengths_m.reserve(rings.neighbours.size());
+std::vector<Real> along_rings(const Mesh& mesh, const Rings& rings, std::span<const double> of_edges,
+                              const std::array<std::uint8_t, pack_slots>& slot_of_place) {
+  std::vector<Real> numbers;
+  numbers.reserve(rings.neighbours.size());
   for (std::size_t p = 0; p < rings.packs.size(); ++p) {
     for (std::size_t place = 0; place < rings.packs[p].degree; ++place) {
       for (const std::uint8_t slot : slot_of_place) {
         const std::uint32_t vertex = rings.vertices[p * pack_slots + slot];
         const std::size_t entry = rings.packs[p].first + place * pack_slots + slot;
         const std::uint32_t neighbour = rings.vertices[rings.neighbours[entry] / 4];
-        lengths_m.push_back(static_cast<Real>(mesh.edge_lengths_m[edge_between(mesh, vertex, neighbour)]));
+        numbers.push_back(static_cast<Real>(of_edges[edge_between(mesh, vertex, neighbour)]));
       }
     }
   }
-  return lengths_m;
+  return numbers;
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                             \
-  template RingEdges<Real> make_ring_edges<Real>(const Mesh&, const Rings&); \
-  template std::vector<Real> ring_lengths_m<Real>(const Mesh&, const Rings&, \
+template <class Real>
+std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
+                                 const std::array<std::uint8_t, pack_slots>& slot_of_place) {
+  return along_rings<Real>(mesh, rings, mesh.edge_lengths_m, slot_of_place);
+}
+
+#define PNEUMA_INSTANTIATE(Real)                                                                      \
+  template RingEdges<Real> make_ring_edges<Real>(const Mesh&, const Rings&, std::span<const double>); \
+  template std::vector<Real> along_rings<Real>(const Mesh&, const Rings&, std::span<const double>,    \
+                                               const std::array<std::uint8_t, pack_slots>&);          \
+  template std::vector<Real> ring_lengths_m<Real>(const Mesh&, const Rings&,                          \
                                                   const std::array<std::uint8_t, pack_slots>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

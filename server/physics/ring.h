@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "physics/mesh.h"
@@ -37,14 +38,21 @@ template <class Real>
 struct RingEdges {
   std::vector<std::uint32_t> ends;     // two slots an edge, in the order in which the rings first come by
   std::vector<Real> lengths_m;         // of the rest shape, one an edge
+  std::vector<Real> stiffness_scales;  // one an edge; empty where all are 1
   std::vector<std::uint32_t> of_ring;  // the edge to the neighbour, one an entry of Rings::neighbours
 };
 
+/// `stiffness_scales` has one for each of the mesh's edges, or none.
 template <class Real>
-[[nodiscard]] RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings);
+[[nodiscard]] RingEdges<Real> make_ring_edges(const Mesh& mesh, const Rings& rings,
+                                              std::span<const double> stiffness_scales = {});
 
-/// The lengths of the rest shape's edges along each ring. Those of a pack's 16 slots at one place of the ring stand in
-/// the order of `slot_of_place`.
+/// What each edge of the mesh has in `of_edges`, along each ring. The numbers of a pack's 16 slots at one place of the
+/// ring stand in the order of `slot_of_place`.
+template <class Real>
+[[nodiscard]] std::vector<Real> along_rings(const Mesh& mesh, const Rings& rings, std::span<const double> of_edges,
+                                            const std::array<std::uint8_t, pack_slots>& slot_of_place);
+/// The like of the lengths of the rest shape's edges.
 template <class Real>
 [[nodiscard]] std::vector<Real> ring_lengths_m(const Mesh& mesh, const Rings& rings,
                                                const std::array<std::uint8_t, pack_slots>& slot_of_place);

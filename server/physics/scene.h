@@ -52,7 +52,14 @@ struct Springs {
   double stiffness_n_m = 0.0;
   double damping_n_s_m = 0.0;
   double rest_scale = 1.0;
-  double bend_stiffness_n_m = 0.0;  // N m a radian (hinge.h)
+  double bend_stiffness_n_m = 0.0;                  // N m a radian (hinge.h)
+  std::vector<double> vertex_stiffness_scale = {};  // one a vertex of the mesh; empty: all 1
+
+  /// What stiffness_n_m is multiplied by along this edge: the mean of its ends'.
+  [[nodiscard]] double stiffness_scale(const Edge& edge) const {
+    return vertex_stiffness_scale.empty() ? 1.0
+                                          : 0.5 * (vertex_stiffness_scale[edge[0]] + vertex_stiffness_scale[edge[1]]);
+  }
   bool operator==(const Springs&) const = default;
 };
 

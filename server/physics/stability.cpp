@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "physics/gas.h"
 #include "physics/hinge.h"
@@ -49,15 +50,34 @@ Points breathing(const Mesh& mesh) {
   return u;
 }
 
+// The same of the softest vertices, the others as much less as their stiffest spring is stiffer.
+Points breathing_of_softest(const Mesh& mesh, const Springs& springs) {
+  std::vector<double> stiffest(mesh.positions_m.size(), 0.0);
+  for (const Edge& edge : mesh.edges) {
+    for (const std::uint32_t i : edge) stiffest[i] = std::max(stiffest[i], springs.stiffness_scale(edge));
+  }
+  const double softest = *std::ranges::min_element(stiffest);
+  Points u = breathing(mesh);
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    if (stiffest[i] > softest) u[i] *= softest / stiffest[i];
+  }
+  return u;
+}
+
 // Of each spring, along it and across. Across is the share k (1 - L0 / L) of one that is stretched at the start; a
 // slack one pushes its ends aside, which makes no motion faster.
 struct SpringTerms {
   double along = 0.0;
   double across = 0.0;
+  const Springs* scaled_by = nullptr;  // null: all springs are alike
+
+  [[nodiscard]] double scale(const Edge& edge) const {
+    return scaled_by == nullptr ? 1.0 : scaled_by->stiffness_scale(edge);
+  }
 };
 
 SpringTerms stiffness_of(const Springs& springs) {
-  return {springs.stiffness_n_m, springs.stiffness_n_m * std::max(0.0, 1.0 - springs.rest_scale)};
+  return {springs.stiffness_n_m, springs.stiffness_n_m * std::max(0.0, 1.0 - springs.rest_scale), &springs};
 }
 
 SpringTerms damping_of(const Springs& springs) {
@@ -107,11 +127,11 @@ class SkinStiffness {
   // (a - b)^2 <= 2 (a^2 + b^2) for each spring, whose share across is not above that along it; and the like for a
   // hinge's four.
   [[nodiscard]] double spring_bound(const SpringTerms& spring) const {
-    std::vector<std::uint32_t> edge_counts(mesh_.positions_m.size(), 0);
+    std::vector<double> scale_sums(mesh_.positions_m.size(), 0.0);
     for (const Edge& edge : mesh_.edges) {
-      for (const std::uint32_t vertex : edge) ++edge_counts[vertex];
+      for (const std::uint32_t vertex : edge) scale_sums[vertex] += spring.scale(edge);
     }
-    return 2.0 * spring.along * *std::ranges::max_element(edge_counts);
+    return 2.0 * spring.along * *std::ranges::max_element(scale_sums);
   }
   [[nodiscard]] double bending_bound() const {
     if (bends_.empty()) return 0.0;
@@ -132,9 +152,10 @@ class SkinStiffness {
   };
 
   void add_springs(const Points& u, const SpringTerms& spring, Points& result) const {
-    for (const auto& [a, b] : mesh_.edges) {
+    for (const Edge& edge : mesh_.edges) {
+      const auto [a, b] = edge;
       const Vec3d n = (mesh_.positions_m[b] - mesh_.positions_m[a]).normalized();
-      const Vec3d apart = u[b] - u[a];
+      const Vec3d apart = spring.scale(edge) * (u[b] - u[a]);
       const Vec3d pull = spring.across * apart + (spring.along - spring.across) * n.dot(apart) * n;
       result[a] -= pull;
       result[b] += pull;
@@ -173,6 +194,16 @@ double vertex_mass_kg(const SoftBody& body) {
   return body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
 }
 
+// Spring by spring D is at least d / k_max times K, and so is each motion's decay. With springs that are alike the
+// fastest motion has all of D's largest eigenvalue.
+double lacking_damping_n_s_m(const Mesh& mesh, const Springs& springs, const SkinModes& modes) {
+  double scale_max = 0.0;
+  for (const Edge& edge : mesh.edges) scale_max = std::max(scale_max, springs.stiffness_scale(edge));
+  const double stiffness_max_n_m = springs.stiffness_n_m * scale_max;
+  if (!(stiffness_max_n_m > 0.0)) return 0.0;
+  return std::max(0.0, modes.damping_n_s_m - springs.damping_n_s_m / stiffness_max_n_m * modes.fastest_n_m);
+}
+
 SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
   const SkinStiffness stiffness(mesh, springs);
   using Part = SkinStiffness::Part;
@@ -186,7 +217,15 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
   modes.gradient_m4 = dot(gradient, gradient);
   modes.gradient_n_m3 = dot(gradient, pull);
   modes.gradient_n2_m2 = dot(pull, pull);
-  const Points scaling = breathing(mesh);
+  const auto quotient_n_m = [&](const Points& u) {
+    return dot(u, stiffness.apply(u, stiffness_of(springs), Part::both)) / dot(u, u);
+  };
+  Points scaling = breathing(mesh);
+  if (!springs.vertex_stiffness_scale.empty()) {
+    modes.lacking_n_s_m = lacking_damping_n_s_m(mesh, springs, modes);
+    Points of_softest = breathing_of_softest(mesh, springs);
+    if (quotient_n_m(of_softest) < quotient_n_m(scaling)) scaling = std::move(of_softest);
+  }
   modes.scaling_m2 = dot(scaling, scaling);
   modes.scaling_j = dot(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
   modes.scaling_j_s = dot(scaling, stiffness.apply(scaling, damping_of(springs), Part::springs));
@@ -222,6 +261,7 @@ Frequencies frequencies_of(const SoftBody& body, const Atmosphere& atmosphere, c
   Frequencies result;
   result.fastest_rad_s = std::sqrt(largest_with_gas_n_m(modes, gas_pa_m3) / vertex_kg);
   result.fastest_decay_1_s = (modes.damping_n_s_m + wind_drag_n_s_m(body, atmosphere)) / vertex_kg;
+  result.decay_lacking_1_s = modes.lacking_n_s_m / vertex_kg;
   result.bending_rad_s = std::sqrt(modes.bending_n_m / vertex_kg);
   result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
   const double restoring_j = modes.scaling_j + gas_pa_m3 * modes.scaling_m3 * modes.scaling_m3;

@@ -17,10 +17,11 @@ namespace pneuma::physics {
 struct Frequencies {
   double fastest_rad_s = 0.0;        // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
   double fastest_decay_1_s = 0.0;    // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
+  double decay_lacking_1_s = 0.0;    // of that, what the fastest motion may lack where springs differ in stiffness
   double gas_rad_s = 0.0;            // of the gas alone, along gradV
   double bending_rad_s = 0.0;        // of bending alone, which nothing damps
-  double breathing_rad_s = 0.0;      // Rayleigh quotient of uniform scaling
-  double breathing_decay_1_s = 0.0;  // of uniform scaling, by spring damping alone
+  double breathing_rad_s = 0.0;      // Rayleigh quotient of uniform scaling, or of the softest part's alone
+  double breathing_decay_1_s = 0.0;  // of that, by spring damping alone
   bool operator==(const Frequencies&) const = default;
 };
 
@@ -30,11 +31,12 @@ struct Frequencies {
 [[nodiscard]] Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosphere);
 
 /// What the frequencies of a skin follow from, whatever its mass and gas: of its stiffness K (springs and bending) and
-/// of gradV, and of uniform scaling as a displacement.
+/// of gradV, and of uniform scaling as a displacement: where springs differ, of the softest part, if that is slower.
 struct SkinModes {
   double volume_m3 = 0.0;
   double fastest_n_m = 0.0;     // largest eigenvalue of K
   double damping_n_s_m = 0.0;   // largest eigenvalue of D
+  double lacking_n_s_m = 0.0;   // of that, what may not be along K's
   double bending_n_m = 0.0;     // largest eigenvalue of bending alone
   double gradient_m4 = 0.0;     // gradV . gradV
   double gradient_n_m3 = 0.0;   // gradV . K gradV

@@ -87,6 +87,11 @@ double limit_of_one_s(Integrator integrator, double w, double c) {
   }
 }
 
+// Some methods grow but for the decay.
+double least_decay_1_s(const Frequencies& frequencies) {
+  return frequencies.fastest_decay_1_s - frequencies.decay_lacking_1_s;
+}
+
 // The step at which XPBD leaves a gas that much too large a volume.
 double xpbd_rest_step_s(const Frequencies& frequencies, double error) {
   return frequencies.gas_rad_s > 0.0 ? std::sqrt(error / xpbd_rest_error) / frequencies.gas_rad_s : unlimited;
@@ -394,6 +399,7 @@ std::string_view name_of(Integrator integrator) {
 
 double stability_limit_s(Integrator integrator, const Frequencies& frequencies) {
   return std::min({limit_of_one_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                   limit_of_one_s(integrator, frequencies.fastest_rad_s, least_decay_1_s(frequencies)),
                    limit_of_one_s(integrator, frequencies.breathing_rad_s, frequencies.breathing_decay_1_s),
                    limit_of_one_s(integrator, frequencies.bending_rad_s, 0.0)});
 }
@@ -401,6 +407,7 @@ double stability_limit_s(Integrator integrator, const Frequencies& frequencies) 
 double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
                       double tick_period_s) {
   return std::min({longest_stable_step_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                   longest_stable_step_s(integrator, frequencies.fastest_rad_s, least_decay_1_s(frequencies)),
                    longest_stable_step_s(integrator, frequencies.breathing_rad_s, frequencies.breathing_decay_1_s),
                    longest_stable_step_s(integrator, frequencies.bending_rad_s, 0.0),
                    longest_accurate_step_s(integrator, frequencies, error_target, tick_period_s)});

@@ -25,17 +25,43 @@ bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings&
   return damped(a) == damped(b) && has_lane_gas(a.body, rings) == has_lane_gas(b.body, rings) && a.pinned == b.pinned;
 }
 
+// Of the mesh's edges; empty where all are 1.
+std::vector<double> stiffness_scales(const Mesh& mesh, const Springs& springs) {
+  std::vector<double> scales;
+  if (springs.vertex_stiffness_scale.empty()) return scales;
+  for (const Edge& edge : mesh.edges) scales.push_back(springs.stiffness_scale(edge));
+  return scales;
+}
+
+// Where the plan has the tables of such a body: plan.meshes.size() where it has not.
 template <class Real>
-std::shared_ptr<const LaneMesh<Real>> lane_mesh_of(const Mesh& mesh, const LaneKernels<Real>& kernels,
+std::size_t mesh_in(const StepPlan<Real>& plan, const SoftBody& body) {
+  std::size_t i = 0;
+  while (i < plan.meshes.size() && !(same_mesh(*plan.shapes[i], *body.mesh) &&
+                                     plan.meshes[i]->vertex_stiffness_scale == body.springs.vertex_stiffness_scale)) {
+    ++i;
+  }
+  return i;
+}
+
+template <class Real>
+std::shared_ptr<const LaneMesh<Real>> lane_mesh_of(const SoftBody& body, const LaneKernels<Real>& kernels,
                                                    const StepPlan<Real>& before) {
+  const Mesh& mesh = *body.mesh;
+  auto lanes = std::make_shared<LaneMesh<Real>>();
   if (before.kernels == &kernels) {
-    for (std::size_t i = 0; i < before.shapes.size(); ++i) {
-      if (same_mesh(*before.shapes[i], mesh)) return before.meshes[i];
+    if (const std::size_t known = mesh_in(before, body); known < before.meshes.size()) return before.meshes[known];
+    const auto shape = std::ranges::find_if(before.shapes, [&](const auto& other) { return same_mesh(*other, mesh); });
+    if (shape != before.shapes.end()) {
+      lanes->rings = before.meshes[static_cast<std::size_t>(shape - before.shapes.begin())]->rings;
     }
   }
-  auto lanes = std::make_shared<LaneMesh<Real>>();
-  lanes->rings = make_rings(mesh);
+  if (lanes->rings.vertices.empty()) lanes->rings = make_rings(mesh);
   lanes->lengths_m = ring_lengths_m<Real>(mesh, lanes->rings, kernels.slot_of_place);
+  if (body.springs.vertex_stiffness_scale.empty()) return lanes;
+  lanes->vertex_stiffness_scale = body.springs.vertex_stiffness_scale;
+  lanes->stiffness_scales =
+      along_rings<Real>(mesh, lanes->rings, stiffness_scales(mesh, body.springs), kernels.slot_of_place);
   return lanes;
 }
 
@@ -53,12 +79,11 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
   StepPlan<Real> plan;
   plan.kernels = &lane_kernels<Real>(isa_in_use());
   for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-    const std::shared_ptr<const Mesh>& mesh = bodies[i].body.mesh;
-    const auto known = std::ranges::find_if(plan.shapes, [&](const auto& other) { return same_mesh(*other, *mesh); });
-    plan.mesh_of_body.push_back(static_cast<std::size_t>(known - plan.shapes.begin()));
-    if (known == plan.shapes.end()) {
-      plan.shapes.push_back(mesh);
-      plan.meshes.push_back(lane_mesh_of(*mesh, *plan.kernels, before));
+    const SoftBody& body = bodies[i].body;
+    plan.mesh_of_body.push_back(mesh_in(plan, body));
+    if (plan.mesh_of_body[i] == plan.meshes.size()) {
+      plan.shapes.push_back(body.mesh);
+      plan.meshes.push_back(lane_mesh_of(body, *plan.kernels, before));
     }
     const auto group = std::ranges::find_if(plan.groups, [&](const StepGroup& other) {
       return other.mesh == plan.mesh_of_body[i] &&
@@ -75,7 +100,9 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
     if (abreast && plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
         lanes->edges.lengths_m.empty()) {
       auto with_edges = std::make_shared<LaneMesh<Real>>(*lanes);
-      with_edges->edges = make_ring_edges<Real>(*plan.shapes[group.mesh], lanes->rings);
+      const Springs& springs = bodies[group.members.front()].body.springs;
+      with_edges->edges = make_ring_edges<Real>(*plan.shapes[group.mesh], lanes->rings,
+                                                stiffness_scales(*plan.shapes[group.mesh], springs));
       lanes = std::move(with_edges);
     }
   }

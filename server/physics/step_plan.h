@@ -12,7 +12,8 @@
 
 namespace pneuma::physics {
 
-/// Bodies that one fleet kernel can take: the same mesh, damping or none, lane gas or none, the same vertices pinned.
+/// Bodies that one fleet kernel can take: the same mesh and stiffness scales, damping or none, lane gas or none, the
+/// same vertices pinned.
 struct StepGroup {
   std::size_t mesh = 0;                // in StepPlan::meshes
   std::vector<std::uint32_t> members;  // soft bodies, in order
@@ -22,7 +23,7 @@ template <class Real>
 struct StepPlan {
   const LaneKernels<Real>* kernels = nullptr;
   std::vector<std::shared_ptr<const LaneMesh<Real>>> meshes;
-  std::vector<std::shared_ptr<const Mesh>> shapes;  // whose tables `meshes` are
+  std::vector<std::shared_ptr<const Mesh>> shapes;  // whose tables `meshes` are; one more than once where scales differ
   std::vector<std::size_t> mesh_of_body;
   std::vector<StepGroup> groups;
   bool may_touch = false;  // there are two soft bodies that could meet, or a solid

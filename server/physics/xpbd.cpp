@@ -52,11 +52,13 @@ class Xpbd {
 
   // There and back, with the gas in between: a pass in one order only is no symmetric operator, and a step that takes
   // its velocity from it may have growing modes (a ball at rest began to spin).
+  template <bool Scaled>
   void solve(Profile* profile) {
     scratch_.spring_pull.assign(body_.body.springs.stiffness_n_m > 0.0 ? body_.body.mesh->edges.size() : 0, Real{0});
     scratch_.hinge_turn.assign(body_.hinges.size(), 0.0);
     scratch_.grab_pull.assign(body_.grabs.size(), Vec3d::Zero());
-    timed(profile, Stage::springs, scratch_.spring_pull.size(), [&](std::size_t i) { pull_spring(i); });
+    const std::size_t springs = scratch_.spring_pull.size();
+    timed(profile, Stage::springs, springs, [&](std::size_t i) { pull_spring<Scaled>(i); });
     timed(profile, Stage::bending, body_.hinges.size(), [&](std::size_t i) { bend(i); });
     timed(profile, Stage::grabs, body_.grabs.size(), [&](std::size_t i) { hold_grab(i); });
     if (body_.gas) {
@@ -66,12 +68,11 @@ class Xpbd {
     const auto backwards = [](std::size_t count, auto&& one) {
       return [count, one](std::size_t i) { one(count - 1 - i); };
     };
-    const std::size_t springs = scratch_.spring_pull.size();
     timed(profile, Stage::grabs, body_.grabs.size(),
           backwards(body_.grabs.size(), [&](std::size_t i) { hold_grab(i); }));
     timed(profile, Stage::bending, body_.hinges.size(),
           backwards(body_.hinges.size(), [&](std::size_t i) { bend(i); }));
-    timed(profile, Stage::springs, springs, backwards(springs, [&](std::size_t i) { pull_spring(i); }));
+    timed(profile, Stage::springs, springs, backwards(springs, [&](std::size_t i) { pull_spring<Scaled>(i); }));
   }
 
   // Of velocities, after the move: in one constraint with the spring, as XPBD's paper has it, a damping with
@@ -131,12 +132,15 @@ class Xpbd {
     for (std::size_t i = 0; i < count; ++i) constraint(i);
   }
 
+  template <bool Scaled>
   void pull_spring(std::size_t i) {
     const auto [a, b] = body_.body.mesh->edges[i];
     const Vec3<Real> along = body_.x[b] - body_.x[a] + (body_.dr[b] - body_.dr[a]);
     const Real length = along.norm();
     if (!(length > 0)) return;
-    const auto stiffness = static_cast<Real>(h_ * h_ * body_.body.springs.stiffness_n_m);
+    const Springs& springs = body_.body.springs;
+    auto stiffness = static_cast<Real>(h_ * h_ * springs.stiffness_n_m);
+    if constexpr (Scaled) stiffness *= static_cast<Real>(springs.stiffness_scale({a, b}));
     const Real give = inverse_mass(a) + inverse_mass(b);
     Real& pull = scratch_.spring_pull[i];
     const Real more = (stiffness * (length - body_.rest_length_m(i)) - pull) / (Real{1} + stiffness * give);
@@ -224,7 +228,11 @@ void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, 
     const StageTimer timer(profile, Stage::integrate);
     step.predict();
   }
-  step.solve(profile);
+  if (body.body.springs.vertex_stiffness_scale.empty()) {
+    step.template solve<false>(profile);
+  } else {
+    step.template solve<true>(profile);
+  }
   const StageTimer timer(profile, Stage::integrate);
   step.finish();
   step.damp();

@@ -73,10 +73,16 @@ void change_volume(v1::Volume& volume, const v1::Volume& change) {
   volume.MergeFrom(change);
 }
 
+// And merged lists would be one behind the other.
+void change_springs(v1::Springs& springs, const v1::Springs& change) {
+  if (!change.vertex_stiffness_scale().empty()) springs.clear_vertex_stiffness_scale();
+  springs.MergeFrom(change);
+}
+
 Status change_soft_body(v1::SoftBody& body, const v1::SoftBodyChange& change) {
   if (change.remove_gas() && change.has_gas()) return base::invalid("stands beside gas", "remove_gas");
   if (change.has_mass_kg()) body.set_mass_kg(change.mass_kg());
-  if (change.has_springs()) body.mutable_springs()->MergeFrom(change.springs());
+  if (change.has_springs()) change_springs(*body.mutable_springs(), change.springs());
   if (change.has_gas()) body.mutable_gas()->MergeFrom(change.gas());
   if (change.remove_gas()) body.clear_gas();
   if (change.has_volume()) change_volume(*body.mutable_volume(), change.volume());

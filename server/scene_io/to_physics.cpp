@@ -119,6 +119,7 @@ void read_springs(const v1::Springs& in, physics::Springs& out) {
   out.damping_n_s_m = in.damping_n_s_m();
   if (in.has_rest_scale()) out.rest_scale = in.rest_scale();
   out.bend_stiffness_n_m = in.bend_stiffness_n_m();
+  out.vertex_stiffness_scale.assign(in.vertex_stiffness_scale().begin(), in.vertex_stiffness_scale().end());
 }
 
 Status read_gas(const v1::Gas& in, physics::Gas& out) {

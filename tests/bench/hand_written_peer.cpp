@@ -69,7 +69,7 @@ HandWrittenBall::HandWrittenBall(const physics::Mesh& mesh, const BallCase& ball
 
 void HandWrittenBall::step(std::uint32_t substeps) {
   for (std::uint32_t i = 0; i < substeps; ++i) {
-    kernels_(physics::LaneLayout::alone, damped_, gas_, ring_);
+    kernels_(physics::LaneLayout::alone, false, damped_, gas_, ring_);
     if (gas_) {
       const double volume_m3 = static_cast<double>(volumes_18_m3_.lanes[0]) / 18.0;
       const auto pressure_sixth_pa = static_cast<float>(nrt_j_ / volume_m3 / 6.0);
