@@ -18,6 +18,9 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 using v1::ServerMessage;
 
+// Of a message on the wire: its length.
+constexpr std::size_t length_prefix_bytes = 4;
+
 base::Status to_status(const v1::Error& error) {
   using Code = base::StatusCode;
   const auto code = [&] {
@@ -68,7 +71,7 @@ struct Client::Impl {
 
   /// Takes one message in: a reply goes to `reply`, what is unasked is kept. False when the deadline passes first.
   base::Result<bool> receive(Deadline deadline, std::optional<ServerMessage>& reply);
-  base::Status take_unasked(ServerMessage& message, std::size_t bytes);
+  base::Status take_unasked(ServerMessage& message, std::string_view bytes);
   void keep(Update update);
   base::Status fail(base::Status status);
 
@@ -76,6 +79,7 @@ struct Client::Impl {
   Connection connection;
   v1::Welcome welcome;
   StreamDecoder decoder;
+  Tap tap;
   std::deque<Update> updates;
   std::uint64_t last_request_id = 0;
   std::uint64_t updates_dropped = 0;
@@ -152,32 +156,40 @@ base::Result<bool> Client::Impl::receive(Deadline deadline, std::optional<Server
     reply = std::move(message);
     return true;
   }
-  const base::Status taken = take_unasked(message, (*bytes)->size() + 4);
+  const base::Status taken = take_unasked(message, **bytes);
   if (!taken.ok()) return fail(taken);
   return true;
 }
 
-base::Status Client::Impl::take_unasked(ServerMessage& message, std::size_t bytes) {
+base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view bytes) {
+  const auto understood = [&](const base::Status& status) {
+    if (status.ok() && tap) tap(bytes, message);
+    return status;
+  };
   switch (message.message_case()) {
     case ServerMessage::kTopology:
-      return decoder.take_topology(message.topology());
+      return understood(decoder.take_topology(message.topology()));
     case ServerMessage::kLayout:
-      return decoder.take_layout(message.layout());
+      return understood(decoder.take_layout(message.layout()));
     case ServerMessage::kFrame: {
-      auto frame = decoder.take_frame(message.frame(), bytes);
+      auto frame = decoder.take_frame(message.frame(), bytes.size() + length_prefix_bytes);
       if (!frame.ok()) return frame.status();
-      if (*frame) keep(std::move(**frame));
-      return {};
+      if (!*frame) return {};
+      keep(std::move(**frame));
+      return understood({});
     }
     case ServerMessage::kGap:
       if (!decoder.has_stream(message.gap().stream_id())) return {};
       ++gaps;
       ticks_missed += message.gap().to_tick() - message.gap().from_tick() + 1;
-      keep(std::move(*message.mutable_gap()));
-      return {};
+      keep(message.gap());
+      return understood({});
     case ServerMessage::kEvent:
-      keep(std::move(*message.mutable_event()));
-      return {};
+      keep(message.event());
+      return understood({});
+    case ServerMessage::kApplied:
+      keep(message.applied());
+      return understood({});
     case ServerMessage::kPing: {
       v1::ClientMessage pong;
       pong.set_request_id(++last_request_id);
@@ -270,6 +282,10 @@ base::Result<std::optional<DecodedFrame>> Client::next_frame(milliseconds timeou
 
 base::Result<std::optional<v1::Event>> Client::next_event(milliseconds timeout) {
   return as<v1::Event>(impl_->next(Clock::now() + timeout, is<v1::Event>));
+}
+
+void Client::set_tap(Tap tap) {
+  impl_->tap = std::move(tap);
 }
 
 std::uint64_t Client::updates_dropped() const {

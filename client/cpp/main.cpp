@@ -13,6 +13,7 @@
 
 #include "base/version.h"
 #include "command/arguments.h"
+#include "command/checks.h"
 #include "command/commands.h"
 #include "command/json.h"
 #include "pneuma_client/client.h"
@@ -21,8 +22,12 @@ namespace {
 
 using pneuma::base::Status;
 using pneuma::base::StatusCode;
+using pneuma::client::address_check;
 using pneuma::client::Client;
+using pneuma::client::not_negative_check;
+using pneuma::client::numbers_check;
 using pneuma::client::parse_numbers;
+using pneuma::client::positive_check;
 using pneuma::client::Session;
 using pneuma::client::to_vec3;
 
@@ -38,37 +43,6 @@ struct Flags {
 };
 
 using Work = std::function<Status(Session&)>;
-
-const CLI::Validator address_check(
-    [](const std::string& text) -> std::string {
-      std::string host;
-      std::string port;
-      return pneuma::client::split_address(text, host, port) ? "" : "not HOST:PORT: " + text;
-    },
-    "", "address");
-
-const CLI::Validator positive_check(
-    [](const std::string& text) -> std::string {
-      const auto number = parse_numbers<1>(text);
-      return number && (*number)[0] > 0.0 ? "" : "must be a positive number: " + text;
-    },
-    "", "positive");
-
-// CLI11's own prints the largest double with all its digits.
-const CLI::Validator not_negative_check(
-    [](const std::string& text) -> std::string {
-      const auto number = parse_numbers<1>(text);
-      return number && (*number)[0] >= 0.0 ? "" : "must be a number that is not negative: " + text;
-    },
-    "", "not negative");
-
-template <std::size_t N>
-CLI::Validator numbers_check() {
-  return {[](const std::string& text) -> std::string {
-            return parse_numbers<N>(text) ? "" : "not " + std::to_string(N) + " numbers with commas: " + text;
-          },
-          "", "numbers"};
-}
 
 pneuma::v1::Vec3 vector_of(const std::string& text) {
   const auto numbers = parse_numbers<3>(text).value();
@@ -96,15 +70,37 @@ void add_watch(CLI::App& app, Work& work) {
   auto* command = app.add_subcommand("watch", "Print a world's frames as they come");
   auto arguments = std::make_shared<pneuma::client::WatchArguments>();
   command->add_option("WORLD", arguments->world)->required();
-  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check);
-  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check);
+  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check());
+  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check());
   command->add_option("--rate", arguments->rate_hz, "Frames a second; otherwise the world's rate")
-      ->check(positive_check);
+      ->check(positive_check());
   command->add_option("--max-error", arguments->max_error_m, "No vertex is further off than this, in metres")
-      ->check(positive_check);
+      ->check(positive_check());
   command->add_option("--obj", arguments->obj_folder, "Write each frame into this folder as a Wavefront file");
   command->callback([&work, arguments] {
     work = [arguments](Session& session) { return pneuma::client::watch(session, *arguments); };
+  });
+}
+
+void add_record(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("record", "Write a world's frames, and the changes made to it, into a file");
+  auto arguments = std::make_shared<pneuma::client::RecordArguments>();
+  command->add_option("WORLD", arguments->world)->required();
+  command->add_option("FILE", arguments->file)->required();
+  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check());
+  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check());
+  command->add_option("--rate", arguments->rate_hz, "Frames a second; otherwise the world's rate")
+      ->check(positive_check());
+  command->add_option("--max-error", arguments->max_error_m, "No vertex is further off than this, in metres")
+      ->check(positive_check());
+  command
+      ->add_option("--key-every", arguments->key_interval_s,
+                   "Seconds between key frames: a seek decodes no more than this")
+      ->check(positive_check())
+      ->capture_default_str();
+  command->add_flag("--force", arguments->force, "Replace a file that is there");
+  command->callback([&work, arguments] {
+    work = [arguments](Session& session) { return pneuma::client::record(session, *arguments); };
   });
 }
 
@@ -151,7 +147,7 @@ void add_impulse(CLI::App& app, Work& work) {
       ->check(numbers_check<3>());
   at->check(numbers_check<3>())->excludes(vertex);
   ray->check(numbers_check<6>())->excludes(vertex)->excludes(at);
-  radius->check(not_negative_check)->excludes(vertex);
+  radius->check(not_negative_check())->excludes(vertex);
   command->callback([&work, arguments, body, vertex, at, ray, radius] {
     if (body->empty() && ray->empty()) throw CLI::RequiredError("BODY");
     if (!radius->empty() && at->empty() && ray->empty()) throw CLI::RequiresError("--radius", "--at or --ray");
@@ -176,7 +172,7 @@ void add_step(CLI::App& app, Work& work) {
   auto world = std::make_shared<std::string>();
   auto ticks = std::make_shared<std::uint32_t>(0);
   command->add_option("WORLD", *world)->required();
-  command->add_option("N", *ticks, "Ticks")->required()->check(positive_check);
+  command->add_option("N", *ticks, "Ticks")->required()->check(positive_check());
   command->callback([&work, world, ticks] {
     work = [world, ticks](Session& session) {
       return pneuma::client::report(session, "stepped", session.client.step(*world, *ticks));
@@ -207,6 +203,7 @@ void add_subcommands(CLI::App& app, Work& work) {
   add_create(app, work);
   add_of_world(app, work, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
   add_watch(app, work);
+  add_record(app, work);
   add_impulse(app, work);
   add_edit(app, work);
   add_of_world(app, work, "pause", "Pause a world", change("paused", &Client::pause));
@@ -270,7 +267,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "pneuma " + std::string(pneuma::base::version));
   app.fallthrough();
   app.require_subcommand(0, 1);
-  app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check);
+  app.add_option("--server", flags.server, "HOST:PORT")->capture_default_str()->check(address_check());
   auto* token =
       app.add_option("--token", flags.connect.token, "What the server asks for; otherwise PNEUMA_TOKEN's value");
   app.add_option("--token-file", flags.token_file, "The token is its first line")->excludes(token);

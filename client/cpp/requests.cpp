@@ -57,6 +57,8 @@ base::Result<v1::Subscribed> Client::subscribe(const std::string& world, const S
   subscribe.set_world(world);
   subscribe.set_rate_hz(options.rate_hz);
   subscribe.set_max_error_m(options.max_error_m);
+  subscribe.set_commands(options.commands);
+  subscribe.set_key_interval_s(options.key_interval_s);
   for (const TopologyPtr& topology : topologies()) subscribe.add_known_topologies(topology->hash);
   return take(call(std::move(request)), &ServerMessage::has_subscribed, &ServerMessage::mutable_subscribed);
 }
@@ -130,6 +132,13 @@ base::Result<v1::Done> Client::step(const std::string& world, std::uint32_t tick
 base::Result<v1::Done> Client::reset(const std::string& world) {
   ClientMessage request;
   request.mutable_reset()->set_world(world);
+  return take_done(call(std::move(request)));
+}
+
+base::Result<v1::Done> Client::seek(const std::string& world, double time_s) {
+  ClientMessage request;
+  request.mutable_seek()->set_world(world);
+  request.mutable_seek()->set_time_s(time_s);
   return take_done(call(std::move(request)));
 }
 

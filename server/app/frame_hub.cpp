@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "base/limits.h"
@@ -28,6 +29,9 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                             base::number_text(base::max_error_min_m) + " to " +
                             base::number_text(base::max_error_max_m),
                         "subscribe.max_error_m");
+  }
+  if (!std::isfinite(request.key_interval_s()) || request.key_interval_s() < 0.0) {
+    return base::invalid("must be 0 or more", "subscribe.key_interval_s");
   }
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
   // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
@@ -60,6 +64,9 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     quality_class.subscribers.try_emplace(session->id(), Subscriber{session});
     quality_class.sessions.reset();
   }
+  Subscriber& subscriber = quality_class.subscribers.at(session->id());
+  subscriber.wants_commands = request.commands();
+  subscriber.key_interval_s = request.key_interval_s();
 
   v1::Subscribed subscribed;
   subscribed.set_stream_id(quality_class.stream_id);
@@ -134,7 +141,7 @@ void FrameHub::encode_tick(const physics::World& world, std::uint64_t tick, bool
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
     if (all || new_layout || !quality_class.encoder.last_tick() || tick % quality.rate_divisor == 0) {
-      publish_new(quality_class, world, tick, outbox);
+      publish_new(quality_class, quality.rate_divisor, world, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -148,7 +155,7 @@ void FrameHub::encode_rest(const physics::World& world, std::uint64_t tick, Outb
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
     if (edited || quality_class.encoder.last_tick() != tick) {
-      publish_new(quality_class, world, tick, outbox);
+      publish_new(quality_class, quality.rate_divisor, world, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -173,16 +180,45 @@ void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
   }
 }
 
-void FrameHub::publish_new(QualityClass& quality_class, const physics::World& world, std::uint64_t tick,
-                           Outbox& outbox) {
+// Whose next frame would come later than its key interval after its last key: they get a key now.
+std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class, std::uint64_t rate_divisor,
+                                                    std::uint64_t tick, double tick_period_s) {
+  std::vector<net::SessionId> due;
+  for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (subscriber.key_interval_s == 0.0) continue;
+    const auto ticks_until_next = static_cast<double>(tick + rate_divisor - subscriber.last_key_tick);
+    // A little more than none: an interval of 1 s at 60 Hz is 60 ticks, whatever a sixtieth is in binary.
+    constexpr double rounding = 1e-9;
+    if (ticks_until_next * tick_period_s <= subscriber.key_interval_s * (1.0 + rounding)) continue;
+    subscriber.last_key_tick = tick;
+    due.push_back(id);
+  }
+  return due;
+}
+
+void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const physics::World& world,
+                           std::uint64_t tick, Outbox& outbox) {
   bool with_key = false;
-  for (auto& [id, subscriber] : quality_class.subscribers) with_key |= std::exchange(subscriber.wants_key, false);
+  for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (!std::exchange(subscriber.wants_key, false)) continue;
+    subscriber.last_key_tick = tick;
+    with_key = true;
+  }
   if (quality_class.sessions == nullptr) {
     auto sessions = std::make_shared<std::vector<net::SessionId>>();
     for (const auto& [id, subscriber] : quality_class.subscribers) sessions->push_back(id);
     quality_class.sessions = std::move(sessions);
   }
-  outbox.publish(quality_class.sessions, quality_class.encoder.encode(world, tick, layout_.id(), with_key));
+  auto keyed = take_due_keys(quality_class, rate_divisor, tick, world.tick_period_s());
+  net::StreamFrame frame = quality_class.encoder.encode(world, tick, layout_.id(), with_key || !keyed.empty());
+  if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
+  // A session takes the delta where it can, so those whose key is due are not offered it.
+  net::StreamFrame key = frame;
+  key.delta = nullptr;
+  outbox.publish(std::make_shared<const std::vector<net::SessionId>>(keyed), std::move(key));
+  auto others = std::make_shared<std::vector<net::SessionId>>();
+  std::ranges::set_difference(*quality_class.sessions, keyed, std::back_inserter(*others));  // both ascend
+  if (!others->empty()) outbox.publish(std::move(others), std::move(frame));
 }
 
 void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
@@ -191,6 +227,24 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
     if (std::exchange(subscriber.wants_key, false)) waiting->push_back(id);
   }
   if (!waiting->empty()) outbox.publish(std::move(waiting), quality_class.encoder.last_as_key());
+}
+
+void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const {
+  for (const auto& [quality, quality_class] : classes_) {
+    net::SharedBytes bytes;
+    for (const auto& [session, subscriber] : quality_class.subscribers) {
+      if (!subscriber.wants_commands) continue;
+      if (bytes == nullptr) {
+        v1::ServerMessage message;
+        message.mutable_applied()->set_stream_id(quality_class.stream_id);
+        message.mutable_applied()->set_tick(tick);
+        *message.mutable_applied()->mutable_command() = command;
+        message.mutable_applied()->mutable_command()->clear_request_id();
+        bytes = serialise(message);
+      }
+      outbox.send(session, bytes);
+    }
+  }
 }
 
 void FrameHub::send_to_all(const v1::ServerMessage& message, Outbox& outbox) const {

@@ -28,8 +28,8 @@ class FrameHub {
   /// ended.
   FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id);
 
-  /// Adds the session to the quality class that `request` asks for; a second time changes nothing. Errors name the
-  /// field.
+  /// Adds the session to the quality class that `request` asks for; a second time changes only its wish for commands
+  /// and key frames. Errors name the field.
   [[nodiscard]] base::Result<v1::Subscribed> subscribe(const std::shared_ptr<Session>& session,
                                                        const v1::Subscribe& request, double world_rate_hz);
   /// False where the session has no such stream.
@@ -52,6 +52,9 @@ class FrameHub {
   /// Key frames for a world that rests between two ticks: for whoever waits, or for everyone where it was edited.
   void encode_rest(const physics::World& world, std::uint64_t tick, Outbox& outbox);
 
+  /// A change was carried out after `tick` ticks: tells the subscribers who wish to know.
+  void applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const;
+
   /// Sends a message to every session that has a stream here, once.
   void send_to_all(const v1::ServerMessage& message, Outbox& outbox) const;
 
@@ -68,6 +71,9 @@ class FrameHub {
     std::shared_ptr<Session> session;
     std::uint32_t layout_id = 0;  // the last one sent; 0: none
     bool wants_key = true;
+    bool wants_commands = false;
+    double key_interval_s = 0.0;      // 0: none asked for
+    std::uint64_t last_key_tick = 0;  // of the last key frame made for it
   };
   struct QualityClass {
     std::uint32_t stream_id;
@@ -79,7 +85,11 @@ class FrameHub {
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
   bool refresh_layout(const physics::World& world);
   void introduce(QualityClass& quality_class, Outbox& outbox);
-  void publish_new(QualityClass& quality_class, const physics::World& world, std::uint64_t tick, Outbox& outbox);
+  [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
+                                                                 std::uint64_t rate_divisor, std::uint64_t tick,
+                                                                 double tick_period_s);
+  void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const physics::World& world,
+                   std::uint64_t tick, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 
   std::function<std::uint32_t()> take_stream_id_;

@@ -47,7 +47,8 @@ HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::uni
       paused_(paused) {
   // The sessions that held the grabs of a restored world are gone.
   const LiveWorld::Grabs grabs = live_.grabs();
-  for (const auto& [id, body] : grabs) release(id);
+  Outbox nobody;
+  for (const auto& [id, body] : grabs) release(id, nobody);
   const TimePoint now = std::chrono::steady_clock::now();
   clock_.start(now);
   publish_status(now);
@@ -74,7 +75,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
     had_commands = true;
     if (const auto* request = std::get_if<Request>(&*command)) answer(*request, now, outbox);
     if (const auto* wanted = std::get_if<KeyWanted>(&*command)) hub_.key_wanted(wanted->session, wanted->stream_id);
-    if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session);
+    if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session, outbox);
   }
   if (destroyed_by_) return;
   if (paused_ && pending_steps_.empty()) hub_.encode_rest(live_.physics(), live_.tick(), outbox);

@@ -100,8 +100,10 @@ class HostedWorld {
   /// The steps that wait get `why` for an answer.
   void end_steps(const base::Status& why, Outbox& outbox);
   void destroy(const Request& request, Outbox& outbox);
-  void session_ended(net::SessionId session);
-  void release(std::uint64_t grab_id);
+  void session_ended(net::SessionId session, Outbox& outbox);
+  void release(std::uint64_t grab_id, Outbox& outbox);
+  /// Appends a change that was carried out to the log, and tells the subscribers who wish to know.
+  void note(const v1::ClientMessage& message, Outbox& outbox);
   [[nodiscard]] v1::ServerMessage stats(TimePoint now) const;
 
   /// What became of bodies in the tick, to the log and to all who watch.

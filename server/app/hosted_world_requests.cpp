@@ -85,6 +85,9 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       reply.mutable_scene()->set_tick(live_.tick());
       return Answer(std::move(reply));
     }
+    case v1::ClientMessage::kSeek:
+      return Answer(
+          Status(StatusCode::failed_precondition, "a live world has no past to go to; a recording has", "seek.world"));
     case v1::ClientMessage::kDestroyWorld:
       destroy(request, outbox);
       return std::nullopt;
@@ -111,7 +114,7 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   const double period_before_s = live_.physics().tick_period_s();
   auto effect = live_.change(message);
   if (!effect.ok()) return effect.status();
-  if (journal_) journal_->append(live_.tick(), message);
+  note(message, outbox);
   if (effect->edited) hub_.edited();
   // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
   const std::uint64_t shown_from = effect->edited && paused_ && pending_steps_.empty() ? live_.tick() : next_tick();
@@ -136,7 +139,7 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
 HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {
   end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
-  if (!paused_ && journal_) journal_->append(live_.tick(), message);
+  if (!paused_) note(message, outbox);
   paused_ = true;
   return done_reply(message.request_id(), live_.tick(), name_);
 }
@@ -147,7 +150,7 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
   end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
   if (paused_) {
-    if (journal_) journal_->append(live_.tick(), message);
+    note(message, outbox);
     paused_ = false;
     clock_.start(now);
   }
@@ -196,7 +199,7 @@ void HostedWorld::end_steps(const Status& why, Outbox& outbox) {
   pending_steps_.clear();
 }
 
-void HostedWorld::session_ended(net::SessionId session) {
+void HostedWorld::session_ended(net::SessionId session, Outbox& outbox) {
   hub_.session_ended(session);
   const auto dropped =
       std::erase_if(pending_steps_, [&](const PendingStep& pending) { return pending.session->id() == session; });
@@ -206,16 +209,21 @@ void HostedWorld::session_ended(net::SessionId session) {
       ++grab;
       continue;
     }
-    release(grab->first);
+    release(grab->first, outbox);
     grab = grab_owners_.erase(grab);
   }
 }
 
-void HostedWorld::release(std::uint64_t grab_id) {
+void HostedWorld::release(std::uint64_t grab_id, Outbox& outbox) {
   v1::ClientMessage message;
   message.mutable_release_grab()->set_world(name_);
   message.mutable_release_grab()->set_grab_id(grab_id);
-  if (live_.change(message).ok() && journal_) journal_->append(live_.tick(), message);
+  if (live_.change(message).ok()) note(message, outbox);
+}
+
+void HostedWorld::note(const v1::ClientMessage& message, Outbox& outbox) {
+  if (journal_) journal_->append(live_.tick(), message);
+  hub_.applied(live_.tick(), message, outbox);
 }
 
 v1::ServerMessage HostedWorld::stats(TimePoint now) const {

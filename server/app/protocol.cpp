@@ -130,6 +130,8 @@ const std::string* world_of(const v1::ClientMessage& request) {
       return &request.step().world();
     case v1::ClientMessage::kReset:
       return &request.reset().world();
+    case v1::ClientMessage::kSeek:
+      return &request.seek().world();
     case v1::ClientMessage::kGetStats:
       return &request.get_stats().world();
     case v1::ClientMessage::kGetScene:

@@ -5,12 +5,17 @@
 
 #include <fcntl.h>
 
+#include "base/byte_order.h"
+#include "base/crc32c.h"
 #include "base/limits.h"
-#include "persist/byte_order.h"
-#include "persist/crc32c.h"
 #include "persist/world_files.h"
 
 namespace pneuma::persist {
+
+using base::append_number;
+using base::crc32c;
+using base::number_at;
+
 namespace {
 
 constexpr std::string_view magic = "PNEUMALG";

@@ -33,11 +33,26 @@ struct WatchArguments {
   std::string obj_folder;  // empty: none
 };
 
+struct RecordArguments {
+  std::string world;
+  std::string file;
+  std::optional<std::uint64_t> frames;
+  std::optional<double> seconds;
+  double rate_hz = 0.0;
+  double max_error_m = 0.0;
+  double key_interval_s = 1.0;
+  bool force = false;
+};
+
 [[nodiscard]] base::Status list_worlds(Session& session);
 [[nodiscard]] base::Status create(Session& session, const CreateArguments& arguments);
 /// Prints frames, gaps and events until enough of them have come or the user interrupts, then a summary. Fails when the
 /// world or the connection ends before that.
 [[nodiscard]] base::Status watch(Session& session, const WatchArguments& arguments);
+/// Writes the world's stream and the changes made to it into a file, until enough of it has come or the user
+/// interrupts. Fails when the world or the connection ends before that, or the disk is full; what came until then is in
+/// the file.
+[[nodiscard]] base::Status record(Session& session, const RecordArguments& arguments);
 /// `file`: a SceneEdit as JSON, "-" for standard input.
 [[nodiscard]] base::Status edit(Session& session, const std::string& world, const std::string& file);
 [[nodiscard]] base::Status stats(Session& session, const std::string& world);

@@ -3,7 +3,6 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include <variant>
 
 #include "command/commands.h"
+#include "command/interrupt.h"
 #include "command/json.h"
 
 namespace pneuma::client {
@@ -19,12 +19,6 @@ namespace pneuma::client {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-volatile std::sig_atomic_t interrupted = 0;
-
-extern "C" void note_interrupt(int) {
-  interrupted = 1;
-}
 
 struct Extent {
   std::array<double, 3> centre{};
@@ -141,6 +135,7 @@ class Watch {
   base::Status take(const DecodedFrame& frame);
   base::Status take(const v1::Gap& gap);
   base::Status take(const v1::Event& event);
+  base::Status take(const v1::Applied&) { return {}; }  // not asked for
   base::Status summarise();
 
   Session& session_;
@@ -170,7 +165,7 @@ base::Status Watch::run() {
 }
 
 bool Watch::is_enough() const {
-  return interrupted != 0 || (arguments_.frames && frames_ >= *arguments_.frames) ||
+  return interrupted() || (arguments_.frames && frames_ >= *arguments_.frames) ||
          (arguments_.seconds && elapsed_s() >= *arguments_.seconds);
 }
 
@@ -251,8 +246,7 @@ base::Status watch(Session& session, const WatchArguments& arguments) {
     std::filesystem::create_directories(arguments.obj_folder, error);
     if (error) return {base::StatusCode::unavailable, error.message(), arguments.obj_folder};
   }
-  std::signal(SIGINT, note_interrupt);
-  std::signal(SIGTERM, note_interrupt);
+  catch_interrupts();
   return Watch(session, arguments).run();
 }
 

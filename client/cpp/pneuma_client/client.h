@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,10 +31,12 @@ struct ConnectOptions {
 struct SubscribeOptions {
   double rate_hz = 0.0;      // 0: the world's
   double max_error_m = 0.0;  // 0: the server's default
+  bool commands = false;     // tell of each change of the world (v1::Applied)
+  double key_interval_s = 0.0;
 };
 
 /// What comes unasked, in the order of its arrival.
-using Update = std::variant<DecodedFrame, v1::Gap, v1::Event>;
+using Update = std::variant<DecodedFrame, v1::Gap, v1::Event, v1::Applied>;
 
 /// Not thread-safe; every call is bounded in time. A server's ping is answered while a call waits, so a client that
 /// makes no call for longer than the server's ping limit (WIRE.md) is closed by it. An error reply leaves the
@@ -79,6 +82,8 @@ class Client {
   [[nodiscard]] base::Result<v1::Done> step(const std::string& world, std::uint32_t ticks,
                                             std::chrono::milliseconds timeout = std::chrono::minutes(10));
   [[nodiscard]] base::Result<v1::Done> reset(const std::string& world);
+  /// Of a recording that is played: `time_s` counts from its first frame.
+  [[nodiscard]] base::Result<v1::Done> seek(const std::string& world, double time_s);
   [[nodiscard]] base::Result<v1::Stats> stats(const std::string& world);
   [[nodiscard]] base::Result<v1::SceneReply> scene(const std::string& world);
   /// The round trip.
@@ -91,6 +96,11 @@ class Client {
   /// The next frame, or event; what is passed over stays.
   [[nodiscard]] base::Result<std::optional<DecodedFrame>> next_frame(std::chrono::milliseconds timeout);
   [[nodiscard]] base::Result<std::optional<v1::Event>> next_event(std::chrono::milliseconds timeout);
+
+  /// Called with each message of a stream (topology, layout, frame, gap, event, applied) once it has been understood,
+  /// as it was received, before it becomes an update. For recording.
+  using Tap = std::function<void(std::string_view bytes, const v1::ServerMessage& message)>;
+  void set_tap(Tap tap);
 
   static constexpr std::size_t updates_max = 1'024;
   /// Updates that were dropped because nobody took them.

@@ -164,6 +164,61 @@ TEST_F(FrameHubTest, ALateJoinersKeyIsWhatTheNextDeltaBuildsOn) {
   EXPECT_EQ(next[0].base_tick, key.tick);
 }
 
+TEST_F(FrameHubTest, AKeyIntervalIsKeptForWhoAskedAndOthersGetTheirDeltas) {
+  subscribe(ann_);
+  v1::Subscribe request;
+  request.set_key_interval_s(0.1);  // 6 ticks
+  ASSERT_TRUE(hub_.subscribe(bob_, request, 60.0).ok());
+  tick();
+  std::vector<std::uint64_t> key_ticks;
+  for (int i = 0; i < 30; ++i) {
+    const Outbox outbox = tick();
+    EXPECT_EQ(kinds(outbox, 1), "frame ");
+    EXPECT_EQ(kinds(outbox, 2), "frame ");
+    for (const auto& item : outbox.items) {
+      const auto* publish = std::get_if<Outbox::Publish>(&item);
+      if (publish == nullptr || publish->frame.delta != nullptr) continue;
+      EXPECT_EQ(*publish->sessions, std::vector<net::SessionId>{2});
+      key_ticks.push_back(publish->frame.tick);
+    }
+  }
+  EXPECT_EQ(key_ticks, (std::vector<std::uint64_t>{7, 13, 19, 25, 31}));
+}
+
+TEST_F(FrameHubTest, AKeyIntervalBelowTheStreamsPeriodMakesEveryFrameAKey) {
+  v1::Subscribe request;
+  request.set_rate_hz(20.0);
+  request.set_key_interval_s(0.001);
+  ASSERT_TRUE(hub_.subscribe(ann_, request, 60.0).ok());
+  for (int i = 0; i < 12; ++i) {
+    for (const auto& frame : frames(tick())) EXPECT_EQ(frame.delta, nullptr);
+  }
+  for (const double bad : {-1.0, std::nan("")}) {
+    request.set_key_interval_s(bad);
+    EXPECT_EQ(hub_.subscribe(ann_, request, 60.0).status().where(), "subscribe.key_interval_s");
+  }
+}
+
+TEST_F(FrameHubTest, WhoAsksForCommandsIsToldOfThem) {
+  const auto stream = subscribe(ann_).stream_id();
+  v1::Subscribe request;
+  request.set_commands(true);
+  ASSERT_TRUE(hub_.subscribe(bob_, request, 60.0).ok());
+  v1::ClientMessage command;
+  command.set_request_id(17);
+  command.mutable_pause()->set_world("w");
+  Outbox outbox;
+  hub_.applied(5, command, outbox);
+  ASSERT_EQ(outbox.items.size(), 1U);
+  const auto& send = std::get<Outbox::Send>(outbox.items[0]);
+  EXPECT_EQ(send.session, 2U);
+  const v1::Applied applied = parse(send.message).applied();
+  EXPECT_EQ(applied.stream_id(), stream);
+  EXPECT_EQ(applied.tick(), 5U);
+  EXPECT_EQ(applied.command().request_id(), 0U);
+  EXPECT_EQ(applied.command().pause().world(), "w");
+}
+
 TEST_F(FrameHubTest, AWorldAtRestGivesItsKeyWithoutAStep) {
   subscribe(ann_);
   Outbox outbox;

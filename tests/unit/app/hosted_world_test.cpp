@@ -169,6 +169,37 @@ TEST_F(HostedWorldTest, AResumeEndsTheStepsThatWaitAndTheClockRules) {
   EXPECT_GT(*world_->next_due(before), before);
 }
 
+TEST_F(HostedWorldTest, ASubscriberWhoAsksIsToldOfEachChangeAndOfNothingElse) {
+  const auto ask = [this](const auto& fill) {
+    v1::ClientMessage message;
+    message.set_request_id(1);
+    fill(message);
+    ASSERT_EQ(post(message), Inbox::Post::taken);
+  };
+  ask([](auto& message) { message.mutable_subscribe()->set_commands(true); });
+  ask([](auto& message) { message.mutable_impulse()->set_body("nobody"); });  // refused
+  ask([](auto& message) { message.mutable_pause(); });                        // it is paused already
+  ask([](auto& message) { message.mutable_resume(); });
+  ask([](auto& message) { message.mutable_grab()->set_vertex(0); });  // of no body: refused
+  ask([](auto& message) { message.mutable_reset(); });
+  ask([](auto& message) { message.mutable_get_stats(); });
+  std::vector<v1::ClientMessage::RequestCase> told;
+  for (const auto& message : drain()) {
+    if (message.has_applied()) told.push_back(message.applied().command().request_case());
+  }
+  EXPECT_EQ(told, (std::vector{v1::ClientMessage::kResume, v1::ClientMessage::kReset}));
+}
+
+TEST_F(HostedWorldTest, ALiveWorldRefusesToSeek) {
+  v1::ClientMessage message;
+  message.set_request_id(1);
+  message.mutable_seek()->set_world("w");
+  ASSERT_EQ(post(message), Inbox::Post::taken);
+  const auto replies = drain();
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].error().code(), v1::Error::FAILED_PRECONDITION);
+}
+
 TEST_F(HostedWorldTest, TheStepsThatWaitAreBoundedTogether) {
   post(step(1, base::step_ticks_max));
   ASSERT_TRUE(drain().empty());

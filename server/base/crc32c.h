@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace pneuma::persist {
+namespace pneuma::base {
 
 /// Of `bytes`, going on from the checksum of what came before (0 at the start).
 [[nodiscard]] std::uint32_t crc32c(std::string_view bytes, std::uint32_t before = 0);
 
-}  // namespace pneuma::persist
+}  // namespace pneuma::base

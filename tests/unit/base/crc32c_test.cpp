@@ -1,11 +1,11 @@
 // Shows that the checksum is CRC-32C, by the vectors of RFC 3720, B.4, and that it can be taken in parts.
-#include "persist/crc32c.h"
+#include "base/crc32c.h"
 
 #include <string>
 
 #include <gtest/gtest.h>
 
-namespace pneuma::persist {
+namespace pneuma::base {
 namespace {
 
 TEST(Crc32c, MatchesTheVectorsOfRfc3720) {
@@ -31,4 +31,4 @@ TEST(Crc32c, GoesOnFromAnyPlace) {
 }
 
 }  // namespace
-}  // namespace pneuma::persist
+}  // namespace pneuma::base

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace pneuma::persist {
+namespace pneuma::base {
 
 template <std::unsigned_integral Number>
 void append_number(std::string& out, Number number) {
@@ -23,4 +23,4 @@ template <std::unsigned_integral Number>
   return number;
 }
 
-}  // namespace pneuma::persist
+}  // namespace pneuma::base

@@ -1,8 +1,8 @@
-#include "persist/crc32c.h"
+#include "base/crc32c.h"
 
 #include <array>
 
-namespace pneuma::persist {
+namespace pneuma::base {
 namespace {
 
 using Table = std::array<std::uint32_t, 256>;
@@ -43,4 +43,4 @@ std::uint32_t crc32c(std::string_view bytes, std::uint32_t before) {
   return ~crc;
 }
 
-}  // namespace pneuma::persist
+}  // namespace pneuma::base
