@@ -13,7 +13,9 @@ physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, const Bal
   body.mesh = std::move(mesh);
   body.position = {3.0 * static_cast<double>(index), 0.0, 0.0};
   body.mass_kg = ball.mass_kg;
-  body.springs = {ball.stiffness_n_m, ball.damping_n_s_m, 1.0};
+  body.springs = {.stiffness_n_m = ball.stiffness_n_m,
+                  .damping_n_s_m = ball.damping_n_s_m,
+                  .bend_stiffness_n_m = ball.bend_stiffness_n_m};
   if (ball.nrt_j > 0.0) body.gas = physics::Gas{.moles = ball.nrt_j / (physics::gas_constant_j_mol_k * 293.15)};
   body.collision.soft = physics::SoftCollision::none;
   return body;
@@ -34,10 +36,14 @@ physics::Scene ball_scene(const std::shared_ptr<const physics::Mesh>& mesh, cons
 HandWrittenBall::HandWrittenBall(const physics::Mesh& mesh, const BallCase& ball)
     : gas_(ball.nrt_j > 0.0),
       damped_(ball.damping_n_s_m > 0.0),
+      bend_stiffness_n_m_(ball.bend_stiffness_n_m),
       kernels_(physics::lane_kernels<float>(physics::isa_in_use())) {
   const physics::SoftState<float> state =
       physics::make_soft_state<float>(soft_ball(std::make_shared<physics::Mesh>(mesh), ball, 0));
   nrt_j_ = gas_ ? state.gas->moles * physics::gas_constant_j_mol_k * state.gas->temperature_ref_k : 0.0;
+  hinges_ = state.hinges;
+  bent_m_ = state.x;
+  bending_n_.resize(state.x.size());
   mesh_.rings = physics::make_rings(mesh);
   mesh_.lengths_m = physics::ring_lengths_m<float>(mesh, mesh_.rings, kernels_.slot_of_place);
   const physics::Rings& rings = mesh_.rings;
@@ -67,9 +73,20 @@ HandWrittenBall::HandWrittenBall(const physics::Mesh& mesh, const BallCase& ball
   std::ranges::fill(update_.inverse_mass_1_kg.lanes, 1.0F / state.vertex_mass_kg);
 }
 
+void HandWrittenBall::add_bending() {
+  const std::vector<std::uint32_t>& slots = mesh_.rings.slots;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    bent_m_[i] = Eigen::Vector3f::Map(&x_[4 * slots[i]]);
+    bending_n_[i].setZero();
+  }
+  physics::add_bending<float>(hinges_, bend_stiffness_n_m_, bent_m_, bending_n_);
+  for (std::size_t i = 0; i < slots.size(); ++i) Eigen::Vector3f::Map(&force_[4 * slots[i]]) += bending_n_[i];
+}
+
 void HandWrittenBall::step(std::uint32_t substeps) {
   for (std::uint32_t i = 0; i < substeps; ++i) {
     kernels_(physics::LaneLayout::alone, false, damped_, gas_, ring_);
+    if (!hinges_.empty()) add_bending();
     if (gas_) {
       const double volume_m3 = static_cast<double>(volumes_18_m3_.lanes[0]) / 18.0;
       const auto pressure_sixth_pa = static_cast<float>(nrt_j_ / volume_m3 / 6.0);

@@ -8,18 +8,20 @@
 #include <span>
 #include <vector>
 
+#include "physics/hinge.h"
 #include "physics/lane_step.h"
 #include "physics/world.h"
 
 namespace pneuma::bench {
 
 /// The ball that every peer steps: springs with damping, gas with the exact volume, gravity. The hand-written one may
-/// be without damping or gas, at 0.
+/// be without damping or gas, at 0, and may bend.
 struct BallCase {
   double mass_kg = 1.0;
   double stiffness_n_m = 100.0;
   double damping_n_s_m = 0.1;
   double nrt_j = 40.0;
+  double bend_stiffness_n_m = 0.0;
   double gravity_m_s2 = -9.81;
   double dt_s = 1.0 / 3840.0;
 };
@@ -110,9 +112,14 @@ class HandWrittenBall {
   [[nodiscard]] bool is_where(const physics::World& world) const;
 
  private:
+  void add_bending();
+
   bool gas_;
   bool damped_;
   double nrt_j_;
+  double bend_stiffness_n_m_;
+  std::vector<physics::Hinge> hinges_;
+  std::vector<Eigen::Vector3f> bent_m_, bending_n_;  // in the order of the mesh
   physics::LaneMesh<float> mesh_;
   const physics::LaneKernels<float>& kernels_;
   physics::LaneArray<float> x_, v_, force_, gradient_;

@@ -60,6 +60,15 @@ inline double distance_m(const std::vector<Vec3d>& a, const std::vector<Vec3d>& 
   return std::sqrt(squares / static_cast<double>(a.size()));
 }
 
+/// Steps past stability are taken as asked, down to the last trembling.
+inline Stepping steps_as_asked(Integrator integrator, double rate_hz, std::uint32_t substeps) {
+  return {.rate_hz = rate_hz,
+          .substeps = substeps,
+          .integrator = integrator,
+          .on_unstable = OnUnstable::allow,
+          .sleep = false};
+}
+
 /// A spring skin with gas in a vacuum, and the closed forms of its breathing motion. K = sum k l0^2:
 /// the scale at rest is s = (1 + sqrt(1 + 12 nRT / K)) / 2, and there w^2 = (K + 3 nRT / s^2) / (N m R^2).
 /// On the icosahedron all edges and vertices are alike, so both are exact.
@@ -96,15 +105,10 @@ struct BreathingBall {
     body.gas = Gas{.moles = nrt_j / (gas_constant_j_mol_k * 293.15)};
     return body;
   }
-  /// Alone in the void, at rest, `scale` times as large as its rest lengths. Steps past stability are taken as asked,
-  /// down to the last trembling.
+  /// Alone in the void, at rest, `scale` times as large as its rest lengths.
   [[nodiscard]] Scene scene(double scale, Integrator integrator, double rate_hz, std::uint32_t substeps) const {
     Scene scene;
-    scene.stepping = {.rate_hz = rate_hz,
-                      .substeps = substeps,
-                      .integrator = integrator,
-                      .on_unstable = OnUnstable::allow,
-                      .sleep = false};
+    scene.stepping = steps_as_asked(integrator, rate_hz, substeps);
     scene.soft_bodies.push_back(body(scale));
     return scene;
   }
@@ -124,11 +128,7 @@ struct HungVertex {
   [[nodiscard]] double slope() const { return height_m / spring_m(); }
   [[nodiscard]] Scene scene(Integrator integrator, double rate_hz, std::uint32_t substeps) const {
     Scene scene;
-    scene.stepping = {.rate_hz = rate_hz,
-                      .substeps = substeps,
-                      .integrator = integrator,
-                      .on_unstable = OnUnstable::allow,
-                      .sleep = false};
+    scene.stepping = steps_as_asked(integrator, rate_hz, substeps);
     SoftBody body;
     body.name = "hung";
     body.mesh = *make_mesh({{0, 0, -half_base_m}, {0, 0, half_base_m}, {0, -height_m, 0}}, {{0, 1, 2}});

@@ -1,4 +1,5 @@
-// Shows that the report's page, CSV files and comparison with the outcomes of before say what they are given.
+// Shows that the report's page, CSV files and comparison with the outcomes of before say what they are given, that an
+// interrupted report leaves the last one, and that no case counts whose reference did not converge.
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -9,6 +10,8 @@
 #include "numerics/report/csv.h"
 #include "numerics/report/outcomes.h"
 #include "numerics/report/page.h"
+#include "numerics/report/precision_hindsight.h"
+#include "numerics/report/unfinished_folder.h"
 #include "support/temporary_folder.h"
 
 namespace pneuma::report {
@@ -67,6 +70,55 @@ TEST(Csv, NamesTheFileThatCannotBeWritten) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find(path.string()), std::string::npos);
   }
+}
+
+std::string text_of_file(const std::filesystem::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path).rdbuf();
+  return text.str();
+}
+
+TEST(UnfinishedFolder, LeavesWhatWasThereUntilItIsFinished) {
+  const support::TemporaryFolder folder;
+  const std::filesystem::path target = folder.path();
+  const auto write = [](const std::filesystem::path& folder, const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::ofstream(folder / name) << text;
+  };
+  write(target, "page", "old");
+  write(target, "plots/gone", "old");
+  write(target, "quick/page", "another");
+  {
+    const UnfinishedFolder interrupted(target);
+    write(interrupted.path(), "page", "half");
+    write(interrupted.path(), "left", "half");
+  }
+  EXPECT_EQ(text_of_file(target / "page"), "old");
+  const UnfinishedFolder unfinished(target);
+  write(unfinished.path(), "page", "new");
+  write(unfinished.path(), "plots/here", "new");
+  unfinished.finish();
+  EXPECT_EQ(text_of_file(target / "page"), "new");
+  EXPECT_EQ(text_of_file(target / "plots/here"), "new");
+  EXPECT_FALSE(std::filesystem::exists(target / "plots/gone"));
+  EXPECT_FALSE(std::filesystem::exists(target / "left"));
+  EXPECT_FALSE(std::filesystem::exists(unfinished.path()));
+  EXPECT_EQ(text_of_file(target / "quick/page"), "another");
+}
+
+TEST(Verdicts, AreOfCasesWhoseReferenceConverged) {
+  using namespace precision;
+  std::vector<Measured> all(2);
+  for (Measured& measured : all) {
+    measured.subject.judged = {{.name = "ball", .title = "Ball", .error = &Errors::position, .label = "error"}};
+    measured.runs.push_back({.setting = {.integrator = physics::Integrator::rk4}, .chosen = true});
+    measured.runs.back().errors.position = 0.001;
+  }
+  all[1].reference.converged = true;
+  const std::vector<Verdict> rows = verdicts(all);
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_EQ(rows[0].measured, &all[1]);
+  EXPECT_TRUE(rows[0].holds_target());
 }
 
 std::vector<std::string> changes_from(const std::vector<Outcome>& before, const std::vector<Outcome>& now) {

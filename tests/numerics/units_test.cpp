@@ -7,24 +7,14 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/stability.h"
 #include "physics/world.h"
+#include "support/stepping_methods.h"
 
 namespace pneuma::physics {
 namespace {
 
-struct Method {
-  Integrator integrator;
-  Precision precision;
-};
-
-std::string name_of_method(const testing::TestParamInfo<Method>& param) {
-  return std::string(name_of(param.param.integrator)) +
-         (param.param.precision == Precision::single_precision ? "_SINGLE" : "_DOUBLE");
-}
-
 /// A ball with gas under gravity.
-Scene ball_scene(const Method& method, double unit) {
+Scene ball_scene(const SteppingMethod& method, double unit) {
   Scene scene;
   scene.stepping.integrator = method.integrator;
   scene.stepping.precision = method.precision;
@@ -42,14 +32,14 @@ Scene ball_scene(const Method& method, double unit) {
   return scene;
 }
 
-Scene hanging_ball(const Method& method, double unit) {
+Scene hanging_ball(const SteppingMethod& method, double unit) {
   Scene scene = ball_scene(method, unit);
   scene.soft_bodies[0].pins = {0};
   return scene;
 }
 
 /// Two balls that meet each other, a rubbing floor, and a post.
-Scene bouncing_balls(const Method& method, double unit) {
+Scene bouncing_balls(const SteppingMethod& method, double unit) {
   Scene scene = ball_scene(method, unit);
   SoftBody other = scene.soft_bodies[0];
   other.name = "other";
@@ -90,7 +80,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 
 constexpr double body_length = 1.7;  // in units
 
-class Units : public testing::TestWithParam<Method> {};
+class Units : public testing::TestWithParam<SteppingMethod> {};
 
 TEST_P(Units, OfPowersOfTwoGiveTheSameBits) {
   for (const double unit : {0x1p-10, 0x1p10}) {
@@ -114,19 +104,7 @@ TEST_P(Units, FromAMillimetreToAKilometreAgree) {
   }
 }
 
-std::vector<Method> every_method() {
-  std::vector<Method> all;
-  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    for (const Integrator integrator :
-         {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
-          Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd}) {
-      all.push_back({integrator, precision});
-    }
-  }
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Methods, Units, testing::ValuesIn(every_method()), name_of_method);
+INSTANTIATE_TEST_SUITE_P(Methods, Units, testing::ValuesIn(every_stepping_method()), name_of_stepping_method);
 
 }  // namespace
 }  // namespace pneuma::physics

@@ -51,38 +51,64 @@ Result recovers(const char* file, bool quick) {
   return survey.result("volume off by", percent);
 }
 
+/// What became of one body by all integrators.
+struct Fates {
+  int back = 0;
+  int runs = 0;
+  std::vector<std::string> reported;  // "RK4 (frozen)"
+  std::vector<std::string> silent;
+};
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : ", ").append(word);
+  return text;
+}
+
+std::string words_of(const Fates& fates) {
+  std::string text = std::to_string(fates.back) + " of " + std::to_string(fates.runs) + " recover";
+  const bool none = fates.back == 0 && fates.silent.empty();
+  if (none) return text + ", all are lost and reported";
+  if (!fates.reported.empty()) text += "; lost and reported: " + listed(fates.reported);
+  if (!fates.silent.empty()) text += "; lost without a word: " + listed(fates.silent);
+  return text;
+}
+
 // The first body is back by the method that AUTO takes; by the others, and the second body, it may be lost, but then
 // the world has said so.
 Result recovers_or_reports(const char* file, bool quick) {
   const Scene scene = scene_of(file);
   const std::vector<double> at_rest_m3 = volumes_at_rest_m3(scene);
   bool holds = true;
-  int back = 0;
-  int reported = 0;
-  std::ostringstream lost;
+  std::vector<Fates> fates(scene.soft_bodies.size());
+  std::string refused;
   for (const Integrator integrator : every_integrator) {
     Run run(with_integrator(scene, integrator));
     if (!run.refusal().empty()) {
       holds = holds && integrator != Integrator::automatic;
+      refused.append(refused.empty() ? "; refused: " : ", ").append(method_name(integrator));
       continue;
     }
     run.seconds(settling_s(quick));
     holds = holds && run.is_finite();
     for (std::size_t i = 0; i < at_rest_m3.size(); ++i) {
+      ++fates[i].runs;
       const double share = run.world().measure(i).volume_m3 / at_rest_m3[i];
       if (std::abs(share - 1.0) <= 1.0 - recovered_share) {
-        ++back;
+        ++fates[i].back;
         continue;
       }
-      ++reported;
-      holds = holds && run.has_reported(scene.soft_bodies[i].name) && (i > 0 || integrator != Integrator::automatic);
-      if (i > 0) continue;
-      lost << ", " << method_name(integrator) << (run.has_frozen() ? " frozen" : " at " + percent(share) + " of V");
+      const bool reported = run.has_reported(scene.soft_bodies[i].name);
+      holds = holds && reported && (i > 0 || integrator != Integrator::automatic);
+      const std::string how = run.world().is_frozen(i) ? "frozen" : percent(share) + " of V";
+      (reported ? fates[i].reported : fates[i].silent).push_back(method_name(integrator) + " (" + how + ")");
     }
   }
-  std::ostringstream text;
-  text << back << " recover, " << reported << " are lost and reported" << lost.str();
-  return {holds, text.str()};
+  std::string text;
+  for (std::size_t i = 0; i < fates.size(); ++i) {
+    text.append(i == 0 ? "\"" : "; \"").append(scene.soft_bodies[i].name).append("\": ").append(words_of(fates[i]));
+  }
+  return {holds, text + refused};
 }
 
 Result degenerate(bool quick) {

@@ -9,6 +9,7 @@
 
 #include "numerics/report/outcomes.h"
 #include "numerics/report/part.h"
+#include "numerics/report/unfinished_folder.h"
 
 namespace pneuma::report {
 namespace {
@@ -41,29 +42,6 @@ std::string preface(bool quick) {
       "page where the report is run.\n");
   return text;
 }
-
-/// Where a report is written until it is whole: one that was interrupted leaves the page and plots of the last.
-class UnfinishedFolder {
- public:
-  explicit UnfinishedFolder(std::filesystem::path target) : target_(std::move(target)), folder_(target_ / "unfinished") {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
-  /// Takes the place of what is there by the same names.
-  void finish() const {
-    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-      const std::filesystem::path place = target_ / entry.path().filename();
-      std::filesystem::remove_all(place);
-      std::filesystem::rename(entry.path(), place);
-    }
-    std::filesystem::remove(folder_);
-  }
-
- private:
-  std::filesystem::path target_;
-  std::filesystem::path folder_;
-};
 
 struct Options {
   std::string folder = "report";

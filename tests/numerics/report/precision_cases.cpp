@@ -82,6 +82,21 @@ Case spinning(const std::string& name, const std::string& title, const Ball& bal
   return subject;
 }
 
+// After it touches the floor only what it does as a whole is compared.
+Case landing(const Ball& ball) {
+  Case subject = spinning("stiff-ball-landing", "", ball, 1.0);
+  subject.words = "spins, and lands on a floor after 0.2 s";
+  subject.scene.soft_bodies[0].position.y() = ball.radius_m + 0.8;
+  physics::Collider floor;
+  floor.name = "floor";
+  floor.shape = physics::PlaneShape{};
+  subject.scene.colliders.push_back(std::move(floor));
+  subject.free_ticks = 11;
+  subject.judged = {{"stiff-ball-flight", "Stiff ball, before it lands", &Errors::position, position_label},
+                    {"stiff-ball-landing", "Stiff ball, with its landing", &Errors::centre, centre_label}};
+  return subject;
+}
+
 std::vector<Case> motions() {
   std::vector<Case> cases;
   cases.push_back(breathing("icosahedron", "Icosahedron, breathing", 0));
@@ -106,11 +121,12 @@ std::vector<Case> motions() {
                    .scene = undamped("wind-cloth"),
                    .ticks = 30,
                    .judged = {{"wind-cloth", "Cloth in the wind", &Errors::position, position_label}}});
-  Case stiff = spinning("stiff-ball", "Ball with k = 1e6 N/m, thrown",
-                        {.mass_kg = 1.0, .radius_m = 1.0, .stiffness_n_m = 1e6, .nrt_j = 100.0}, 1.0);
-  stiff.explicit_from = 64;
-  stiff.reference_substeps = 4096;
-  cases.push_back(std::move(stiff));
+  const Ball stiff_ball{.mass_kg = 1.0, .radius_m = 1.0, .stiffness_n_m = 1e6, .nrt_j = 100.0};
+  for (Case stiff : {spinning("stiff-ball", "Ball with k = 1e6 N/m, thrown", stiff_ball, 1.0), landing(stiff_ball)}) {
+    stiff.explicit_from = 64;
+    stiff.reference_substeps = 4096;
+    cases.push_back(std::move(stiff));
+  }
   Case full = spinning("full-ball", "Ball at 1,000 times its pressure, thrown",
                        {.mass_kg = 1.0, .radius_m = 1.0, .stiffness_n_m = 1e4, .nrt_j = 1e5}, 1.0);
   full.explicit_from = 16;

@@ -9,21 +9,11 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/stability.h"
 #include "physics/world.h"
+#include "support/stepping_methods.h"
 
 namespace pneuma::physics {
 namespace {
-
-struct Method {
-  Integrator integrator;
-  Precision precision;
-};
-
-std::string name_of_method(const testing::TestParamInfo<Method>& param) {
-  return std::string(name_of(param.param.integrator)) +
-         (param.param.precision == Precision::single_precision ? "_SINGLE" : "_DOUBLE");
-}
 
 struct Start {
   const char* what;
@@ -58,7 +48,7 @@ bool is_finite(const World& world) {
          std::isfinite(m.volume_m3 + m.pressure_pa + m.kinetic_j + m.elastic_j + m.gas_j);
 }
 
-class DegenerateMotion : public testing::TestWithParam<Method> {};
+class DegenerateMotion : public testing::TestWithParam<SteppingMethod> {};
 
 TEST_P(DegenerateMotion, StaysFiniteOrIsReported) {
   const auto mesh = *make_icosphere(1, 0.5);
@@ -110,19 +100,8 @@ TEST_P(DegenerateMotion, StaysFiniteOrIsReported) {
   }
 }
 
-std::vector<Method> every_method() {
-  std::vector<Method> all;
-  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    for (const Integrator integrator :
-         {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
-          Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd}) {
-      all.push_back({integrator, precision});
-    }
-  }
-  return all;
-}
-
-INSTANTIATE_TEST_SUITE_P(Methods, DegenerateMotion, testing::ValuesIn(every_method()), name_of_method);
+INSTANTIATE_TEST_SUITE_P(Methods, DegenerateMotion, testing::ValuesIn(every_stepping_method()),
+                         name_of_stepping_method);
 
 }  // namespace
 }  // namespace pneuma::physics

@@ -230,10 +230,15 @@ TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
   EXPECT_EQ(choice->integrator, Integrator::midpoint);
 }
 
-TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
+Scene three_substeps_of(double stiffness_n_m) {
   Scene scene;
   scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
-  scene.soft_bodies.push_back(ball(2, 1e6, 0.0));
+  scene.soft_bodies.push_back(ball(2, stiffness_n_m, 0.0));
+  return scene;
+}
+
+TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
+  Scene scene = three_substeps_of(1e6);
   // w^2 = 6.2 k / m: 2 / w is 63 us, a tick of 1/60 s is 264 of these.
   const auto refused = choose(scene);
   ASSERT_FALSE(refused.ok());
@@ -276,9 +281,7 @@ TEST(Substeps, OfXpbdThatLeaveTheGasTooLargeAVolumeAreRefused) {
 
 TEST(Substeps, TooFewAreRefusedWithWhatIsPastTheirLimitToo) {
   // Stable at 2,640; a margin more is past substeps_max.
-  Scene scene;
-  scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
-  scene.soft_bodies.push_back(ball(2, 1e8, 0.0));
+  Scene scene = three_substeps_of(1e8);
   const auto refused = choose(scene);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.status().what().find("past the limit of 4096"), std::string::npos) << refused.status().what();
@@ -312,6 +315,19 @@ TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) 
   EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
   EXPECT_LE(stiff->substeps, 4U);
   EXPECT_NE(stiff->reason.find("SYMPLECTIC_EULER asks for"), std::string::npos) << stiff->reason;
+}
+
+// The icosahedron's 30 springs of 1.0515 m scale as a whole at sqrt(sum k l^2 / m R^2), with gas at
+// sqrt((sum k l^2 + 9 nRT) / m R^2).
+TEST(Automatic, SaysHowItsBodyMovesToThreeDigits) {
+  const auto reason = [](double nrt_j) {
+    Scene scene;
+    scene.stepping.integrator = Integrator::automatic;
+    scene.soft_bodies.push_back(ball(0, 80.0, nrt_j));
+    return choose(scene)->reason;
+  };
+  EXPECT_NE(reason(0.0).find(" rad/s and stretches as a whole at 51.5 rad/s: "), std::string::npos) << reason(0.0);
+  EXPECT_NE(reason(24.0).find(" rad/s and breathes at 53.6 rad/s: "), std::string::npos) << reason(24.0);
 }
 
 Scene stiff_ball(double stiffness_n_m) {
