@@ -111,7 +111,7 @@ TEST(Verdicts, AreOfCasesWhoseReferenceConverged) {
   std::vector<Measured> all(2);
   for (Measured& measured : all) {
     measured.subject.judged = {{.name = "ball", .title = "Ball", .error = &Errors::position, .label = "error"}};
-    Run& run = measured.runs.emplace_back();
+    precision::Run& run = measured.runs.emplace_back();
     run.chosen = true;
     run.errors.position = 0.001;
   }
