@@ -111,8 +111,9 @@ TEST(Verdicts, AreOfCasesWhoseReferenceConverged) {
   std::vector<Measured> all(2);
   for (Measured& measured : all) {
     measured.subject.judged = {{.name = "ball", .title = "Ball", .error = &Errors::position, .label = "error"}};
-    measured.runs.push_back({.setting = {.integrator = physics::Integrator::rk4}, .chosen = true});
-    measured.runs.back().errors.position = 0.001;
+    precision::Run& run = measured.runs.emplace_back();
+    run.chosen = true;
+    run.errors.position = 0.001;
   }
   all[1].reference.converged = true;
   const std::vector<Verdict> rows = verdicts(all);

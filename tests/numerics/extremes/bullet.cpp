@@ -1,5 +1,6 @@
 #include "numerics/extremes/bullet.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -24,6 +25,11 @@ bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s, const 
     if (start.pinned[i] != 0) masses_kg[i] = 0.0;
   }
   peer.set_masses(masses_kg);
+  if (std::vector<double> links = body.springs.vertex_stiffness_scale; !links.empty()) {
+    const double stiffest = *std::ranges::max_element(links);
+    for (double& link : links) link *= settings.link_stiffness / stiffest;
+    peer.set_link_stiffness(links);
+  }
   peer.place(start.x, start.v);
   return peer;
 }

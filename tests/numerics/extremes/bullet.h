@@ -6,8 +6,8 @@
 
 namespace pneuma::extremes {
 
-/// The body's skin, mass, pins, gas, starting shape, place and motion. Bullet's links have no stiffness in N/m: that of
-/// the body counts for nothing.
+/// The body's skin, mass, pins, gas, starting shape, place and motion. Bullet's links have no stiffness in N/m: of the
+/// body's counts only how it differs from the stiffest vertices, whose links have that of the settings.
 [[nodiscard]] bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s,
                                             const bench::BulletSettings& settings, double gravity_m_s2 = 0.0);
 

@@ -68,7 +68,7 @@ physics::Scene pinned_cloth() {
 
 physics::Scene bending_cloth() {
   physics::Scene scene = pinned_cloth();
-  scene.soft_bodies[0].springs.bend_stiffness_n_m = 0.01;
+  scene.soft_bodies[0].springs.bend_stiffness_n_m = 0.002;
   return scene;
 }
 

@@ -109,7 +109,8 @@ std::string script_of(const Plot& plot, const std::filesystem::path& file, bool 
   script << "set output " << quoted(file.string()) << '\n'
          << "set encoding utf8\n"
             "set border 3 lc rgb '#404040'\nset tics nomirror\nset grid lc rgb '#d8d8d8' lw 1 dt 1\n"
-            "set key outside below center horizontal maxcols 2 Left reverse samplen 3 width 1 height 1\n"
+            "set key outside below center horizontal maxcols 2 Left reverse samplen 2.5 width -3 height 1\n"
+            "set style textbox opaque fillcolor '#60ffffff' noborder margins 0.3,0.3\n"
          << "set title " << quoted(plot.title) << '\n';
   set_axis(script, 'x', plot.x);
   set_axis(script, 'y', plot.y);

@@ -16,7 +16,7 @@ using physics::SoftBody;
 namespace {
 
 constexpr const char* position_label = "RMS position error / body size";
-constexpr const char* centre_label = "error of the centres of mass / body size";
+constexpr const char* centre_label = "error of mass centres / body size";
 
 // Trajectories are compared, so nothing may make them forget how they came.
 Scene undamped(const std::string& name) {
@@ -86,7 +86,8 @@ Case spinning(const std::string& name, const std::string& title, const Ball& bal
 Case landing(const Ball& ball) {
   Case subject = spinning("stiff-ball-landing", "", ball, 1.0);
   subject.words = "spins, and lands on a floor after 0.2 s";
-  subject.scene.soft_bodies[0].position.y() = ball.radius_m + 0.8;
+  subject.scene.soft_bodies[0].position.y() = ball.radius_m + 0.2;
+  subject.scene.soft_bodies[0].velocity.y() = 0.0;
   physics::Collider floor;
   floor.name = "floor";
   floor.shape = physics::PlaneShape{};

@@ -68,7 +68,7 @@ class Diagram {
     line << "set arrow from graph 0, first " << error << " to graph 1, first " << error
          << " nohead dt 3 lw 2 lc rgb '#404040'\nset label \"" << words << "\" at graph "
          << (side == Side::left ? "0.01" : "0.99") << ", first " << error << (side == Side::left ? " left" : " right")
-         << " offset 0," << (below ? "-0.6" : "0.6") << " front tc rgb '#404040'";
+         << " offset 0," << (below ? "-0.6" : "0.6") << " front boxed tc rgb '#404040'";
     plot_.commands.push_back(line.str());
   }
 
