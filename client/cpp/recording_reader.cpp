@@ -72,7 +72,7 @@ base::Status RecordingReader::read_header() {
   const auto raw = read_record(recording_preamble_bytes);
   if (!raw.ok()) return raw.status();
   if (raw->kind != RecordKind::header || !header_.ParseFromString(raw->bytes) ||
-      !(header_.world_rate_hz() > 0.0 && header_.stream().grid_step_m() > 0.0)) {
+      !(header_.world_rate_hz() > 0.0 && header_.stream().rate_hz() > 0.0 && header_.stream().grid_step_m() > 0.0)) {
     return damaged(recording_preamble_bytes, "no header");
   }
   first_ = raw->end;
