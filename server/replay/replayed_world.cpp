@@ -21,6 +21,12 @@ namespace {
 // What is added to a recording's error by encoding it again. A quarter costs two bits a coordinate.
 constexpr double added_error_share = 0.25;
 
+// A year: nobody waits longer for a frame, and a clock counts it.
+constexpr double wait_max_s = 3.2e7;
+
+// Of a long step, no more frames are made than a display shows in a second; they wait in memory until it is done.
+constexpr std::uint64_t step_frames_max = 60;
+
 }  // namespace
 
 ReplayedWorld::ReplayedWorld(client::Playback playback, const PlayOptions& options, Wiring wiring)
@@ -72,7 +78,7 @@ std::optional<ReplayedWorld::TimePoint> ReplayedWorld::due() const {
   if (paused_ || (!next_ && !options_.loop)) return std::nullopt;
   // The last frame is shown for a period before the first one comes again.
   const double at_s = next_ ? next_->at_s : shown_at_s_ + shown_.tick_period_s();
-  const std::chrono::duration<double> since_start((at_s - clock_start_s_) / options_.speed);
+  const std::chrono::duration<double> since_start(std::min((at_s - clock_start_s_) / options_.speed, wait_max_s));
   return clock_start_ + std::chrono::duration_cast<TimePoint::duration>(since_start);
 }
 
@@ -81,6 +87,7 @@ void ReplayedWorld::play(TimePoint now, app::Outbox& outbox) {
   if (!due_at || now < *due_at) return;
   if (next_) {
     advance(outbox);
+    hub_.encode_tick(shown_, tick(), false, outbox);
     if (now - *due_at > app::WorldClock::catch_up_max) start_clock(now);
   } else {
     if (const Status found = go_to(0.0, now); !found.ok()) return halt(found);
@@ -131,7 +138,6 @@ void ReplayedWorld::advance(app::Outbox& outbox) {
   if (shown_.show(std::move(next_->frame))) hub_.edited();
   shown_at_s_ = next_->at_s;
   read_on();
-  hub_.encode_tick(shown_, tick(), false, outbox);
 }
 
 Status ReplayedWorld::go_to(double at_s, TimePoint now) {
@@ -241,7 +247,10 @@ ReplayedWorld::Answer ReplayedWorld::step(const v1::ClientMessage& message, app:
                   "step.ticks");
   }
   const std::uint64_t until = tick() + ticks;
-  while (next_ && next_->frame.tick <= until) advance(outbox);
+  while (next_ && next_->frame.tick <= until) {
+    advance(outbox);
+    if (until - tick() < step_frames_max) hub_.encode_tick(shown_, tick(), false, outbox);
+  }
   if (tick() < until && !next_) {
     return Status(StatusCode::failed_precondition, "the recording ends at tick " + std::to_string(tick()),
                   "step.ticks");
