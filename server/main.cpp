@@ -15,6 +15,7 @@
 #include "app/config.h"
 #include "app/health_probe.h"
 #include "app/service.h"
+#include "app/world_host.h"
 #include "base/address.h"
 #include "base/version.h"
 #include "config_file.h"
@@ -157,7 +158,9 @@ int serve(Config config) {
   pthread_sigmask(SIG_BLOCK, &ending, nullptr);
 
   if (auto status = read_environment(config); !status.ok()) return fail(status);
-  pneuma::app::Service service(std::move(config));
+  pneuma::app::Service service(std::move(config), [](const auto& its_config, auto& server, auto& metrics) {
+    return std::make_unique<pneuma::app::WorldHost>(its_config, server, metrics);
+  });
   if (auto status = service.start(); !status.ok()) return fail(status);
   std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
   std::fflush(stdout);

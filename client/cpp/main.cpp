@@ -24,6 +24,7 @@ using pneuma::base::Status;
 using pneuma::base::StatusCode;
 using pneuma::client::address_check;
 using pneuma::client::Client;
+using pneuma::client::FileSession;
 using pneuma::client::not_negative_check;
 using pneuma::client::numbers_check;
 using pneuma::client::parse_numbers;
@@ -43,6 +44,7 @@ struct Flags {
 };
 
 using Work = std::function<Status(Session&)>;
+using FileWork = std::function<Status(FileSession&)>;  // that needs no server
 
 pneuma::v1::Vec3 vector_of(const std::string& text) {
   const auto numbers = parse_numbers<3>(text).value();
@@ -101,6 +103,64 @@ void add_record(CLI::App& app, Work& work) {
   command->add_flag("--force", arguments->force, "Replace a file that is there");
   command->callback([&work, arguments] {
     work = [arguments](Session& session) { return pneuma::client::record(session, *arguments); };
+  });
+}
+
+void add_play(CLI::App& app, FileWork& work) {
+  auto* command = app.add_subcommand("play",
+                                     "Serve a recording as if it were the world: to watch, pause, step, reset and "
+                                     "seek; --token is what clients must know");
+  auto arguments = std::make_shared<pneuma::client::PlayArguments>();
+  pneuma::replay::PlayerOptions& options = arguments->options;
+  command->add_option("FILE", arguments->file)->required();
+  command->add_option("--listen", options.listen, "HOST:PORT for the protocol; port 0 picks one")
+      ->capture_default_str();
+  command->add_option("--http", options.http, "HOST:PORT for /ws, or off")->capture_default_str();
+  command->add_option("--speed", options.play.speed, "Recorded seconds a second")
+      ->check(positive_check())
+      ->capture_default_str();
+  command->add_flag("--loop", options.play.loop, "Begin again at the end");
+  command->add_option("--at", options.play.start_s, "Begin so many seconds into it")->check(not_negative_check());
+  command->add_flag("--paused", options.play.paused, "Begin paused");
+  command->callback([&work, arguments] {
+    work = [arguments](FileSession& session) { return pneuma::client::play(session, *arguments); };
+  });
+}
+
+void add_export(CLI::App& app, FileWork& work) {
+  auto* command = app.add_subcommand("export", "Write a recording's soft bodies in another file format");
+  auto arguments = std::make_shared<pneuma::client::ExportArguments>();
+  pneuma::client::SampleRange& range = arguments->range;
+  command->add_option("FILE", arguments->file)->required();
+  command
+      ->add_option(
+          "--format", arguments->format,
+          "obj: a folder of Wavefront files; pc2: a folder of point caches and meshes; gltf: a .glb with morph "
+          "targets; usda: USD with time samples")
+      ->required()
+      ->check(CLI::IsMember({"obj", "gltf", "pc2", "usda"}));
+  command->add_option("--out", arguments->out, "The folder or file")->required();
+  command->add_option("--body", range.body, "This soft body alone");
+  command->add_option("--from", range.from_s, "Seconds into the recording")->check(not_negative_check());
+  command->add_option("--to", range.to_s, "Seconds into the recording")->check(not_negative_check());
+  command->add_option("--rate", range.rate_hz, "Frames a second; otherwise the recording's")->check(positive_check());
+  command->callback([&work, arguments] {
+    work = [arguments](FileSession& session) { return pneuma::client::export_recording(session, *arguments); };
+  });
+}
+
+void add_seek(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("seek", "Go to a time of a recording that is played");
+  auto world = std::make_shared<std::string>();
+  auto time_s = std::make_shared<double>(0.0);
+  command->add_option("WORLD", *world)->required();
+  command->add_option("T", *time_s, "Seconds from the recording's first frame")
+      ->required()
+      ->check(not_negative_check());
+  command->callback([&work, world, time_s] {
+    work = [world, time_s](Session& session) {
+      return pneuma::client::report(session, "went to", session.client.seek(*world, *time_s));
+    };
   });
 }
 
@@ -198,12 +258,15 @@ auto change(const std::string& deed,
   };
 }
 
-void add_subcommands(CLI::App& app, Work& work) {
+void add_subcommands(CLI::App& app, Work& work, FileWork& file_work) {
   add_worlds(app, work);
   add_create(app, work);
   add_of_world(app, work, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
   add_watch(app, work);
   add_record(app, work);
+  add_play(app, file_work);
+  add_seek(app, work);
+  add_export(app, file_work);
   add_impulse(app, work);
   add_edit(app, work);
   add_of_world(app, work, "pause", "Pause a world", change("paused", &Client::pause));
@@ -256,6 +319,18 @@ int run(Flags& flags, const Work& work) {
   return fail(status, flags.json, exit_failed);
 }
 
+int run(Flags& flags, const FileWork& work) {
+  std::string& token = flags.connect.token;
+  pneuma::client::Output output;
+  Status status = find_token(flags, token);
+  if (status.ok()) {
+    FileSession session{output, flags.json, token};
+    status = work(session);
+  }
+  if (status.ok() || output.is_closed()) return exit_done;
+  return fail(status, flags.json, exit_failed);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -263,6 +338,7 @@ int main(int argc, char** argv) {
   Flags flags;
   flags.connect.client_name = "pneuma";
   Work work;
+  FileWork file_work;
   CLI::App app("The client of pneuma-server.", "pneuma");
   app.set_version_flag("--version", "pneuma " + std::string(pneuma::base::version));
   app.fallthrough();
@@ -274,7 +350,7 @@ int main(int argc, char** argv) {
   app.add_flag("--json", flags.json, "One JSON object a line, for scripts; errors too");
   auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
   app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);
-  add_subcommands(app, work);
+  add_subcommands(app, work, file_work);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
@@ -283,6 +359,7 @@ int main(int argc, char** argv) {
     const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
     return fail(pneuma::base::invalid(error.what()), json, exit_usage);
   }
+  if (file_work) return run(flags, file_work);
   if (!work)
     return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);
   return run(flags, work);

@@ -5,6 +5,13 @@
 
 namespace pneuma::client {
 
+namespace {
+
+// Frames' times are sums: one that is meant to be at the time sought may be this much behind it.
+constexpr double rounding_s = 1e-6;
+
+}  // namespace
+
 base::Result<Playback> Playback::open(const std::string& path) {
   auto reader = RecordingReader::open(path);
   if (!reader.ok()) return reader.status();
@@ -92,6 +99,7 @@ base::Result<RecordingReader::Record> Playback::read_at(std::uint64_t offset) {
 base::Status Playback::seek(double at_s) {
   const auto& keys = index().keys();
   if (keys.empty()) return base::not_found("the recording holds no frame");
+  at_s += rounding_s;
   // The last key frame at or before that time.
   const auto behind = std::ranges::upper_bound(keys, at_s, {}, [](const auto& one) { return one.at_s(); });
   const v1::RecordingIndex::Key& key = behind == keys.begin() ? *behind : *std::prev(behind);

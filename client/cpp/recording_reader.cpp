@@ -2,6 +2,7 @@
 #include <cstring>
 #include <utility>
 
+#include "base/limits.h"
 #include "pneuma_client/recording.h"
 #include "recording_format.h"
 
@@ -71,8 +72,10 @@ base::Status RecordingReader::read_header() {
   }
   const auto raw = read_record(recording_preamble_bytes);
   if (!raw.ok()) return raw.status();
-  if (raw->kind != RecordKind::header || !header_.ParseFromString(raw->bytes) ||
-      !(header_.world_rate_hz() > 0.0 && header_.stream().grid_step_m() > 0.0)) {
+  const bool is_header = raw->kind == RecordKind::header && header_.ParseFromString(raw->bytes);
+  const double rate_hz = header_.world_rate_hz();
+  if (!is_header || !(rate_hz >= base::rate_hz_min && rate_hz <= base::rate_hz_max) ||
+      !(header_.stream().rate_hz() > 0.0) || !(header_.stream().grid_step_m() > 0.0)) {
     return damaged(recording_preamble_bytes, "no header");
   }
   first_ = raw->end;

@@ -16,6 +16,9 @@ namespace {
 // What waits in memory before it is handed to the system.
 constexpr std::size_t waiting_bytes_max = 256 * 1024;
 
+// The rarest stream has a frame a day; more is no time of ours.
+constexpr double frame_interval_max_s = 86'400.0;
+
 base::Status system_failure(const std::string& path) {
   return {base::StatusCode::unavailable, std::strerror(errno), path};
 }
@@ -24,10 +27,11 @@ base::Status system_failure(const std::string& path) {
 
 double PlayTime::take(const v1::Frame& frame) {
   if (tick_) {
-    const double step_s = frame.time_s() - time_s_;
-    // Back to the start: the ticks go on counting.
-    const double ticks = frame.tick() > *tick_ ? static_cast<double>(frame.tick() - *tick_) : 0.0;
-    at_s_ += step_s >= 0.0 ? step_s : ticks / world_rate_hz_;
+    double step_s = frame.time_s() - time_s_;
+    if (!(step_s >= 0.0)) {  // back to the start, or no time at all: the ticks go on counting
+      step_s = frame.tick() > *tick_ ? static_cast<double>(frame.tick() - *tick_) / world_rate_hz_ : 0.0;
+    }
+    at_s_ += std::min(step_s, frame_interval_max_s);
   }
   tick_ = frame.tick();
   time_s_ = frame.time_s();

@@ -9,14 +9,6 @@ namespace pneuma::app {
 
 namespace {
 
-std::vector<physics::Pose> poses_of(const physics::World& world) {
-  std::vector<physics::Pose> poses;
-  poses.reserve(world.rigid_bodies().size() + world.colliders().size());
-  for (const auto& rigid : world.rigid_bodies()) poses.push_back({rigid.position, rigid.orientation});
-  for (const auto& collider : world.colliders()) poses.push_back({collider.position, collider.orientation});
-  return poses;
-}
-
 bool same(const physics::Pose& a, const physics::Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
 }
@@ -38,23 +30,23 @@ void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
 FrameEncoder::FrameEncoder(std::uint32_t stream_id, double max_error_m)
     : stream_id_(stream_id), grid_step_m_(codec::grid_step_m(max_error_m)) {}
 
-net::StreamFrame FrameEncoder::encode(const physics::World& world, std::uint64_t tick, std::uint32_t layout_id,
+net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t tick, std::uint32_t layout_id,
                                       bool with_key) {
   const bool delta = last_tick_ && *last_tick_ < tick && layout_id_ == layout_id;
   const std::optional<std::uint64_t> base_tick = last_tick_;
   std::swap(base_lattices_, lattices_);
-  const std::vector<physics::Pose> base_poses = std::exchange(poses_, poses_of(world));
+  const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
 
-  lattices_.resize(world.soft_body_count());
+  lattices_.resize(source.soft_body_count());
   for (std::size_t i = 0; i < lattices_.size(); ++i) {
-    positions_m_.resize(3 * world.soft_body(i).mesh->positions_m.size());
+    positions_m_.resize(3 * source.mesh(i)->positions_m.size());
     lattices_[i].resize(positions_m_.size());
-    world.copy_positions(i, positions_m_);
+    source.copy_positions(i, positions_m_);
     codec::quantise(positions_m_, grid_step_m_, lattices_[i]);
   }
   last_tick_ = tick;
   layout_id_ = layout_id;
-  time_s_ = world.time_s();
+  time_s_ = source.time_s();
 
   net::StreamFrame out;
   out.stream_id = stream_id_;

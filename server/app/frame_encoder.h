@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "app/frame_source.h"
 #include "codec/frame_codec.h"
 #include "net/server.h"
-#include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
@@ -21,9 +21,9 @@ class FrameEncoder {
   [[nodiscard]] double grid_step_m() const { return grid_step_m_; }
   [[nodiscard]] const std::optional<std::uint64_t>& last_tick() const { return last_tick_; }
 
-  /// Takes the world's positions as the stream's next frame. The delta is there where the frame before had the same
+  /// Takes the source's positions as the stream's next frame. The delta is there where the frame before had the same
   /// layout and an earlier tick; the key where there is no delta, or `with_key` is set.
-  [[nodiscard]] net::StreamFrame encode(const physics::World& world, std::uint64_t tick, std::uint32_t layout_id,
+  [[nodiscard]] net::StreamFrame encode(const FrameSource& source, std::uint64_t tick, std::uint32_t layout_id,
                                         bool with_key);
   /// The last frame once more, as a key. Only after encode().
   [[nodiscard]] net::StreamFrame last_as_key() const;

@@ -135,35 +135,35 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
   }
 }
 
-void FrameHub::encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox) {
+void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox) {
   if (classes_.empty()) return;
-  const bool new_layout = refresh_layout(world);
+  const bool new_layout = refresh_layout(source);
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
     if (all || new_layout || !quality_class.encoder.last_tick() || tick % quality.rate_divisor == 0) {
-      publish_new(quality_class, quality.rate_divisor, world, tick, outbox);
+      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
   }
 }
 
-void FrameHub::encode_rest(const physics::World& world, std::uint64_t tick, Outbox& outbox) {
+void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox) {
   if (classes_.empty()) return;
   const bool edited = edited_;
-  refresh_layout(world);
+  refresh_layout(source);
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
     if (edited || quality_class.encoder.last_tick() != tick) {
-      publish_new(quality_class, quality.rate_divisor, world, tick, outbox);
+      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
   }
 }
 
-bool FrameHub::refresh_layout(const physics::World& world) {
-  return std::exchange(edited_, false) && layout_.update(world);
+bool FrameHub::refresh_layout(const FrameSource& source) {
+  return std::exchange(edited_, false) && layout_.update(source);
 }
 
 // Topologies and the layout go before the first frame that needs them.
@@ -196,7 +196,7 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
   return due;
 }
 
-void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const physics::World& world,
+void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
                            std::uint64_t tick, Outbox& outbox) {
   bool with_key = false;
   for (auto& [id, subscriber] : quality_class.subscribers) {
@@ -209,8 +209,8 @@ void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divis
     for (const auto& [id, subscriber] : quality_class.subscribers) sessions->push_back(id);
     quality_class.sessions = std::move(sessions);
   }
-  auto keyed = take_due_keys(quality_class, rate_divisor, tick, world.tick_period_s());
-  net::StreamFrame frame = quality_class.encoder.encode(world, tick, layout_.id(), with_key || !keyed.empty());
+  auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
+  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_.id(), with_key || !keyed.empty());
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
   // A session takes the delta where it can, so those whose key is due are not offered it.
   net::StreamFrame key = frame;

@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "app/frame_encoder.h"
+#include "app/frame_source.h"
 #include "app/layout.h"
 #include "app/outbox.h"
 #include "app/session.h"
 #include "base/status.h"
-#include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
@@ -48,9 +48,9 @@ class FrameHub {
 
   /// Frames of the tick just done, for the classes that are due; for all of them where `all` is set. Whoever waits for
   /// a key frame of a class that is not due gets its last frame as a key.
-  void encode_tick(const physics::World& world, std::uint64_t tick, bool all, Outbox& outbox);
+  void encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox);
   /// Key frames for a world that rests between two ticks: for whoever waits, or for everyone where it was edited.
-  void encode_rest(const physics::World& world, std::uint64_t tick, Outbox& outbox);
+  void encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox);
 
   /// A change was carried out after `tick` ticks: tells the subscribers who wish to know.
   void applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const;
@@ -83,12 +83,12 @@ class FrameHub {
   };
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
-  bool refresh_layout(const physics::World& world);
+  bool refresh_layout(const FrameSource& source);
   void introduce(QualityClass& quality_class, Outbox& outbox);
   [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
                                                                  std::uint64_t rate_divisor, std::uint64_t tick,
                                                                  double tick_period_s);
-  void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const physics::World& world,
+  void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
                    std::uint64_t tick, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 

@@ -78,7 +78,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
     if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session, outbox);
   }
   if (destroyed_by_) return;
-  if (paused_ && pending_steps_.empty()) hub_.encode_rest(live_.physics(), live_.tick(), outbox);
+  if (paused_ && pending_steps_.empty()) hub_.encode_rest(LiveFrames(live_.physics()), live_.tick(), outbox);
   if (had_commands) publish_status(now);
 }
 
@@ -108,7 +108,7 @@ void HostedWorld::encode(Outbox& outbox) {
   const TimePoint start = std::chrono::steady_clock::now();
   // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
-  hub_.encode_tick(live_.physics(), live_.tick(), last_of_step, outbox);
+  hub_.encode_tick(LiveFrames(live_.physics()), live_.tick(), last_of_step, outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
   send_events(outbox);
 }

@@ -21,15 +21,10 @@
 #include "app/tick_window.h"
 #include "app/world_clock.h"
 #include "app/world_journal.h"
+#include "app/world_status.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
-
-/// What others may know of a world without asking the thread that steps it.
-struct WorldStatus {
-  v1::WorldList::World listing;
-  std::chrono::steady_clock::time_point last_active;  // when a tick last ended, or the world began or went on
-};
 
 class HostedWorld {
  public:

@@ -5,7 +5,6 @@
 
 #include "app/protocol.h"
 #include "codec/topology_hash.h"
-#include "scene_io/translate.h"
 
 namespace pneuma::app {
 
@@ -26,30 +25,21 @@ TopologyMessage topology_of(const physics::Mesh& mesh) {
   return topology;
 }
 
-void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape& shape, bool dynamic) {
-  v1::Layout::Solid& solid = *layout.add_solids();
-  solid.set_name(name);
-  *solid.mutable_shape() = scene_io::to_proto(shape);
-  solid.set_dynamic(dynamic);
-}
-
 }  // namespace
 
-bool WorldLayout::update(const physics::World& world) {
+bool WorldLayout::update(const FrameSource& source) {
   v1::Layout layout;
   std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies;
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    const physics::SoftBody& body = world.soft_body(i);
-    auto& topology = topologies[body.mesh];
-    if (const auto known = topologies_.find(body.mesh); known != topologies_.end()) topology = known->second;
-    if (topology.message == nullptr) topology = topology_of(*body.mesh);
+  for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
+    const std::shared_ptr<const physics::Mesh> mesh = source.mesh(i);
+    auto& topology = topologies[mesh];
+    if (const auto known = topologies_.find(mesh); known != topologies_.end()) topology = known->second;
+    if (topology.message == nullptr) topology = topology_of(*mesh);
     v1::Layout::Soft& soft = *layout.add_soft_bodies();
-    soft.set_name(body.name);
+    soft.set_name(source.soft_body_name(i));
     soft.set_topology_hash(topology.hash);
   }
-  for (const auto& rigid : world.rigid_bodies()) add_solid(layout, rigid.body.name, rigid.body.shape, true);
-  for (const auto& collider : world.colliders())
-    add_solid(layout, collider.collider.name, collider.collider.shape, false);
+  source.describe_solids(layout);
 
   topologies_ = std::move(topologies);
   layout.set_layout_id(layout_.layout_id());

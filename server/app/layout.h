@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "app/frame_source.h"
 #include "net/server.h"
-#include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
@@ -23,7 +23,7 @@ struct TopologyMessage {
 class WorldLayout {
  public:
   /// Takes the world's bodies as they are now. True where that changed the layout, which then has a new id.
-  bool update(const physics::World& world);
+  bool update(const FrameSource& source);
 
   [[nodiscard]] std::uint32_t id() const { return layout_.layout_id(); }
   /// One a mesh in use.

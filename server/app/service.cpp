@@ -31,8 +31,8 @@ bool is_loopback(const std::string& address) {
 
 }  // namespace
 
-Service::Service(Config config)
-    : config_(std::move(config)), server_(config_.limits, callbacks()), host_(config_, server_, metrics_) {}
+Service::Service(Config config, const MakeHost& make_host)
+    : config_(std::move(config)), server_(config_.limits, callbacks()), host_(make_host(config_, server_, metrics_)) {}
 
 Service::~Service() {
   stop();
@@ -46,10 +46,7 @@ Status Service::start() {
     token_ = std::move(*token);
     if (is_world_readable(config_.token_file)) spdlog::warn("{} is readable by everyone", config_.token_file);
   }
-  if (auto status = host_.restore(); !status.ok()) return status;
-  for (const std::string& scene : config_.scenes) {
-    if (auto status = host_.add_scene(scene); !status.ok()) return status;
-  }
+  if (auto status = host_->start(); !status.ok()) return status;
   if (auto status = listen(); !status.ok()) return status;
   network_ = std::thread([this] { server_.run(); });
   return {};
@@ -78,9 +75,9 @@ std::string Service::http_address() const {
 }
 
 void Service::stop() {
-  host_.close();  // its last replies go before the goodbyes
+  host_->close();  // its last replies go before the goodbyes
   if (network_.joinable()) server_.stop({StatusCode::unavailable, "the server shuts down"});
-  host_.stop();
+  host_->stop();
   if (network_.joinable()) network_.join();
 }
 
@@ -89,7 +86,7 @@ net::Callbacks Service::callbacks() {
   callbacks.opened = [this](net::SessionId id, const net::PeerInfo& peer) { opened(id, peer); };
   callbacks.received = [this](net::SessionId id, std::string_view bytes) { received(id, bytes); };
   callbacks.closed = [this](net::SessionId id, const Status& why) { closed(id, why); };
-  callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_.key_wanted(id, stream_id); };
+  callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_->key_wanted(id, stream_id); };
   callbacks.http = [this](std::string_view path) { return page(path); };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;
@@ -129,7 +126,7 @@ void Service::closed(net::SessionId id, const Status& why) {
   const auto found = guests_.find(id);
   if (found == guests_.end()) return;
   count_sessions();
-  for (const std::string& world : found->second.worlds) host_.session_ended(id, world);
+  for (const std::string& world : found->second.worlds) host_->session_ended(id, world);
   guests_.erase(found);
   metrics_.sessions.Decrement();
   spdlog::info("session={} closed: {}", id, why.ok() ? "by the client" : printable(why.message()));
@@ -141,20 +138,20 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
       v1::ServerMessage reply;
       reply.set_request_id(message.request_id());
       v1::WorldList& list = *reply.mutable_world_list();
-      for (WorldStatus& status : host_.statuses()) *list.add_worlds() = std::move(status.listing);
+      for (WorldStatus& status : host_->statuses()) *list.add_worlds() = std::move(status.listing);
       metrics_.count_command("list_worlds", "ok");
       return server_.send(guest.session->id(), serialise(reply));
     }
     case v1::ClientMessage::kCreateWorld:
-      return host_.create(guest.session, message);
+      return host_->create(guest.session, message);
     case v1::ClientMessage::kUnsubscribe: {
       const std::uint32_t stream_id = message.unsubscribe().stream_id();
-      host_.ask_stream(stream_id, {guest.session, std::move(message)});
+      host_->ask_stream(stream_id, {guest.session, std::move(message)});
       return;
     }
     default: {
       const std::string world = *world_of(message);
-      if (host_.ask(world, {guest.session, std::move(message)})) remember(guest, world);
+      if (host_->ask(world, {guest.session, std::move(message)})) remember(guest, world);
       return;
     }
   }
@@ -164,12 +161,12 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
 void Service::remember(Guest& guest, const std::string& world) {
   guest.worlds.insert(world);
   if (guest.worlds.size() <= config_.limits.worlds_max) return;
-  std::erase_if(guest.worlds, [this](const std::string& name) { return !host_.has(name); });
+  std::erase_if(guest.worlds, [this](const std::string& name) { return !host_->has(name); });
 }
 
 net::HttpReply Service::page(std::string_view path) {
-  if (path == "/") return start_page(host_.statuses());
-  if (path == "/healthz") return health_page(host_.statuses(), steady_clock::now());
+  if (path == "/") return start_page(host_->statuses());
+  if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now());
   if (path == "/metrics") {
     count_sessions();
     return metrics_page(metrics_);

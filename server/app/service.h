@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -11,10 +12,10 @@
 #include <vector>
 
 #include "app/config.h"
+#include "app/host.h"
 #include "app/metrics.h"
 #include "app/session.h"
 #include "app/session_gate.h"
-#include "app/world_host.h"
 #include "base/status.h"
 #include "net/server.h"
 
@@ -22,7 +23,9 @@ namespace pneuma::app {
 
 class Service {
  public:
-  explicit Service(Config config);
+  /// Serves the worlds of a host, which gets the server to speak through; all three outlive the host.
+  using MakeHost = std::function<std::unique_ptr<Host>(const Config&, net::Server&, Metrics&)>;
+  Service(Config config, const MakeHost& make_host);
   ~Service();
   Service(const Service&) = delete;
   Service& operator=(const Service&) = delete;
@@ -61,7 +64,7 @@ class Service {
   std::string token_;
   Metrics metrics_;
   net::Server server_;
-  WorldHost host_;
+  std::unique_ptr<Host> host_;
   std::map<net::SessionId, Guest> guests_;  // the network thread's alone
   std::thread network_;
 };

@@ -93,7 +93,15 @@ WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics
       scheduler_(thread_count(config.threads)) {}
 
 WorldHost::~WorldHost() {
-  stop();
+  WorldHost::stop();
+}
+
+base::Status WorldHost::start() {
+  if (auto status = restore(); !status.ok()) return status;
+  for (const std::string& scene : config_.scenes) {
+    if (auto status = add_scene(scene); !status.ok()) return status;
+  }
+  return {};
 }
 
 base::Status WorldHost::restore() {

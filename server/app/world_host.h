@@ -10,6 +10,7 @@
 
 #include "app/background_queue.h"
 #include "app/config.h"
+#include "app/host.h"
 #include "app/hosted_world.h"
 #include "app/metrics.h"
 #include "app/outbox.h"
@@ -22,41 +23,37 @@
 
 namespace pneuma::app {
 
-class WorldHost {
+class WorldHost final : public Host {
  public:
   /// `config`, `server` and `metrics` must outlive the host.
   WorldHost(const Config& config, net::Server& server, Metrics& metrics);
-  ~WorldHost();
+  ~WorldHost() override;
   WorldHost(const WorldHost&) = delete;
   WorldHost& operator=(const WorldHost&) = delete;
 
-  /// Brings back the worlds of the data directory. A world that cannot be brought back is logged, listed as damaged and
-  /// left as it lies there.
-  [[nodiscard]] base::Status restore();
-  /// Adds a world for `--scene NAME|FILE`, unless the data directory had one of that name.
-  [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
+  /// Brings back the worlds of the data directory, and adds one for each `--scene NAME|FILE`, unless there was one of
+  /// that name. A world that cannot be brought back is logged, listed as damaged and left as it lies there.
+  [[nodiscard]] base::Status start() override;
 
-  // The network thread; all return at once.
+  void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) override;
+  bool ask(const std::string& world, Request request) override;
+  bool ask_stream(std::uint32_t stream_id, Request request) override;
+  void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
+  void session_ended(net::SessionId session, const std::string& world) override;
+  [[nodiscard]] std::vector<WorldStatus> statuses() const override;
+  [[nodiscard]] bool has(const std::string& world) const override { return registry_.find(world).world != nullptr; }
 
-  /// Answers when the world is built.
-  void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message);
-  /// Queues a request for its world's next tick. False, and answered, where that cannot be.
-  bool ask(const std::string& world, Request request);
-  bool ask_stream(std::uint32_t stream_id, Request request);
-  void key_wanted(net::SessionId session, std::uint32_t stream_id);
-  void session_ended(net::SessionId session, const std::string& world);
-  [[nodiscard]] std::vector<WorldStatus> statuses() const;
-  [[nodiscard]] bool has(const std::string& world) const { return registry_.find(world).world != nullptr; }
-
-  /// Takes no more requests. Those that wait are answered: carried out where that was under way, or else refused. The
-  /// ticks under way are finished and their events told.
-  void close();
-  /// After close(): writes a last checkpoint of every world and returns.
-  void stop();
+  /// Requests that wait are carried out where that was under way, or else refused. The ticks under way are finished and
+  /// their events told.
+  void close() override;
+  /// Writes a last checkpoint of every world.
+  void stop() override;
 
  private:
   using TimePoint = Scheduler::TimePoint;
 
+  [[nodiscard]] base::Status restore();
+  [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
   std::optional<TimePoint> run_slice(HostedWorld& world, Outbox& outbox);
   std::optional<TimePoint> run_guarded(HostedWorld& world);
   void bury(HostedWorld& world);

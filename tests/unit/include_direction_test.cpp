@@ -1,4 +1,5 @@
-// Shows that arrows point one way: main -> app -> {scene_io, physics, codec, net, persist, proto} -> base.
+// Shows that arrows point one way: main -> app -> {scene_io, physics, codec, net, persist, proto} -> base, and
+// pneuma -> replay -> {app, pneuma_client}.
 // Reads every #include below server/ and client/cpp/ and holds its first path component against the table.
 
 #include <algorithm>
@@ -30,8 +31,10 @@ const std::vector<Folder> folders = {
     {"server/app",
      {"base", "physics", "codec", "net", "persist", "scene_io", "pneuma", "google", "boost", "Eigen", "openssl",
       "prometheus", "spdlog", "sys"}},
+    {"server/replay", {"base", "physics", "app", "net", "pneuma", "pneuma_client", "Eigen", "spdlog"}},
     {"client/cpp",
-     {"base", "codec", "command", "pneuma", "pneuma_client", "command", "google", "boost", "openssl", "CLI", "sys"}},
+     {"base", "codec", "command", "formats", "replay", "pneuma", "pneuma_client", "google", "boost", "openssl", "CLI",
+      "sys"}},
 };
 
 struct Include {

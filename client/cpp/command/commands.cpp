@@ -94,6 +94,12 @@ base::Status report(Session& session, const std::string& deed, const base::Resul
   return session.output.line(text);
 }
 
+void tell_damage(const Playback& playback) {
+  if (playback.damage().ok()) return;
+  std::fprintf(stderr, "pneuma: %s; %llu frames can be played\n", playback.damage().message().c_str(),
+               static_cast<unsigned long long>(playback.index().frames()));
+}
+
 base::Status list_worlds(Session& session) {
   const auto worlds = session.client.list_worlds();
   if (!worlds.ok()) return worlds.status();

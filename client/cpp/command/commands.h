@@ -7,7 +7,10 @@
 
 #include "base/status.h"
 #include "command/output.h"
+#include "formats/sampler.h"
 #include "pneuma_client/client.h"
+#include "pneuma_client/playback.h"
+#include "replay/player.h"
 
 namespace pneuma::client {
 
@@ -16,6 +19,13 @@ struct Session {
   Client& client;
   Output& output;
   bool json = false;
+};
+
+/// What the subcommands work with that need no server.
+struct FileSession {
+  Output& output;
+  bool json = false;
+  std::string token;  // that those must know who are served; empty: none
 };
 
 struct CreateArguments {
@@ -44,6 +54,18 @@ struct RecordArguments {
   bool force = false;
 };
 
+struct PlayArguments {
+  std::string file;
+  replay::PlayerOptions options;
+};
+
+struct ExportArguments {
+  std::string file;
+  std::string format;  // obj, gltf, pc2 or usda
+  std::string out;
+  SampleRange range;
+};
+
 [[nodiscard]] base::Status list_worlds(Session& session);
 [[nodiscard]] base::Status create(Session& session, const CreateArguments& arguments);
 /// Prints frames, gaps and events until enough of them have come or the user interrupts, then a summary. Fails when the
@@ -53,6 +75,12 @@ struct RecordArguments {
 /// interrupts. Fails when the world or the connection ends before that, or the disk is full; what came until then is in
 /// the file.
 [[nodiscard]] base::Status record(Session& session, const RecordArguments& arguments);
+/// Serves a recording until the user interrupts.
+[[nodiscard]] base::Status play(FileSession& session, const PlayArguments& arguments);
+/// Writes a recording's soft bodies in another format.
+[[nodiscard]] base::Status export_recording(FileSession& session, const ExportArguments& arguments);
+/// On standard error, where a recording ends before its end.
+void tell_damage(const Playback& playback);
 /// `file`: a SceneEdit as JSON, "-" for standard input.
 [[nodiscard]] base::Status edit(Session& session, const std::string& world, const std::string& file);
 [[nodiscard]] base::Status stats(Session& session, const std::string& world);

@@ -24,23 +24,6 @@ std::string json_number(double value) {
   return {text.data(), end};
 }
 
-std::string json_string(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      quoted += '\\';
-      quoted += c;
-    } else if (static_cast<unsigned char>(c) < 0x20) {
-      std::array<char, 8> escape{};
-      std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(c));
-      quoted += escape.data();
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
 std::string_view code_name(base::StatusCode code) {
   using enum base::StatusCode;
   switch (code) {
@@ -126,6 +109,23 @@ std::string value_json(const Message& message, const FieldDescriptor* field, int
 }
 
 }  // namespace
+
+std::string json_string(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      quoted += '\\';
+      quoted += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      std::array<char, 8> escape{};
+      std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(c));
+      quoted += escape.data();
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
 
 JsonObject& JsonObject::add_raw(std::string_view key, std::string_view json) {
   if (!members_.empty()) members_ += ',';

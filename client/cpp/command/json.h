@@ -12,6 +12,9 @@
 
 namespace pneuma::client {
 
+/// In quotes, with what must not stand in them escaped.
+[[nodiscard]] std::string json_string(std::string_view text);
+
 /// The members of a JSON object, in order.
 class JsonObject {
  public:

@@ -19,8 +19,8 @@ using Clock = std::chrono::steady_clock;
 
 // Short enough to notice an interrupt soon.
 constexpr std::chrono::milliseconds patience{100};
-// What a crash of the machine's power or of this program may lose.
-constexpr std::chrono::seconds flush_interval{1};
+// What a crash of this program may lose.
+constexpr std::chrono::milliseconds flush_interval{200};
 
 double unix_time_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();

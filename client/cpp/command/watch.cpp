@@ -1,18 +1,15 @@
 // `pneuma watch`: frames as they come, a line each, until there are enough or the user interrupts.
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <variant>
 
 #include "command/commands.h"
 #include "command/interrupt.h"
 #include "command/json.h"
+#include "formats/exporter.h"
 
 namespace pneuma::client {
 
@@ -97,28 +94,10 @@ std::string frame_json(const DecodedFrame& frame) {
       .text();
 }
 
-/// The soft bodies of a frame as a Wavefront file, an object each.
 base::Status write_obj(const DecodedFrame& frame, const std::string& folder) {
   std::array<char, 40> name{};
-  std::snprintf(name.data(), name.size(), "frame-%09llu.obj", static_cast<unsigned long long>(frame.tick));
-  const std::filesystem::path path = std::filesystem::path(folder) / name.data();
-  std::ofstream out(path);
-  out.precision(9);
-  std::size_t first = 1;
-  for (const SoftBodyFrame& body : frame.bodies) {
-    out << "o " << body.name << '\n';
-    for (std::size_t i = 0; i + 2 < body.positions_m.size(); i += 3) {
-      out << "v " << body.positions_m[i] << ' ' << body.positions_m[i + 1] << ' ' << body.positions_m[i + 2] << '\n';
-    }
-    const auto& indices = body.topology->indices;
-    for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
-      out << "f " << first + indices[i] << ' ' << first + indices[i + 1] << ' ' << first + indices[i + 2] << '\n';
-    }
-    first += body.positions_m.size() / 3;
-  }
-  out.close();
-  if (!out) return {base::StatusCode::unavailable, std::strerror(errno), path.string()};
-  return {};
+  std::snprintf(name.data(), name.size(), "/frame-%09llu.obj", static_cast<unsigned long long>(frame.tick));
+  return write_obj(frame.bodies, folder + name.data());
 }
 
 class Watch {
@@ -242,9 +221,7 @@ base::Status Watch::summarise() {
 
 base::Status watch(Session& session, const WatchArguments& arguments) {
   if (!arguments.obj_folder.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(arguments.obj_folder, error);
-    if (error) return {base::StatusCode::unavailable, error.message(), arguments.obj_folder};
+    if (base::Status made = make_folder(arguments.obj_folder); !made.ok()) return made;
   }
   catch_interrupts();
   return Watch(session, arguments).run();

@@ -31,7 +31,7 @@ class FrameHubTest : public testing::Test {
   Outbox tick() {
     world_.physics().step_tick(workers_);
     Outbox outbox;
-    hub_.encode_tick(world_.physics(), world_.tick(), false, outbox);
+    hub_.encode_tick(LiveFrames(world_.physics()), world_.tick(), false, outbox);
     return outbox;
   }
 
@@ -222,13 +222,13 @@ TEST_F(FrameHubTest, WhoAsksForCommandsIsToldOfThem) {
 TEST_F(FrameHubTest, AWorldAtRestGivesItsKeyWithoutAStep) {
   subscribe(ann_);
   Outbox outbox;
-  hub_.encode_rest(world_.physics(), world_.tick(), outbox);
+  hub_.encode_rest(LiveFrames(world_.physics()), world_.tick(), outbox);
   EXPECT_EQ(kinds(outbox, 1), "topology layout frame ");
   Outbox again;
-  hub_.encode_rest(world_.physics(), world_.tick(), again);
+  hub_.encode_rest(LiveFrames(world_.physics()), world_.tick(), again);
   EXPECT_TRUE(again.items.empty());
   hub_.key_wanted(1, 1);
-  hub_.encode_rest(world_.physics(), world_.tick(), again);
+  hub_.encode_rest(LiveFrames(world_.physics()), world_.tick(), again);
   EXPECT_EQ(kinds(again, 1), "frame ");
 }
 
@@ -249,7 +249,7 @@ TEST_F(FrameHubTest, AnEditOfAWorldAtRestIsShownInAKeyOfTheSameTick) {
   tick();
   hub_.edited();
   Outbox outbox;
-  hub_.encode_rest(world_.physics(), world_.tick(), outbox);
+  hub_.encode_rest(LiveFrames(world_.physics()), world_.tick(), outbox);
   EXPECT_EQ(frames(outbox).at(0).tick, world_.tick());
   EXPECT_EQ(frames(outbox).at(0).delta, nullptr);
 }

@@ -2,6 +2,8 @@
 // named by its byte, and that a seek decodes no more than what lies between two key frames.
 #include "pneuma_client/recording.h"
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -241,6 +243,20 @@ TEST_F(Recording, PlayTimeGoesOnOverAReset) {
   ASSERT_TRUE(playback.ok());
   ASSERT_TRUE(playback->seek(35.0 / 60.0 + 1e-9).ok());
   EXPECT_EQ(ticks_of(*playback).front(), 36U);
+}
+
+TEST_F(Recording, ATimeThatIsNoneCountsByItsTicks) {
+  PlayTime play_time(60.0);
+  v1::Frame frame;
+  for (const double time_s : {5.0, std::nan(""), 1e300, -1e300}) {
+    frame.set_tick(frame.tick() + 6);
+    frame.set_time_s(time_s);
+    const double at_s = play_time.take(frame);
+    EXPECT_NEAR(at_s, static_cast<double>(frame.tick() - 6) / 60.0, 1e-9) << time_s;
+  }
+  frame.set_tick(frame.tick() + 6);
+  frame.set_time_s(1e300);
+  EXPECT_LT(play_time.take(frame), 1e6) << "nobody waits for it";
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+#include "app/frame_source.h"
+
+#include "scene_io/translate.h"
+
+namespace pneuma::app {
+
+namespace {
+
+void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape& shape, bool dynamic) {
+  v1::Layout::Solid& solid = *layout.add_solids();
+  solid.set_name(name);
+  *solid.mutable_shape() = scene_io::to_proto(shape);
+  solid.set_dynamic(dynamic);
+}
+
+}  // namespace
+
+void LiveFrames::describe_solids(v1::Layout& layout) const {
+  for (const auto& rigid : world_.rigid_bodies()) add_solid(layout, rigid.body.name, rigid.body.shape, true);
+  for (const auto& collider : world_.colliders()) {
+    add_solid(layout, collider.collider.name, collider.collider.shape, false);
+  }
+}
+
+std::vector<physics::Pose> LiveFrames::poses() const {
+  std::vector<physics::Pose> poses;
+  poses.reserve(world_.rigid_bodies().size() + world_.colliders().size());
+  for (const auto& rigid : world_.rigid_bodies()) poses.push_back({rigid.position, rigid.orientation});
+  for (const auto& collider : world_.colliders()) poses.push_back({collider.position, collider.orientation});
+  return poses;
+}
+
+}  // namespace pneuma::app

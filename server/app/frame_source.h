@@ -1,0 +1,55 @@
+// What the frames of a world show, whether the world is stepped or played from a recording.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/mesh.h"
+#include "physics/world.h"
+#include "pneuma/v1/frame.pb.h"
+
+namespace pneuma::app {
+
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  [[nodiscard]] virtual double time_s() const = 0;
+  [[nodiscard]] virtual double tick_period_s() const = 0;
+  [[nodiscard]] virtual std::size_t soft_body_count() const = 0;
+  [[nodiscard]] virtual const std::string& soft_body_name(std::size_t index) const = 0;
+  /// Of its mesh the vertex count and the faces are asked for.
+  [[nodiscard]] virtual std::shared_ptr<const physics::Mesh> mesh(std::size_t index) const = 0;
+  /// Writes x, y, z of each vertex in order.
+  virtual void copy_positions(std::size_t index, std::span<double> out_m) const = 0;
+  /// Appends the solids, in the order of poses().
+  virtual void describe_solids(v1::Layout& layout) const = 0;
+  [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
+};
+
+/// A world that is stepped: its solids are the rigid bodies, then the colliders.
+class LiveFrames final : public FrameSource {
+ public:
+  explicit LiveFrames(const physics::World& world) : world_(world) {}
+  [[nodiscard]] double time_s() const override { return world_.time_s(); }
+  [[nodiscard]] double tick_period_s() const override { return world_.tick_period_s(); }
+  [[nodiscard]] std::size_t soft_body_count() const override { return world_.soft_body_count(); }
+  [[nodiscard]] const std::string& soft_body_name(std::size_t index) const override {
+    return world_.soft_body(index).name;
+  }
+  [[nodiscard]] std::shared_ptr<const physics::Mesh> mesh(std::size_t index) const override {
+    return world_.soft_body(index).mesh;
+  }
+  void copy_positions(std::size_t index, std::span<double> out_m) const override {
+    world_.copy_positions(index, out_m);
+  }
+  void describe_solids(v1::Layout& layout) const override;
+  [[nodiscard]] std::vector<physics::Pose> poses() const override;
+
+ private:
+  const physics::World& world_;
+};
+
+}  // namespace pneuma::app

@@ -1,0 +1,43 @@
+// Who hosts the worlds that a service speaks for.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/inbox.h"
+#include "app/session.h"
+#include "app/world_status.h"
+#include "base/status.h"
+#include "net/server.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+class Host {
+ public:
+  virtual ~Host() = default;
+
+  /// Brings the worlds up, before anyone is listened to.
+  [[nodiscard]] virtual base::Status start() = 0;
+
+  // The network thread; all return at once.
+
+  /// Answers when the world is built.
+  virtual void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) = 0;
+  /// Queues a request for its world. False, and answered, where that cannot be.
+  virtual bool ask(const std::string& world, Request request) = 0;
+  virtual bool ask_stream(std::uint32_t stream_id, Request request) = 0;
+  virtual void key_wanted(net::SessionId session, std::uint32_t stream_id) = 0;
+  virtual void session_ended(net::SessionId session, const std::string& world) = 0;
+  [[nodiscard]] virtual std::vector<WorldStatus> statuses() const = 0;
+  [[nodiscard]] virtual bool has(const std::string& world) const = 0;
+
+  /// Takes no more requests; those that wait are answered.
+  virtual void close() = 0;
+  /// After close(): keeps what is to be kept, and returns.
+  virtual void stop() = 0;
+};
+
+}  // namespace pneuma::app

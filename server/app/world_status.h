@@ -1,0 +1,15 @@
+// What others may know of a world without asking the thread that runs it.
+#pragma once
+
+#include <chrono>
+
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+struct WorldStatus {
+  v1::WorldList::World listing;
+  std::chrono::steady_clock::time_point last_active;  // when a tick last ended, or the world began or went on
+};
+
+}  // namespace pneuma::app
