@@ -23,7 +23,7 @@ template <class Real>
 std::size_t LaneScratch<Real>::bytes() const {
   std::size_t numbers = 0;
   for (const LaneArray<Real>* array :
-       {&x, &v, &force, &gradient, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
+       {&x, &v, &force, &gradient, &inverse_shares, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
     numbers += array->capacity();
   }
   numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
@@ -32,9 +32,10 @@ std::size_t LaneScratch<Real>::bytes() const {
 }
 
 template <class Real>
-void LaneBodies<Real>::load(bool gas) const {
+void LaneBodies<Real>::load(bool gas, bool weighed) const {
   clear_unused_slots(scratch_.force);
   if (gas) clear_unused_slots(scratch_.gradient);
+  if (weighed) for_blocks([this](std::size_t block) { load_shares(block); });
   if (layout_ == LaneLayout::alone) {
     for_blocks([this](std::size_t block) { load_alone(block); });
     return;
@@ -64,6 +65,16 @@ void LaneBodies<Real>::load_alone(std::size_t block) const {
     const std::uint32_t vertex = mesh_.rings.vertices[slot];
     put(body.x[vertex], scratch_.x.data() + at(slot, 0, 0));
     put(body.v[vertex], scratch_.v.data() + at(slot, 0, 0));
+  }
+}
+
+template <class Real>
+void LaneBodies<Real>::load_shares(std::size_t block) const {
+  for (std::size_t slot = slots_begin(block); slot < slots_end(block); ++slot) {
+    for (std::size_t lane = 0; lane < width_; ++lane) {
+      const auto inverse = static_cast<Real>(1.0 / of_lane(lane).mass_shares[mesh_.rings.vertices[slot]]);
+      for (std::size_t c = 0; c < 3; ++c) scratch_.inverse_shares[at(slot, c, lane)] = inverse;
+    }
   }
 }
 

@@ -51,10 +51,11 @@ struct LaneScratch {
   LaneArray<Real> x;
   LaneArray<Real> v;
   LaneArray<Real> force;
-  LaneArray<Real> gradient;  // with gas only
-  LaneArray<Real> pulls;     // of fleets with LaneMesh::edges only
-  LaneArray<Real> move;      // not where x is advanced
-  LaneArray<Real> x_stage;   // midpoint and RK4 only
+  LaneArray<Real> gradient;        // with gas only
+  LaneArray<Real> inverse_shares;  // WeighPass; of vertices of different mass only
+  LaneArray<Real> pulls;           // of fleets with LaneMesh::edges only
+  LaneArray<Real> move;            // not where x is advanced
+  LaneArray<Real> x_stage;         // midpoint and RK4 only
   LaneArray<Real> v_stage;
   LaneArray<Real> x_slopes;  // RK4 only
   LaneArray<Real> v_slopes;
@@ -79,8 +80,9 @@ class LaneBodies {
              LaneScratch<Real>& scratch, Workers* workers)
       : bodies_(bodies), layout_(layout), width_(width), mesh_(mesh), scratch_(scratch), workers_(workers) {}
 
-  /// Copies x and v into the lanes, for which there is room, and clears what the ring pass leaves out.
-  void load(bool gas) const;
+  /// Copies x and v into the lanes, for which there is room, and the mass shares where bodies have them; clears what
+  /// the ring pass leaves out.
+  void load(bool gas, bool weighed) const;
   /// Hands back the bodies that `wanted` has: v, and x, or, where x did not `advance`, the move.
   void store(std::span<const std::uint8_t> wanted, bool advance) const;
   /// Sets well[lane] where all substeps kept a body within what freezes it (is_well in simulation.cpp), by bounds that
@@ -115,6 +117,7 @@ class LaneBodies {
 
  private:
   void load_alone(std::size_t block) const;
+  void load_shares(std::size_t block) const;
   void store_alone(bool advance) const;
   void clear_unused_slots(LaneArray<Real>& array) const;
   void find_outside(std::size_t block, const std::array<Real, pack_slots>& reach_max, Real speed_max) const;

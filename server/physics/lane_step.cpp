@@ -38,11 +38,12 @@ class LaneStep {
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
         scaled_(!mesh.stiffness_scales.empty()),
         pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
+        weighed_(!bodies[0]->mass_shares.empty()),
         sprung_(damped_ || gas_ || has_stiffness(bodies)),
         other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
     make_room();
     set_constants();
-    bodies_.load(gas_);
+    bodies_.load(gas_, weighed_);
   }
 
   // The forces of a substep and what they do, between two states of the gas.
@@ -117,6 +118,7 @@ class LaneStep {
       scratch_.force.assign(size, Real{0});
     }
     resize_where(gas_, scratch_.gradient);
+    resize_where(weighed_, scratch_.inverse_shares);
     if (pulled_) scratch_.pulls.resize(mesh_.edges.lengths_m.size() * width_);
     resize_where(!advance_, scratch_.move);
     resize_where(staged, scratch_.x_stage);
@@ -146,6 +148,9 @@ class LaneStep {
     ring_.pulls_n_m = scratch_.pulls.data();
     ring_.force = scratch_.force.data();
     ring_.gradient = scratch_.gradient.data();
+    weigh_.inverse_shares = scratch_.inverse_shares.data();
+    weigh_.force = scratch_.force.data();
+    weigh_.gradient = scratch_.gradient.data();
     update_.force = scratch_.force.data();
     update_.gradient = scratch_.gradient.data();
     update_.x = scratch_.x.data();
@@ -191,6 +196,7 @@ class LaneStep {
 
     const StageTimer timer(profile_, Stage::integrate);
     if (workers_ == nullptr) {
+      if (weighed_) weigh(0, bodies_.slot_count());
       update_.begin = 0;
       update_.end = bodies_.slot_count();
       kernels_(layout_, substage, gas_, advance_, update_);
@@ -199,6 +205,7 @@ class LaneStep {
         UpdatePass<Real> pass = update_;
         pass.begin = bodies_.slots_begin(block);
         pass.end = bodies_.slots_end(block);
+        if (weighed_) weigh(pass.begin, pass.end);
         Real* maxima = scratch_.block_maxima[block].lanes;
         pass.v_max_m_s.lanes[0] = maxima[0];
         pass.move_max_m.lanes[0] = maxima[1];
@@ -208,6 +215,13 @@ class LaneStep {
       });
     }
     if (!scratch_.pinned_slots.empty()) hold_pinned(substage);
+  }
+
+  void weigh(std::size_t slots_from, std::size_t slots_to) const {
+    WeighPass<Real> pass = weigh_;
+    pass.begin = bodies_.at(slots_from, 0, 0);
+    pass.end = bodies_.at(slots_to, 0, 0);
+    kernels_.weighs[gas_](pass);
   }
 
   void pass_over(std::size_t block, RingPass<Real>& pass) const {
@@ -298,12 +312,14 @@ class LaneStep {
   Profile* profile_;
   bool damped_;
   bool gas_;
-  bool scaled_;  // springs differ in stiffness
-  bool pulled_;  // the pulls of edges come first
-  bool sprung_;  // there is anything for the ring pass to do
+  bool scaled_;   // springs differ in stiffness
+  bool pulled_;   // the pulls of edges come first
+  bool weighed_;  // the vertices are of different mass
+  bool sprung_;   // there is anything for the ring pass to do
   bool other_forces_;
   std::array<std::uint8_t, pack_slots> eventful_{};  // one a lane
   RingPass<Real> ring_;
+  WeighPass<Real> weigh_;
   UpdatePass<Real> update_;
 };
 
