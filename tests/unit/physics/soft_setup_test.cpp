@@ -144,7 +144,7 @@ TEST(VertexMasses, ChangeInARunningWorldWhereTheVerticesAre) {
   Scene scene;
   scene.soft_bodies = {ball()};
   scene.soft_bodies[0].velocity = {1.0, 0.0, 0.0};
-  World world = *World::create(scene);
+  World world = std::move(*World::create(scene));
   Workers workers(1);
   for (int i = 0; i < 5; ++i) world.step_tick(workers);
   const Vec3d centre = world.measure(0).centre_of_mass;
