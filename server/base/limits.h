@@ -50,6 +50,8 @@ inline constexpr std::size_t name_bytes_max = 128;
 inline constexpr double scene_number_max = 1e12;
 // A speck of dust: what divides by a mass stays a number.
 inline constexpr double mass_min_kg = 1e-9;
+// Of one body's heaviest vertex over its lightest. The sums over a body keep seven digits of the lightest's share.
+inline constexpr double vertex_mass_ratio_max = 1e9;
 // A tenth of a micrometre: below every scene, and the volume of such a body is still a number in single precision.
 inline constexpr double extent_min_m = 1e-7;
 // From rest to speed_max_m_s in a tenth of a second.

@@ -276,6 +276,30 @@ void check_start_positions(const SoftBody& body, Fields fields) {
   }
 }
 
+/// One for each of the mesh's vertices, or none.
+void check_vertex_masses(const SoftBody& body, Fields fields) {
+  constexpr std::string_view field = "vertex_mass_scale";
+  const std::vector<double>& scales = body.vertex_mass_scale;
+  if (scales.empty()) return;
+  if (scales.size() != body.mesh->positions_m.size()) {
+    fields.fail(field, "has " + std::to_string(scales.size()) + " factors for a mesh of " +
+                           std::to_string(body.mesh->positions_m.size()) + " vertices");
+  }
+  const auto is_mass = [](double scale) { return scale > 0.0 && scale <= base::scene_number_max; };
+  const auto wrong = std::ranges::find_if_not(scales, is_mass);
+  if (wrong != scales.end()) {
+    fields.positive(item(field, static_cast<std::size_t>(wrong - scales.begin())), *wrong);
+    return;
+  }
+  const auto [least, most] = std::ranges::minmax_element(scales);
+  if (*most / *least <= base::vertex_mass_ratio_max) return;
+  fields.fail(item(field, static_cast<std::size_t>(most - scales.begin())),
+              "is " + number_text(*most / *least) + " times " +
+                  item(field, static_cast<std::size_t>(least - scales.begin())) + "; at most " +
+                  number_text(base::vertex_mass_ratio_max) + " times",
+              base::StatusCode::limit_exceeded);
+}
+
 /// No vertex may start past the limits at which a body counts as run away.
 void check_start_of_vertices(const SoftBody& body, Fields fields) {
   const double reach = reach_m(body);
@@ -320,6 +344,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
   check_start_of_vertices(body, fields);
   check_edges(body, precision, fields);
   fields.mass_kg(body.mass_kg);
+  check_vertex_masses(body, fields);
   Fields springs = fields.in("springs");
   springs.not_negative("stiffness_n_m", body.springs.stiffness_n_m, base::stiffness_max_n_m);
   springs.not_negative("damping_n_s_m", body.springs.damping_n_s_m, base::damping_max_n_s_m);

@@ -56,6 +56,7 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
     const double sixth_pa = body.pressure_pa / 6.0;
     const Vec3d weight = static_cast<double>(body.vertex_mass_kg) * surroundings.gravity;
     force_.assign(x.size(), weight);
+    for (std::size_t i = 0; i < body.mass_shares.size(); ++i) force_[i] *= body.mass_shares[i];
     volume_gradient_.resize(gas ? x.size() : 0);
     for (std::size_t i = 0; sprung && i < x.size(); ++i) {
       force_[i] += from_lanes(lane_force_, rings.slots[i]);

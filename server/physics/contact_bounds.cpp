@@ -76,28 +76,31 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
 template <class Real>
 Vec3d mean_velocity(const SoftState<Real>& body) {
   Vec3d sum = Vec3d::Zero();
-  std::size_t free = 0;
-  for (std::size_t i = 0; i < body.x.size(); ++i) {
-    if (body.is_pinned(i)) continue;
-    sum += body.v[i].template cast<double>();
-    ++free;
-  }
-  return free == 0 ? sum : Vec3d(sum / static_cast<double>(free));
+  double free = 0.0;  // in vertices of the mean mass, here and below
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      if (body.is_pinned(i)) continue;
+      sum += share(i) * body.v[i].template cast<double>();
+      free += share(i);
+    }
+  });
+  return free == 0.0 ? sum : Vec3d(sum / free);
 }
 
 template <class Real>
 void fit_rigid(const SoftState<Real>& body, RigidPart& rigid) {
   const Vec3d near = body.x.front().template cast<double>();  // so that far from the origin no digits are lost
   Vec3d arms = Vec3d::Zero();
-  std::size_t free = 0;
-  for (std::size_t i = 0; i < body.x.size(); ++i) {
-    if (body.is_pinned(i)) continue;
-    arms += body.x[i].template cast<double>() - near;
-    ++free;
-  }
-  const double share = free == 0 ? 0.0 : 1.0 / static_cast<double>(free);
-  rigid.mass_kg = static_cast<double>(free) * static_cast<double>(body.vertex_mass_kg);
-  rigid.centre = body.origin_m + (near + share * arms);
+  double free = 0.0;
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      if (body.is_pinned(i)) continue;
+      arms += share(i) * (body.x[i].template cast<double>() - near);
+      free += share(i);
+    }
+  });
+  rigid.mass_kg = free * static_cast<double>(body.vertex_mass_kg);
+  rigid.centre = body.origin_m + (near + (free == 0.0 ? 0.0 : 1.0 / free) * arms);
   rigid.velocity = mean_velocity(body);
 }
 
@@ -135,15 +138,17 @@ void fit_turning(const SoftState<Real>& body, RigidPart& rigid) {
   Vec3d spin = Vec3d::Zero();
   Vec3d squares = Vec3d::Zero();   // xx, yy, zz of the arms
   Vec3d products = Vec3d::Zero();  // xy, yz, zx
-  for (std::size_t i = 0; i < body.x.size(); ++i) {
-    if (body.is_pinned(i)) continue;
-    const Vec3d arm = body.position_m(i) - rigid.centre;
-    spin += arm.cross(body.v[i].template cast<double>());
-    squares += arm.cwiseProduct(arm);
-    products += arm.cwiseProduct(Vec3d(arm.y(), arm.z(), arm.x()));
-  }
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      if (body.is_pinned(i)) continue;
+      const Vec3d arm = body.position_m(i) - rigid.centre;
+      spin += share(i) * arm.cross(body.v[i].template cast<double>());
+      squares += share(i) * arm.cwiseProduct(arm);
+      products += share(i) * arm.cwiseProduct(Vec3d(arm.y(), arm.z(), arm.x()));
+    }
+  });
   const double size = squares.sum();
-  Eigen::Matrix3d inertia;                                      // over a vertex's mass, as the spin is
+  Eigen::Matrix3d inertia;                                      // over the mean mass, as the spin is
   inertia << size - squares.x(), -products.x(), -products.z(),  //
       -products.x(), size - squares.y(), -products.y(),         //
       -products.z(), -products.y(), size - squares.z();

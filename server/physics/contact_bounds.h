@@ -11,9 +11,9 @@
 
 namespace pneuma::physics {
 
-/// What a body's free vertices have of a rigid body: their mean motion, about the places where the substep began. A hit
-/// on the body as a whole changes this part of their motion and leaves the rest, so it costs the energy that it would
-/// cost a rigid body, and what it hands over is momentum and angular momentum.
+/// What a body's free vertices have of a rigid body: the mean motion of their mass, about the places where the substep
+/// began. A hit on the body as a whole changes this part of their motion and leaves the rest, so it costs the energy
+/// that it would cost a rigid body, and what it hands over is momentum and angular momentum.
 struct RigidPart {
   double mass_kg = 0.0;  // 0: every vertex is pinned
   Vec3d centre = Vec3d::Zero();
@@ -45,7 +45,7 @@ struct BodyBounds {
   Aabb<double> swept;   // of x and x + dr
   // Filled for bodies of a pair only.
   RigidPart rigid;
-  Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned
+  Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned, whatever their mass: of the shape
   Ellipsoid<double> ellipsoid;      // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
   EnergyLimit energy;               // of the implicit methods only
 };
@@ -59,7 +59,7 @@ struct SoftPair {
 
 template <class Real>
 void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds);
-/// Of the vertices that are not pinned; 0 where all are.
+/// Of the centre of mass of the vertices that are not pinned; 0 where all are.
 template <class Real>
 [[nodiscard]] Vec3d mean_velocity(const SoftState<Real>& body);
 /// The mass, the place and the motion of the rigid part, but for its turning.

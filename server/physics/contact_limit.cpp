@@ -120,7 +120,9 @@ double gain_j(const RigidPart& part, const Exchange& taken) {
 template <class Real>
 double kinetic_j(const SoftState<Real>& body, std::span<const Vec3<Real>> v) {
   double squares = 0.0;
-  for (const Vec3<Real>& velocity : v) squares += velocity.template cast<double>().squaredNorm();
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < v.size(); ++i) squares += share(i) * v[i].template cast<double>().squaredNorm();
+  });
   return 0.5 * static_cast<double>(body.vertex_mass_kg) * squares;
 }
 
@@ -162,7 +164,11 @@ void ContactLimit<Real>::limit_step(SoftState<Real>& body, std::span<const Vec3<
   std::ranges::copy(start_m_s, body.v.begin());
   fit_turning(body, whole);
   Vec3d move = Vec3d::Zero();
-  for (const Vec3<Real>& dr : dr_) move += dr.template cast<double>() / static_cast<double>(dr_.size());
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < dr_.size(); ++i) {
+      move += share(i) * dr_[i].template cast<double>() / static_cast<double>(dr_.size());
+    }
+  });
   const Quatd solved_turn = turned(Quatd::Identity(), solved.angular_velocity, dt_s_);
   const Quatd turn = turned(Quatd::Identity(), whole.angular_velocity, dt_s_);
   const auto keep = [&](double share) {
@@ -190,14 +196,17 @@ void ContactLimit<Real>::begin(const SoftState<Real>& body, std::span<const Vec3
 
 template <class Real>
 Exchange ContactLimit<Real>::taken(const SoftState<Real>& body, const Vec3d& about) const {
-  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
+  const auto mean_kg = static_cast<double>(body.vertex_mass_kg);
   Exchange sum{.about = about};
-  for (std::size_t i = 0; i < body.x.size(); ++i) {
-    const Vec3d impulse_n_s = mass_kg * (body.v[i] - v_[i]).template cast<double>();
-    sum.impulse_n_s += impulse_n_s;
-    sum.moment_n_m_s += (body.position_m(i) - about).cross(impulse_n_s);
-    sum.shift_kg_m += mass_kg * (body.dr[i] - dr_[i]).template cast<double>();
-  }
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      const double mass_kg = mean_kg * share(i);
+      const Vec3d impulse_n_s = mass_kg * (body.v[i] - v_[i]).template cast<double>();
+      sum.impulse_n_s += impulse_n_s;
+      sum.moment_n_m_s += (body.position_m(i) - about).cross(impulse_n_s);
+      sum.shift_kg_m += mass_kg * (body.dr[i] - dr_[i]).template cast<double>();
+    }
+  });
   return sum;
 }
 

@@ -108,22 +108,26 @@ void find_hits(const SoftState<Real>& a, const SoftState<Real>& b, const BodyBou
 }
 
 // A vertex and its share of the body that it hits, as two masses; the body is split evenly among `hits`.
-struct SharedMasses {
-  SharedMasses(double vertex_mass_kg, const RigidPart& body, std::size_t hits)
-      : inverse_mass_sum_1_kg(1.0 / vertex_mass_kg),
-        inverse_inertia_1_kg_m2(static_cast<double>(hits) * body.inverse_inertia_1_kg_m2) {
-    if (body.mass_kg <= 0.0) return;
-    const double share_kg = body.mass_kg / static_cast<double>(hits);
-    inverse_mass_sum_1_kg += 1.0 / share_kg;
-    moved_share = share_kg / (vertex_mass_kg + share_kg);
+class SharedMasses {
+ public:
+  SharedMasses(const RigidPart& body, std::size_t hits)
+      : share_kg_(body.mass_kg / static_cast<double>(hits)),
+        inverse_inertia_1_kg_m2_(static_cast<double>(hits) * body.inverse_inertia_1_kg_m2) {}
+
+  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(double vertex_mass_kg, const Vec3d& arm) const {
+    const double sum_1_kg = 1.0 / vertex_mass_kg + (gives_way() ? 1.0 / share_kg_ : 0.0);
+    return sum_1_kg * Eigen::Matrix3d::Identity() + turning_inverse_mass(arm, inverse_inertia_1_kg_m2_);
   }
-  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Vec3d& arm) const {
-    return inverse_mass_sum_1_kg * Eigen::Matrix3d::Identity() + turning_inverse_mass(arm, inverse_inertia_1_kg_m2);
+  /// Of a move that parts the two: the vertex's part of it.
+  [[nodiscard]] double moved_share(double vertex_mass_kg) const {
+    return gives_way() ? share_kg_ / (vertex_mass_kg + share_kg_) : 1.0;
   }
 
-  double inverse_mass_sum_1_kg;
-  Eigen::Matrix3d inverse_inertia_1_kg_m2;
-  double moved_share = 1.0;  // of a move that parts the two: the vertex's part of it
+ private:
+  [[nodiscard]] bool gives_way() const { return share_kg_ > 0.0; }
+
+  double share_kg_;
+  Eigen::Matrix3d inverse_inertia_1_kg_m2_;
 };
 
 // The change of the rigid part alone; the vertices are the caller's.
@@ -185,16 +189,16 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   fit_turning(b, bounds_b.rigid);
 
   const RigidPart& other = bounds_b.rigid;
-  const auto vertex_mass_kg = static_cast<double>(a.vertex_mass_kg);
-  const SharedMasses masses(vertex_mass_kg, other, hits.size());
+  const SharedMasses masses(other, hits.size());
   const Vec3d approach = bounds_a.rigid.velocity - other.velocity;
   Exchange to_a{.about = other.centre};
   for (const auto& [i, hit] : hits) {
+    const double vertex_mass_kg = a.mass_kg(i);
     const Vec3d arm = a.position_m(i) - other.centre;
     const Vec3d relative = a.v[i].template cast<double>() - velocity_at(other.velocity, other.angular_velocity, arm);
     const bool pressed = approach.dot(hit.normal) >= -resting_m_s;
     const double impact_m_s = pressed ? 0.0 : impact_speed(relative.dot(hit.normal), 0.0, resting_m_s);
-    const Eigen::Matrix3d inverse_mass_1_kg = masses.inverse_mass_1_kg(arm);
+    const Eigen::Matrix3d inverse_mass_1_kg = masses.inverse_mass_1_kg(vertex_mass_kg, arm);
     const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface, inverse_mass_1_kg);
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
@@ -207,7 +211,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
     const Vec3<Real> v_before = a.v[i];
     const Vec3<Real> dr_before = a.dr[i];
     a.v[i] += (impulse_n_s / vertex_mass_kg).template cast<Real>();
-    a.dr[i] += (masses.moved_share * back).template cast<Real>();
+    a.dr[i] += (masses.moved_share(vertex_mass_kg) * back).template cast<Real>();
     const Vec3d taken_n_s = vertex_mass_kg * (a.v[i] - v_before).template cast<double>();
     to_a.impulse_n_s += taken_n_s;
     to_a.moment_n_m_s += arm.cross(taken_n_s);

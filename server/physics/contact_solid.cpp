@@ -178,7 +178,7 @@ bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidM
                      .of_surface = met.of_surface,
                      .surface = surface});
         const Vec3d change = met.of_surface + met.after - velocity;
-        work_j += static_cast<double>(body.vertex_mass_kg) * change.dot(met.of_surface);
+        work_j += body.mass_kg(i) * change.dot(met.of_surface);
       }
       velocity = met.of_surface + met.after;
       return met.after;
@@ -331,7 +331,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
     Vec3d end = start + body.dr[i].template cast<double>();
     const Vec3d free_end = end;
     const bool pinned = body.is_pinned(i);
-    const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / static_cast<double>(body.vertex_mass_kg);
+    const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / body.mass_kg(i);
     Vec3d velocity = body.v[i].template cast<double>();
     Vec3d push_m = Vec3d::Zero();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double) -> Vec3d {

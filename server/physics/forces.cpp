@@ -91,11 +91,10 @@ GrabShares shares_of(std::span<const Grab> grabs, double mass_kg, double dt_s) {
 template <class Real>
 void add_grabs(const SoftState<Real>& body, std::span<const Vec3<Real>> x, std::span<const Vec3<Real>> v, double dt_s,
                std::span<Vec3<Real>> force) {
-  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
   for (auto first = body.grabs.begin(); first != body.grabs.end();) {
     const std::uint32_t vertex = first->vertex;
     const auto last = std::find_if(first, body.grabs.end(), [&](const Grab& grab) { return grab.vertex != vertex; });
-    const GrabShares shares = shares_of({first, last}, mass_kg, dt_s);
+    const GrabShares shares = shares_of({first, last}, body.mass_kg(vertex), dt_s);
     for (; first != last; ++first) {
       const Vec3d offset = first->target - body.origin_m - x[vertex].template cast<double>();
       const Vec3d pull = shares.stiffness * first->stiffness_n_m * offset -

@@ -99,15 +99,14 @@ bool ImplicitContact<Real>::follow_reactions(const ImplicitSolver<Real>& solver,
 
 template <class Real>
 double ImplicitContact<Real>::rebound(SoftState<Real>& body, const ImplicitSolver<Real>& solver) const {
-  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
   double work_j = 0.0;
   for (const Touch& touch : touches_) {
     Vec3d velocity = u_[touch.vertex];
     for (const VertexStop& stop : touch.stops()) {
       velocity += (stop.away_m_s - stop.normal.dot(velocity - stop.of_surface)) * stop.normal;
     }
-    const Vec3d impulse_n_s =
-        solver.holding_n_s(touch.vertex) + touch.friction_n_s + mass_kg * (velocity - u_[touch.vertex]);
+    const Vec3d impulse_n_s = solver.holding_n_s(touch.vertex) + touch.friction_n_s +
+                              body.mass_kg(touch.vertex) * (velocity - u_[touch.vertex]);
     work_j += impulse_n_s.dot(touch.stops()[0].of_surface);
     body.v[touch.vertex] = velocity.template cast<Real>();
   }
@@ -145,7 +144,6 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
 
   touches_.clear();
   const std::size_t count = body.x.size();
-  const auto mass_kg = static_cast<double>(body.vertex_mass_kg);
   x_.resize(count);
   u0_.resize(count);
   u_.resize(count);
@@ -161,7 +159,7 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
     pushed_ = u0_;
     for (const Touch& touch : touches_) {
       holds_.push_back(hold_of(touch));
-      pushed_[touch.vertex] += touch.friction_n_s / mass_kg;
+      pushed_[touch.vertex] += touch.friction_n_s / body.mass_kg(touch.vertex);
     }
     const ImplicitStage stage{x_, pushed_, dt_s};
     if (!solver.correct_held(body, tables, stage, holds_, accuracy, surroundings, u_, profile)) {

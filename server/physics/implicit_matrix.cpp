@@ -91,6 +91,10 @@ ImplicitMatrixPtr make_matrix(ImplicitConstants constants, const SoftState<Real>
   auto matrix = std::make_shared<ImplicitMatrix>();
   const double s = constants.s;
   matrix->diagonal.assign(constants.mesh->positions_m.size(), constants.vertex_mass_kg);
+  for (std::size_t i = 0; i < constants.mass_shares.size(); ++i) {
+    matrix->diagonal[i] *= constants.mass_shares[i];
+    matrix->least_share = std::min(matrix->least_share, constants.mass_shares[i]);
+  }
   for (const Grab& grab : body.grabs) {
     matrix->diagonal[grab.vertex] += s * (grab.damping_n_s_m + s * grab.stiffness_n_m);
   }
@@ -114,7 +118,8 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
                               springs.vertex_stiffness_scale,
                               bounding_drag_n_s_m3(body, surroundings.atmosphere),
                               {},
-                              body.pinned};
+                              body.pinned,
+                              body.mass_shares};
   for (const Grab& grab : body.grabs) {
     constants.grabs.insert(constants.grabs.end(),
                            {static_cast<double>(grab.vertex), grab.stiffness_n_m, grab.damping_n_s_m});
@@ -125,14 +130,15 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
 bool ImplicitConstants::operator==(const ImplicitConstants& other) const {
   const auto numbers = [](const ImplicitConstants& of) {
     return std::tie(of.s, of.vertex_mass_kg, of.stiffness_n_m, of.damping_n_s_m, of.bend_stiffness_n_m, of.drag_n_s_m3,
-                    of.grabs, of.pinned, of.vertex_stiffness_scale);
+                    of.grabs, of.pinned, of.vertex_stiffness_scale, of.mass_shares);
   };
   return numbers(*this) == numbers(other) && same_mesh(*mesh, *other.mesh);
 }
 
 std::size_t ImplicitMatrix::bytes() const {
   return factor.bytes() + diagonal.capacity() * sizeof(double) + opposite.capacity() * sizeof(opposite[0]) +
-         (constants.grabs.capacity() + constants.vertex_stiffness_scale.capacity()) * sizeof(double) +
+         (constants.grabs.capacity() + constants.vertex_stiffness_scale.capacity() + constants.mass_shares.capacity()) *
+             sizeof(double) +
          constants.pinned.capacity();
 }
 

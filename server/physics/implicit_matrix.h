@@ -17,8 +17,8 @@ namespace pneuma::physics {
 /// What the matrix of a step of length s depends on.
 struct ImplicitConstants {
   std::shared_ptr<const Mesh> mesh;
-  double s = 0.0;  // s
-  double vertex_mass_kg = 0.0;
+  double s = 0.0;               // s
+  double vertex_mass_kg = 0.0;  // the mean
   double stiffness_n_m = 0.0;
   double damping_n_s_m = 0.0;
   double bend_stiffness_n_m = 0.0;
@@ -26,6 +26,7 @@ struct ImplicitConstants {
   double drag_n_s_m3 = 0.0;   // times a vertex's area, of wind
   std::vector<double> grabs;  // vertex, stiffness and damping of each
   std::vector<std::uint8_t> pinned;
+  std::vector<double> mass_shares;  // SoftState's
 
   template <class Real>
   static ImplicitConstants of(const SoftState<Real>& body, const Surroundings& surroundings, double s);
@@ -38,6 +39,7 @@ struct ImplicitConstants {
 struct ImplicitMatrix {
   ImplicitConstants constants;
   std::vector<double> diagonal;                        // mass and grabs
+  double least_share = 1.0;                            // of the mean mass, of any vertex
   std::vector<std::array<std::uint32_t, 2>> opposite;  // opposite_vertices, of closed meshes
   SparseCholesky factor;
 

@@ -32,6 +32,16 @@ Vec3d mean(std::span<const Vec3d> points) {
   return sum / static_cast<double>(points.size());
 }
 
+// Of the centre of mass.
+template <class Real>
+Vec3d mean_velocity(const SoftState<Real>& body, std::span<const Vec3d> velocities) {
+  Vec3d sum = Vec3d::Zero();
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < velocities.size(); ++i) sum += share(i) * velocities[i];
+  });
+  return sum / static_cast<double>(velocities.size());
+}
+
 template <class Real>
 double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy) {
   return settled_share * accuracy.error_target * static_cast<double>(body.length_m) *
@@ -88,13 +98,15 @@ bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitTa
   for (std::size_t i = 0; i < u.size(); ++i) x_[i] = stage.x0[i] + stage.s * u[i];
   const std::span<const Vec3d> f = force(body, tables, x_, u, surroundings, profile);
   const StageTimer timer(profile, Stage::integrate);
-  const double mass_kg = static_cast<double>(body.vertex_mass_kg);
+  const double mean_kg = static_cast<double>(body.vertex_mass_kg);
   residual_.resize(u.size());
   Vec3d sum = Vec3d::Zero();  // it is finite where all are
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    residual_[i] = mass_kg * (stage.u0[i] - u[i]) + stage.s * f[i];
-    sum += residual_[i];
-  }
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      residual_[i] = mean_kg * share(i) * (stage.u0[i] - u[i]) + stage.s * f[i];
+      sum += residual_[i];
+    }
+  });
   return sum.allFinite();
 }
 
@@ -107,13 +119,13 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
   const double length_m = static_cast<double>(body.length_m);
   const double guess_m = stage.s * spread(u);
   if (guess_m > trusted_move * length_m) {
-    const Vec3d centre = mean(u);
+    const Vec3d centre = mean_velocity(body, u);
     for (std::size_t i = 0; i < u.size(); ++i) {
       if (!body.is_pinned(i)) u[i] = centre + trusted_move * length_m / guess_m * (u[i] - centre);
     }
   }
   const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
-  const double settled_j = body.body.mass_kg * settled_m_s * settled_m_s;
+  const double settled_j = tables.held.steps->least_share * body.body.mass_kg * settled_m_s * settled_m_s;
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
   if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
@@ -133,9 +145,10 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
       iterations_max = std::max(iterations_max, accuracy.turned_iterations);
     }
     if (spread_m > small_move * spacing_m) {
-      // What nothing holds moves as a whole by the step's mean, exactly: that part is not to be shortened.
+      // What nothing holds moves as a whole by the step of its centre of mass, exactly: that part is not to be
+      // shortened.
       const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
-      const Vec3d whole = loose ? mean(step_) : Vec3d::Zero();
+      const Vec3d whole = loose ? mean_velocity(body, step_) : Vec3d::Zero();
       if (!take_step(body, tables, stage, surroundings, slope, spread_m, whole, u, profile)) return false;
       continue;
     }

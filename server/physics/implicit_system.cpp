@@ -24,11 +24,33 @@ double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
   return sum.sum();
 }
 
-void remove_mean(std::vector<Vec3d>& points) {
+// The sum of the impulses, from each by its share of the mass.
+void remove_sum(std::vector<Vec3d>& impulses_n_s, std::span<const double> mass_shares) {
   Vec3d sum = Vec3d::Zero();
-  for (const Vec3d& point : points) sum += point;
-  const Vec3d mean = sum / static_cast<double>(points.size());
-  for (Vec3d& point : points) point -= mean;
+  for (const Vec3d& impulse : impulses_n_s) sum += impulse;
+  const Vec3d mean = sum / static_cast<double>(impulses_n_s.size());
+  if (mass_shares.empty()) {
+    for (Vec3d& impulse : impulses_n_s) impulse -= mean;
+  } else {
+    for (std::size_t i = 0; i < impulses_n_s.size(); ++i) impulses_n_s[i] -= mass_shares[i] * mean;
+  }
+}
+
+// u . M u
+double inertia(const ImplicitConstants& constants, std::span<const Vec3d> u) {
+  if (constants.mass_shares.empty()) return constants.vertex_mass_kg * dot(u, u);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < u.size(); ++i) sum += constants.mass_shares[i] * u[i].squaredNorm();
+  return constants.vertex_mass_kg * sum;
+}
+
+// The energy at which a solve ends. Where vertices are of different mass, it is the lightest whose motion that must
+// bound: beside a heavy one, what the whole body's energy leaves out is all of theirs.
+double enough_j(const ImplicitMatrix& matrix, const ImplicitSystem::Tolerance& tolerance, double decrease_j,
+                std::size_t count) {
+  const double mass_kg = matrix.constants.vertex_mass_kg * static_cast<double>(count);
+  return matrix.least_share * std::max(tolerance.relative * tolerance.relative * decrease_j,
+                                       mass_kg * tolerance.absolute_m_s * tolerance.absolute_m_s);
 }
 
 }  // namespace
@@ -216,9 +238,7 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& 
   add_gas(step);
 
   const double decrease = dot(b, step);
-  const double mass_kg = matrix.constants.vertex_mass_kg * static_cast<double>(b.size());
-  const double enough = std::max(tolerance.relative * tolerance.relative * decrease,
-                                 mass_kg * tolerance.absolute_m_s * tolerance.absolute_m_s);
+  const double enough = enough_j(matrix, tolerance, decrease, b.size());
   if (!(decrease > enough)) return decrease;
 
   linearise_rest(body, surroundings, problem);
@@ -253,10 +273,7 @@ void ImplicitSystem::solve_held(const SoftState<Real>& body, const ImplicitMatri
     precondition(filtered_, conditioned_);
   }
   add_gas(conditioned_);
-  const double mass_kg = matrix.constants.vertex_mass_kg * static_cast<double>(count);
-  iterate(std::max(tolerance.relative * tolerance.relative * dot(filtered_, conditioned_),
-                   mass_kg * tolerance.absolute_m_s * tolerance.absolute_m_s),
-          step);
+  iterate(enough_j(matrix, tolerance, dot(filtered_, conditioned_), count), step);
 }
 
 // Conjugate gradients from `step`, whose residual is residual_.
@@ -268,7 +285,7 @@ void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
   const bool is_free = holds_.empty() && constants.pinned.empty() && constants.grabs.empty() && drags_.empty();
   const int iterations = iterations_max + iterations_a_hold * static_cast<int>(holds_.size());
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    if (is_free) remove_mean(residual_);
+    if (is_free) remove_sum(residual_, constants.mass_shares);
     filtered_ = residual_;
     clear_held(filtered_);
     precondition(filtered_, conditioned_);
@@ -287,7 +304,7 @@ void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
     const double curvature = dot(direction_, product_);
     // The gas's second term can take away more than springs and inertia give, and the way on is then without end or
     // nearly so: what was found so far is still a descent.
-    if (!(curvature > inertia_share_min * constants.vertex_mass_kg * dot(direction_, direction_))) break;
+    if (!(curvature > inertia_share_min * inertia(constants, direction_))) break;
     const double length = now / curvature;
     for (std::size_t i = 0; i < step.size(); ++i) {
       step[i] += length * direction_[i];

@@ -72,8 +72,10 @@ base::Result<std::vector<VertexWeight>> vertices_at(const SoftState<Real>& body,
     return weights_near(positions, hit->position, ray->radius_m);
   }
   std::vector<VertexWeight> all;
-  const double share = 1.0 / static_cast<double>(body.x.size());
-  for (std::uint32_t i = 0; i < body.x.size(); ++i) all.push_back({i, share});
+  const double mean = 1.0 / static_cast<double>(body.x.size());
+  body.with_mass_shares([&](auto share) {
+    for (std::uint32_t i = 0; i < body.x.size(); ++i) all.push_back({i, mean * share(i)});
+  });
   return all;
 }
 
@@ -97,7 +99,7 @@ base::Result<Hit> push(SoftState<Real>& body, const At& at, const Vec3d& impulse
   for (const VertexWeight& share : *weights) sum += share.weight;
   for (const VertexWeight& share : *weights) {
     const double weight = share.weight / sum;
-    body.v[share.vertex] += (weight / static_cast<double>(body.vertex_mass_kg) * impulse_n_s).template cast<Real>();
+    body.v[share.vertex] += (weight / body.mass_kg(share.vertex) * impulse_n_s).template cast<Real>();
   }
   if (std::holds_alternative<WholeBody>(at)) return Hit{body.body.name, std::nullopt};
   return Hit{body.body.name, heaviest(*weights)};
@@ -215,7 +217,7 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
           "\"" + state.body.name + "\" is held by " + std::to_string(base::body_grabs_max) + " grabs already");
     }
     const double stiffness = stiffness_n_m > 0.0 ? stiffness_n_m : state.body.springs.stiffness_n_m;
-    const double critical = 2.0 * std::sqrt(stiffness * static_cast<double>(state.vertex_mass_kg));
+    const double critical = 2.0 * std::sqrt(stiffness * state.mass_kg(vertex));
     simulation_->wake(state.body.name);
     const auto place = std::ranges::upper_bound(state.grabs, vertex, {}, &Grab::vertex);
     state.grabs.insert(place, {id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});

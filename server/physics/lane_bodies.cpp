@@ -35,7 +35,7 @@ template <class Real>
 std::size_t LaneScratch<Real>::bytes() const {
   std::size_t numbers = 0;
   for (const LaneArray<Real>* array :
-       {&x, &v, &force, &gradient, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
+       {&x, &v, &force, &gradient, &inverse_shares, &pulls, &move, &x_stage, &v_stage, &x_slopes, &v_slopes}) {
     numbers += array->capacity();
   }
   numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
@@ -44,9 +44,10 @@ std::size_t LaneScratch<Real>::bytes() const {
 }
 
 template <class Real>
-void LaneBodies<Real>::load(bool gas) const {
+void LaneBodies<Real>::load(bool gas, bool weighed) const {
   clear_unused_slots(scratch_.force);
   if (gas) clear_unused_slots(scratch_.gradient);
+  if (weighed) load_shares();
   if (layout_ == LaneLayout::alone) {
     const SoftState<Real>& body = *bodies_[0];
     for (std::size_t slot = slots_begin(); slot < slots_end(); ++slot) {
@@ -66,6 +67,16 @@ void LaneBodies<Real>::load(bool gas) const {
       }
     }
     to += 3 * width_;
+  }
+}
+
+template <class Real>
+void LaneBodies<Real>::load_shares() const {
+  for (std::size_t slot = slots_begin(); slot < slots_end(); ++slot) {
+    for (std::size_t lane = 0; lane < width_; ++lane) {
+      const auto inverse = static_cast<Real>(1.0 / of_lane(lane).mass_shares[mesh_.rings.vertices[slot]]);
+      for (std::size_t c = 0; c < 3; ++c) scratch_.inverse_shares[at(slot, c, lane)] = inverse;
+    }
   }
 }
 

@@ -70,10 +70,11 @@ struct LaneScratch {
   LaneArray<Real> x;
   LaneArray<Real> v;
   LaneArray<Real> force;
-  LaneArray<Real> gradient;  // with gas only
-  LaneArray<Real> pulls;     // of fleets with LaneMesh::edges only
-  LaneArray<Real> move;      // not where x is advanced
-  LaneArray<Real> x_stage;   // midpoint and RK4 only
+  LaneArray<Real> gradient;        // with gas only
+  LaneArray<Real> inverse_shares;  // WeighPass; of vertices of different mass only
+  LaneArray<Real> pulls;           // of fleets with LaneMesh::edges only
+  LaneArray<Real> move;            // not where x is advanced
+  LaneArray<Real> x_stage;         // midpoint and RK4 only
   LaneArray<Real> v_stage;
   LaneArray<Real> x_slopes;  // RK4 only
   LaneArray<Real> v_slopes;
@@ -115,8 +116,9 @@ class LaneBodies {
              LaneScratch<Real>& scratch, BlockRun blocks)
       : bodies_(bodies), layout_(layout), width_(width), mesh_(mesh), scratch_(scratch), blocks_(blocks) {}
 
-  /// Copies x and v into the lanes, for which there is room, and clears what the ring pass leaves out.
-  void load(bool gas) const;
+  /// Copies x and v into the lanes, for which there is room, and the mass shares where bodies have them; clears what
+  /// the ring pass leaves out.
+  void load(bool gas, bool weighed) const;
   /// Hands back the bodies that `wanted` has: v, and x, or, where x did not `advance`, the move.
   void store(std::span<const std::uint8_t> wanted, bool advance) const;
   /// Sets well[lane] where all substeps kept a body within what freezes it (is_well in simulation.cpp), by bounds that
@@ -151,6 +153,7 @@ class LaneBodies {
   [[nodiscard]] std::size_t slots_end() const { return packs_end() * pack_slots; }
 
  private:
+  void load_shares() const;
   void clear_unused_slots(LaneArray<Real>& array) const;
 
   std::span<SoftState<Real>* const> bodies_;

@@ -312,6 +312,15 @@ void ring_pass(RingPass<Real>& pass) {
   if constexpr (Gas) sums.total(*pass.volumes_18_m3);
 }
 
+template <class P, class Real, bool Gas>
+void weigh_pass(const WeighPass<Real>& pass) {
+  for (std::size_t at = pass.begin; at < pass.end; at += P::width) {
+    const P inverse_share = P::load(pass.inverse_shares + at);
+    (inverse_share * P::load(pass.force + at)).store(pass.force + at);
+    if constexpr (Gas) (inverse_share * P::load(pass.gradient + at)).store(pass.gradient + at);
+  }
+}
+
 /// Elementwise, so that both layouts are the same loop over rows of lanes: a fleet has a row for each component of a
 /// slot, a body alone has x, y, z, 0 of several slots in one row (or of one slot in several, where rows are short).
 template <class P, class Real, LaneLayout Layout, Substage Method, bool Gas, bool Advance>
@@ -444,6 +453,7 @@ consteval LaneKernels<typename P::Real> list_kernels() {
   kernels.pulls[1] = {&pull_pass<P, Real, true, false>, &pull_pass<P, Real, true, true>};
   kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, false, true>,
                           &ring_pass<P, Real, FleetAccess<P, Real>, false, false, true, true>};
+  kernels.weighs = {&weigh_pass<P, Real, false>, &weigh_pass<P, Real, true>};
   list_layout<P, Real, LaneLayout::fleet>(kernels);
   list_layout<P, Real, LaneLayout::alone>(kernels);
   return kernels;

@@ -79,9 +79,21 @@ struct UpdatePass {
   PerLane<Real> move_max_m{};
 };
 
+/// Brings forces on numbers [begin, end) of an array, and 6 grad V with gas, to what they would be for the same
+/// acceleration of vertices of the body's mean mass. Only for bodies whose vertices are of different mass.
+template <class Real>
+struct WeighPass {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+  const Real* inverse_shares = nullptr;  // mean mass over the vertex's; elementwise, as all of these
+  Real* force = nullptr;
+  Real* gradient = nullptr;
+};
+
 template <class Real>
 struct LaneKernels {
   using Ring = void (*)(RingPass<Real>&);
+  using Weigh = void (*)(const WeighPass<Real>&);
   using Update = void (*)(UpdatePass<Real>&);
 
   std::size_t width = 1;
@@ -95,6 +107,7 @@ struct LaneKernels {
   bool edges_first = false;
   std::array<std::array<Ring, 2>, 2> pulls{};
   std::array<Ring, 2> pulled_rings{};
+  std::array<Weigh, 2> weighs{};  // [gas]
   // [layout][substage][gas][advance]; advance makes a difference to the last substage of a method only.
   std::array<std::array<std::array<std::array<Update, 2>, 2>, substage_count>, lane_layout_count> updates{};
 

@@ -55,11 +55,12 @@ class LaneStep {
         gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
         scaled_(!mesh.stiffness_scales.empty()),
         pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
+        weighed_(!bodies[0]->mass_shares.empty()),
         sprung_(damped_ || gas_ || has_stiffness(bodies)),
         other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
     make_room();
     set_constants();
-    bodies_.load(gas_);
+    bodies_.load(gas_, weighed_);
     if (team_ != nullptr && sprung_) join_team();
   }
 
@@ -132,6 +133,7 @@ class LaneStep {
       scratch_.force.assign(size, Real{0});
     }
     if (gas_) scratch_.gradient.resize(size);
+    if (weighed_) scratch_.inverse_shares.resize(size);
     if (pulled_) scratch_.pulls.resize(mesh_.edges.lengths_m.size() * width_);
     scratch_.block_volumes.resize(block_count_of(mesh_.rings));
     scratch_.pinned_slots.clear();
@@ -177,6 +179,7 @@ class LaneStep {
     halo_update_.begin = 0;
     halo_update_.end = halo.size();
     point_at(moving, halo_update_);
+    if (weighed_) moving.inverse_shares.resize(4 * halo.size());
     moving.pinned_slots.clear();
     for (std::size_t i = 0; i < halo.size(); ++i) {
       const std::uint32_t vertex = mesh_.rings.vertices[halo[i]];
@@ -184,6 +187,10 @@ class LaneStep {
         const std::size_t slot = scratch == &moving ? i : halo[i];
         put_row(bodies_[0].x[vertex], scratch->x, slot);
         put_row(bodies_[0].v[vertex], scratch->v, slot);
+      }
+      if (weighed_) {
+        const auto inverse = static_cast<Real>(1.0 / bodies_[0].mass_shares[vertex]);
+        put_row({inverse, inverse, inverse}, moving.inverse_shares, i);
       }
       if (bodies_[0].is_pinned(vertex)) moving.pinned_slots.push_back(static_cast<std::uint32_t>(i));
     }
@@ -204,6 +211,9 @@ class LaneStep {
     ring_.pulls_n_m = scratch_.pulls.data();
     ring_.force = scratch_.force.data();
     ring_.gradient = scratch_.gradient.data();
+    weigh_.inverse_shares = scratch_.inverse_shares.data();
+    weigh_.force = scratch_.force.data();
+    weigh_.gradient = scratch_.gradient.data();
     update_.force = scratch_.force.data();
     update_.gradient = scratch_.gradient.data();
     point_at(scratch_, update_);
@@ -237,9 +247,16 @@ class LaneStep {
     if (other_forces_) add_others();
 
     const StageTimer timer(profile_, Stage::integrate);
+    if (weighed_) weigh(bodies_.at(bodies_.slots_begin(), 0, 0), bodies_.at(bodies_.slots_end(), 0, 0), weigh_);
     kernels_(layout_, substage, gas_, advance_, update_);
     if (!scratch_.pinned_slots.empty()) hold_pinned(substage, scratch_);
     if (team_ != nullptr && sprung_) move_halo(substage);
+  }
+
+  void weigh(std::size_t begin, std::size_t end, WeighPass<Real> pass) const {
+    pass.begin = begin;
+    pass.end = end;
+    kernels_.weighs[gas_](pass);
   }
 
   void pass_over_rings(const LaneArray<Real>& x, const LaneArray<Real>& v) {
@@ -334,6 +351,12 @@ class LaneStep {
     halo_update_.force = forces.force.data();
     halo_update_.gradient = forces.gradient.data();
     halo_update_.pressure_sixth_pa = update_.pressure_sixth_pa;
+    if (weighed_) {
+      weigh(0, forces.force.size(),
+            {.inverse_shares = team_->halo_scratch(member_).inverse_shares.data(),
+             .force = forces.force.data(),
+             .gradient = forces.gradient.data()});
+    }
     kernels_(layout_, substage, gas_, advance_, halo_update_);
     const std::vector<std::uint32_t>& halo = team_->halo_of(member_);
     LaneScratch<Real>& moving = team_->halo_scratch(member_);
@@ -381,12 +404,14 @@ class LaneStep {
   Profile* profile_;
   bool damped_;
   bool gas_;
-  bool scaled_;  // springs differ in stiffness
-  bool pulled_;  // the pulls of edges come first
-  bool sprung_;  // there is anything for the ring pass to do
+  bool scaled_;   // springs differ in stiffness
+  bool pulled_;   // the pulls of edges come first
+  bool weighed_;  // the vertices are of different mass
+  bool sprung_;   // there is anything for the ring pass to do
   bool other_forces_;
   std::array<std::uint8_t, pack_slots> eventful_{};  // one a lane
   RingPass<Real> ring_;
+  WeighPass<Real> weigh_;
   UpdatePass<Real> update_;
   UpdatePass<Real> halo_update_;
 };

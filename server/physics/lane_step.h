@@ -32,9 +32,9 @@ void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKer
                 const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile);
 
 /// As many substeps, x included, of bodies that touch nothing: up to kernels.width of one mesh, all with lane gas or
-/// all without, all damped or none, the same vertices pinned; or a single one. Sets `done[i]` where the i-th body has
-/// surely stayed within the limits all the way, and
-/// its gas just flowed; the others are left as they were, dr aside.
+/// all without, all damped or none, all with mass shares or none, the same vertices pinned; or a single one. Sets
+/// `done[i]` where the i-th body has surely stayed within the limits all the way, and its gas just flowed; the others
+/// are left as they were, dr aside.
 template <class Real>
 void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
                  const LaneSettings& settings, std::uint32_t substeps, LaneScratch<Real>& scratch, Workers* workers,

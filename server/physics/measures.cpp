@@ -44,18 +44,21 @@ double elastic_j(const SoftState<Real>& state, std::span<const Vec3d> x) {
 
 template <class Real>
 void add_particles(const SoftState<Real>& state, const Vec3d& gravity_m_s2, BodyMeasures& sums) {
-  const double mass_kg = static_cast<double>(state.vertex_mass_kg);
+  const double mean_kg = static_cast<double>(state.vertex_mass_kg);
   double speed_squared_max = 0.0;
-  for (std::size_t i = 0; i < state.x.size(); ++i) {
-    const Vec3d x = state.position_m(i);
-    const Vec3d v = state.v[i].template cast<double>();
-    sums.kinetic_j += 0.5 * mass_kg * v.squaredNorm();
-    sums.gravity_j -= mass_kg * gravity_m_s2.dot(x);
-    sums.momentum += mass_kg * v;
-    sums.angular_momentum += mass_kg * x.cross(v);
-    sums.centre_of_mass += x;
-    speed_squared_max = std::max(speed_squared_max, v.squaredNorm());
-  }
+  state.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+      const Vec3d x = state.position_m(i);
+      const Vec3d v = state.v[i].template cast<double>();
+      const double mass_kg = mean_kg * share(i);
+      sums.kinetic_j += 0.5 * mass_kg * v.squaredNorm();
+      sums.gravity_j -= mass_kg * gravity_m_s2.dot(x);
+      sums.momentum += mass_kg * v;
+      sums.angular_momentum += mass_kg * x.cross(v);
+      sums.centre_of_mass += share(i) * x;
+      speed_squared_max = std::max(speed_squared_max, v.squaredNorm());
+    }
+  });
   sums.centre_of_mass /= static_cast<double>(state.x.size());
   sums.max_speed_m_s = std::sqrt(speed_squared_max);
 }
@@ -66,7 +69,9 @@ template <class Real>
 double potential_j(const SoftState<Real>& state, std::span<const Vec3d> x, double outside_pressure_pa,
                    const Vec3d& gravity_m_s2) {
   Vec3d sum_m = Vec3d::Zero();
-  for (const Vec3d& place : x) sum_m += place;
+  state.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < x.size(); ++i) sum_m += share(i) * x[i];
+  });
   double sum_j = elastic_j(state, x) - static_cast<double>(state.vertex_mass_kg) * gravity_m_s2.dot(sum_m);
   if (state.gas) {
     const double volume_m3 = body_volume_m3<double>(state.body, x);

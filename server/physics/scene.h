@@ -125,7 +125,8 @@ struct SoftBody {
   bool pin_boundary = false;
   Drag drag;
   Collision collision;
-  std::vector<Vec3d> start_positions_m;  // of the mesh's vertices, in the body's frame; empty: the mesh's own
+  std::vector<double> vertex_mass_scale;  // a vertex's share of mass_kg, over any sum; empty: all have the same
+  std::vector<Vec3d> start_positions_m;   // of the mesh's vertices, in the body's frame; empty: the mesh's own
 
   [[nodiscard]] const std::vector<Vec3d>& start_shape_m() const {
     return start_positions_m.empty() ? mesh->positions_m : start_positions_m;

@@ -240,9 +240,10 @@ bool same_collider(const Collider& a, const Collider& b) {
 }
 
 bool same_body(const SoftBody& a, const SoftBody& b) {
-  return continues(a, b) && a.mass_kg == b.mass_kg && a.springs == b.springs && a.gas == b.gas &&
-         a.volume == b.volume && a.pressure_spread == b.pressure_spread && a.surface == b.surface && a.pins == b.pins &&
-         a.pin_boundary == b.pin_boundary && a.drag == b.drag && a.collision == b.collision;
+  return continues(a, b) && a.mass_kg == b.mass_kg && a.vertex_mass_scale == b.vertex_mass_scale &&
+         a.springs == b.springs && a.gas == b.gas && a.volume == b.volume && a.pressure_spread == b.pressure_spread &&
+         a.surface == b.surface && a.pins == b.pins && a.pin_boundary == b.pin_boundary && a.drag == b.drag &&
+         a.collision == b.collision;
 }
 
 // An orientation that went through an edit was made unit length again, which may have changed its last bits.

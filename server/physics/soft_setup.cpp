@@ -6,6 +6,7 @@
 #include "physics/forces.h"
 #include "physics/gas.h"
 #include "physics/origin.h"
+#include "physics/vertex_masses.h"
 
 namespace pneuma::physics {
 
@@ -32,6 +33,7 @@ template <class Real>
 void apply_constants(SoftState<Real>& state, const SoftBody& body) {
   state.body = body;
   state.vertex_mass_kg = static_cast<Real>(body.mass_kg / static_cast<double>(body.mesh->positions_m.size()));
+  state.mass_shares = mass_shares(body);
   state.length_m = static_cast<Real>(diagonal_m(body.mesh->positions_m));
   state.hinges = body.springs.bend_stiffness_n_m > 0.0 ? make_hinges(*body.mesh) : std::vector<Hinge>();
   state.pinned = pinned_vertices(body);

@@ -8,6 +8,7 @@
 
 #include "physics/gas.h"
 #include "physics/hinge.h"
+#include "physics/vertex_masses.h"
 
 namespace pneuma::physics {
 
@@ -39,10 +40,31 @@ Points volume_gradient_m2(const Mesh& mesh) {
   return gradient;
 }
 
-// Uniform scaling about the mesh's centre, as displacement.
-Points breathing(const Mesh& mesh) {
+// The vertices' masses over their mean.
+class Shares {
+ public:
+  explicit Shares(std::vector<double> shares) : shares_(std::move(shares)) {}
+
+  [[nodiscard]] double of(std::size_t vertex) const { return shares_.empty() ? 1.0 : shares_[vertex]; }
+  // To coordinates in which every vertex has the mean mass go a force or a gradient by over_roots, a displacement by
+  // times_roots, and K as over_roots(K over_roots(u)).
+  [[nodiscard]] Points over_roots(Points u) const {
+    for (std::size_t i = 0; i < shares_.size(); ++i) u[i] /= std::sqrt(shares_[i]);
+    return u;
+  }
+  [[nodiscard]] Points times_roots(Points u) const {
+    for (std::size_t i = 0; i < shares_.size(); ++i) u[i] *= std::sqrt(shares_[i]);
+    return u;
+  }
+
+ private:
+  std::vector<double> shares_;
+};
+
+// Uniform scaling about the centre of mass, as displacement.
+Points breathing(const Mesh& mesh, const Shares& shares) {
   Vec3d centre = Vec3d::Zero();
-  for (const Vec3d& x : mesh.positions_m) centre += x;
+  for (std::size_t i = 0; i < mesh.positions_m.size(); ++i) centre += shares.of(i) * mesh.positions_m[i];
   centre /= static_cast<double>(mesh.positions_m.size());
   Points u;
   u.reserve(mesh.positions_m.size());
@@ -51,13 +73,13 @@ Points breathing(const Mesh& mesh) {
 }
 
 // The same of the softest vertices, the others as much less as their stiffest spring is stiffer.
-Points breathing_of_softest(const Mesh& mesh, const Springs& springs) {
+Points breathing_of_softest(const Mesh& mesh, const Springs& springs, const Shares& shares) {
   std::vector<double> stiffest(mesh.positions_m.size(), 0.0);
   for (const Edge& edge : mesh.edges) {
     for (const std::uint32_t i : edge) stiffest[i] = std::max(stiffest[i], springs.stiffness_scale(edge));
   }
   const double softest = *std::ranges::min_element(stiffest);
-  Points u = breathing(mesh);
+  Points u = breathing(mesh, shares);
   for (std::size_t i = 0; i < u.size(); ++i) {
     if (stiffest[i] > softest) u[i] *= softest / stiffest[i];
   }
@@ -84,10 +106,11 @@ SpringTerms damping_of(const Springs& springs) {
   return {.along = springs.damping_n_s_m};
 }
 
-// K u of a skin at the start: sum over edges of (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), and bending.
+// K u of a skin at the start, in coordinates in which every vertex has the mean mass: sum over edges of
+// (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), and bending.
 class SkinStiffness {
  public:
-  SkinStiffness(const Mesh& mesh, const Springs& springs) : mesh_(mesh) {
+  SkinStiffness(const Mesh& mesh, const Springs& springs, const Shares& shares) : mesh_(mesh), shares_(shares) {
     if (springs.bend_stiffness_n_m > 0.0) add_hinges(springs.bend_stiffness_n_m);
   }
 
@@ -95,15 +118,11 @@ class SkinStiffness {
 
   // The same sum gives D.
   [[nodiscard]] Points apply(const Points& u, const SpringTerms& spring, Part part) const {
+    const Points moved = shares_.over_roots(u);
     Points result(u.size(), Vec3d::Zero());
-    if (part != Part::bending) add_springs(u, spring, result);
-    if (part == Part::springs) return result;
-    for (const BendStiffness& bend : bends_) {
-      double angle = 0.0;
-      for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
-      for (std::size_t i = 0; i < 4; ++i) result[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
-    }
-    return result;
+    if (part != Part::bending) add_springs(moved, spring, result);
+    if (part != Part::springs) add_bending(moved, result);
+    return shares_.over_roots(std::move(result));
   }
 
   [[nodiscard]] double largest_eigenvalue(const SpringTerms& spring, Part part) const {
@@ -131,17 +150,17 @@ class SkinStiffness {
     for (const Edge& edge : mesh_.edges) {
       for (const std::uint32_t vertex : edge) scale_sums[vertex] += spring.scale(edge);
     }
-    return 2.0 * spring.along * *std::ranges::max_element(scale_sums);
+    return 2.0 * spring.along * largest_over_mass(scale_sums);
   }
   [[nodiscard]] double bending_bound() const {
     if (bends_.empty()) return 0.0;
-    std::vector<double> shares(mesh_.positions_m.size(), 0.0);
+    std::vector<double> stiffness_n_m(mesh_.positions_m.size(), 0.0);
     for (const BendStiffness& bend : bends_) {
       double squares = 0.0;
       for (const Vec3d& gradient : bend.gradient) squares += gradient.squaredNorm();
-      for (const std::uint32_t vertex : bend.vertices) shares[vertex] += bend.stiffness * squares;
+      for (const std::uint32_t vertex : bend.vertices) stiffness_n_m[vertex] += bend.stiffness * squares;
     }
-    return *std::ranges::max_element(shares);
+    return largest_over_mass(stiffness_n_m);
   }
 
  private:
@@ -162,6 +181,20 @@ class SkinStiffness {
     }
   }
 
+  void add_bending(const Points& u, Points& result) const {
+    for (const BendStiffness& bend : bends_) {
+      double angle = 0.0;
+      for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
+      for (std::size_t i = 0; i < 4; ++i) result[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
+    }
+  }
+
+  [[nodiscard]] double largest_over_mass(std::span<const double> of_vertices) const {
+    double largest = 0.0;
+    for (std::size_t i = 0; i < of_vertices.size(); ++i) largest = std::max(largest, of_vertices[i] / shares_.of(i));
+    return largest;
+  }
+
   void add_hinges(double stiffness_n_m) {
     for (const Hinge& hinge : make_hinges(mesh_)) {
       std::array<Vec3d, 4> corners;
@@ -173,12 +206,13 @@ class SkinStiffness {
   }
 
   const Mesh& mesh_;
+  const Shares& shares_;
   std::vector<BendStiffness> bends_;
 };
 
 // How a vertex's drag grows with its speed: the derivative rho C A |u| of 1/2 rho C A u |u|, where the area around it
-// is largest.
-double wind_drag_n_s_m(const SoftBody& body, const Atmosphere& atmosphere) {
+// is largest for its share of the mass.
+double wind_drag_n_s_m(const SoftBody& body, const Shares& shares, const Atmosphere& atmosphere) {
   std::vector<double> areas_m2(body.mesh->positions_m.size(), 0.0);
   for (const Face& face : body.mesh->faces) {
     const auto [a, b, c] = face;
@@ -187,10 +221,12 @@ double wind_drag_n_s_m(const SoftBody& body, const Atmosphere& atmosphere) {
     for (const std::uint32_t vertex : face) areas_m2[vertex] += area_m2 / 3.0;
   }
   const double drag = std::max(body.drag.normal, body.drag.tangential);
-  return atmosphere.density_kg_m3 * drag * *std::ranges::max_element(areas_m2) * atmosphere.wind.norm();
+  double largest_m2 = 0.0;
+  for (std::size_t i = 0; i < areas_m2.size(); ++i) largest_m2 = std::max(largest_m2, areas_m2[i] / shares.of(i));
+  return atmosphere.density_kg_m3 * drag * largest_m2 * atmosphere.wind.norm();
 }
 
-double vertex_mass_kg(const SoftBody& body) {
+double mean_mass_kg(const SoftBody& body) {
   return body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
 }
 
@@ -204,15 +240,15 @@ double lacking_damping_n_s_m(const Mesh& mesh, const Springs& springs, const Ski
   return std::max(0.0, modes.damping_n_s_m - springs.damping_n_s_m / stiffness_max_n_m * modes.fastest_n_m);
 }
 
-SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
-  const SkinStiffness stiffness(mesh, springs);
+SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& shares) {
+  const SkinStiffness stiffness(mesh, springs, shares);
   using Part = SkinStiffness::Part;
   SkinModes modes;
   modes.volume_m3 = signed_volume_m3(mesh.positions_m, mesh.faces);
   modes.fastest_n_m = stiffness.largest_eigenvalue(stiffness_of(springs), Part::both);
   modes.damping_n_s_m = stiffness.largest_eigenvalue(damping_of(springs), Part::springs);
   if (springs.bend_stiffness_n_m > 0.0) modes.bending_n_m = stiffness.largest_eigenvalue({}, Part::bending);
-  const Points gradient = volume_gradient_m2(mesh);
+  const Points gradient = shares.over_roots(volume_gradient_m2(mesh));
   const Points pull = stiffness.apply(gradient, stiffness_of(springs), Part::both);
   modes.gradient_m4 = dot(gradient, gradient);
   modes.gradient_n_m3 = dot(gradient, pull);
@@ -220,10 +256,10 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs) {
   const auto quotient_n_m = [&](const Points& u) {
     return dot(u, stiffness.apply(u, stiffness_of(springs), Part::both)) / dot(u, u);
   };
-  Points scaling = breathing(mesh);
+  Points scaling = shares.times_roots(breathing(mesh, shares));
   if (!springs.vertex_stiffness_scale.empty()) {
     modes.lacking_n_s_m = lacking_damping_n_s_m(mesh, springs, modes);
-    Points of_softest = breathing_of_softest(mesh, springs);
+    Points of_softest = shares.times_roots(breathing_of_softest(mesh, springs, shares));
     if (quotient_n_m(of_softest) < quotient_n_m(scaling)) scaling = std::move(of_softest);
   }
   modes.scaling_m2 = dot(scaling, scaling);
@@ -255,12 +291,13 @@ double largest_with_gas_n_m(const SkinModes& modes, double gas_pa_m3) {
   return 0.5 * (at_t + at_b) + std::hypot(0.5 * (at_t - at_b), between);
 }
 
-Frequencies frequencies_of(const SoftBody& body, const Atmosphere& atmosphere, const SkinModes& modes) {
-  const double vertex_kg = vertex_mass_kg(body);
+Frequencies frequencies_of(const SoftBody& body, const Shares& shares, const Atmosphere& atmosphere,
+                           const SkinModes& modes) {
+  const double vertex_kg = mean_mass_kg(body);
   const double gas_pa_m3 = gas_stiffness_pa_m3(body, modes.volume_m3);
   Frequencies result;
   result.fastest_rad_s = std::sqrt(largest_with_gas_n_m(modes, gas_pa_m3) / vertex_kg);
-  result.fastest_decay_1_s = (modes.damping_n_s_m + wind_drag_n_s_m(body, atmosphere)) / vertex_kg;
+  result.fastest_decay_1_s = (modes.damping_n_s_m + wind_drag_n_s_m(body, shares, atmosphere)) / vertex_kg;
   result.decay_lacking_1_s = modes.lacking_n_s_m / vertex_kg;
   result.bending_rad_s = std::sqrt(modes.bending_n_m / vertex_kg);
   result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
@@ -280,35 +317,41 @@ std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodi
   std::vector<Entry> entries;
   std::vector<Frequencies> result;
   for (const SoftBody& body : bodies) {
-    const auto alike = [&](const Entry& entry) { return entry.mesh == body.mesh && entry.springs == body.springs; };
+    const auto alike = [&](const Entry& entry) {
+      return entry.mesh == body.mesh && entry.springs == body.springs &&
+             entry.vertex_mass_scale == body.vertex_mass_scale;
+    };
+    const Shares shares(mass_shares(body));
     auto entry = std::ranges::find_if(entries, alike);
     if (entry == entries.end()) {
       if (const auto known = std::ranges::find_if(entries_, alike); known != entries_.end()) {
         entries.push_back(*known);
       } else {
-        entries.push_back({body.mesh, body.springs, make_modes(*body.mesh, body.springs)});
+        entries.push_back(
+            {body.mesh, body.springs, body.vertex_mass_scale, make_modes(*body.mesh, body.springs, shares)});
         ++skins_found_;
       }
       entry = entries.end() - 1;
     }
-    result.push_back(frequencies_of(body, atmosphere, entry->modes));
+    result.push_back(frequencies_of(body, shares, atmosphere, entry->modes));
   }
   entries_ = std::move(entries);
   return result;
 }
 
 Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
-  const SkinStiffness stiffness(*body.mesh, body.springs);
-  const double vertex_mass = vertex_mass_kg(body);
+  const Shares shares(mass_shares(body));
+  const SkinStiffness stiffness(*body.mesh, body.springs, shares);
+  const double vertex_mass = mean_mass_kg(body);
   const double bending = stiffness.bending_bound();
-  const Points gradient = volume_gradient_m2(*body.mesh);
+  const Points gradient = shares.over_roots(volume_gradient_m2(*body.mesh));
   const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
   const double gas = gas_stiffness_pa_m3(body, volume_m3) * dot(gradient, gradient);
   const double all = stiffness.spring_bound(stiffness_of(body.springs)) + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);
   result.fastest_decay_1_s =
-      (stiffness.spring_bound(damping_of(body.springs)) + wind_drag_n_s_m(body, atmosphere)) / vertex_mass;
+      (stiffness.spring_bound(damping_of(body.springs)) + wind_drag_n_s_m(body, shares, atmosphere)) / vertex_mass;
   result.gas_rad_s = std::sqrt(gas / vertex_mass);
   result.bending_rad_s = std::sqrt(bending / vertex_mass);
   result.breathing_rad_s = result.fastest_rad_s;

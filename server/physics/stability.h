@@ -32,6 +32,7 @@ struct Frequencies {
 
 /// What the frequencies of a skin follow from, whatever its mass and gas: of its stiffness K (springs and bending) and
 /// of gradV, and of uniform scaling as a displacement: where springs differ, of the softest part, if that is slower.
+/// All in coordinates in which every vertex has the mean mass: x_i sqrt(m_i / mean).
 struct SkinModes {
   double volume_m3 = 0.0;
   double fastest_n_m = 0.0;     // largest eigenvalue of K
@@ -47,8 +48,8 @@ struct SkinModes {
   double scaling_m3 = 0.0;      // s . gradV
 };
 
-/// The modes of a world's skins, kept from edit to edit: they are found once for bodies of one mesh and equal springs,
-/// and again only where these change. Gas, mass and wind are added for each body.
+/// The modes of a world's skins, kept from edit to edit: they are found once for bodies of one mesh, equal springs and
+/// equal shares of the mass, and again only where these change. Gas, mass and wind are added for each body.
 class FrequencyTable {
  public:
   /// One a body. Forgets those of other bodies.
@@ -60,6 +61,7 @@ class FrequencyTable {
   struct Entry {
     std::shared_ptr<const Mesh> mesh;
     Springs springs;
+    std::vector<double> vertex_mass_scale;
     SkinModes modes;
   };
   std::vector<Entry> entries_;

@@ -54,8 +54,9 @@ struct Rest {
 
 template <class Real>
 struct SoftState {
-  SoftBody body;  // as the scene has it now
-  Real vertex_mass_kg = 0;
+  SoftBody body;                     // as the scene has it now
+  Real vertex_mass_kg = 0;           // the mean
+  std::vector<double> mass_shares;   // vertex_masses.h; empty where all vertices have the mean
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
   std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
@@ -80,6 +81,16 @@ struct SoftState {
   [[nodiscard]] Vec3d position_m(std::size_t vertex) const { return origin_m + x[vertex].template cast<double>(); }
   [[nodiscard]] Real rest_length_m(std::size_t edge) const {
     return static_cast<Real>(body.springs.rest_scale * body.mesh->edge_lengths_m[edge]);
+  }
+  [[nodiscard]] double mass_kg(std::size_t vertex) const {
+    return static_cast<double>(vertex_mass_kg) * (mass_shares.empty() ? 1.0 : mass_shares[vertex]);
+  }
+  /// Calls work(share) once, where share(i) is vertex i's mass over the mean: a constant 1 where all are alike, which
+  /// costs a loop nothing.
+  template <class Work>
+  decltype(auto) with_mass_shares(const Work& work) const {
+    if (mass_shares.empty()) return work([](std::size_t) { return 1.0; });
+    return work([this](std::size_t vertex) { return mass_shares[vertex]; });
   }
   [[nodiscard]] bool is_pinned(std::size_t vertex) const { return !pinned.empty() && pinned[vertex] != 0; }
 };

@@ -22,7 +22,8 @@ bool makes_fleet(std::size_t bodies, std::size_t width) {
 template <class Real>
 bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings) {
   const auto damped = [](const SoftState<Real>& body) { return body.body.springs.damping_n_s_m > 0.0; };
-  return damped(a) == damped(b) && has_lane_gas(a.body, rings) == has_lane_gas(b.body, rings) && a.pinned == b.pinned;
+  return damped(a) == damped(b) && has_lane_gas(a.body, rings) == has_lane_gas(b.body, rings) &&
+         a.mass_shares.empty() == b.mass_shares.empty() && a.pinned == b.pinned;
 }
 
 // Of the mesh's edges; empty where all are 1.
@@ -66,9 +67,9 @@ std::shared_ptr<const LaneMesh<Real>> lane_mesh_of(const SoftBody& body, const L
 }
 
 template <class Real>
-std::size_t arrays_of(Integrator integrator, bool gas) {
+std::size_t arrays_of(Integrator integrator, bool gas, bool weighed) {
   const std::size_t staged = integrator == Integrator::midpoint ? 2 : integrator == Integrator::rk4 ? 4 : 0;
-  return 3 + staged + (gas ? 1 : 0);
+  return 3 + staged + (gas ? 1 : 0) + (weighed ? 1 : 0);
 }
 
 }  // namespace
@@ -118,9 +119,11 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   const std::size_t width = plan.kernels->width;
   for (const StepGroup& group : plan.groups) {
     const Rings& rings = plan.meshes[group.mesh]->rings;
-    const bool gas = has_lane_gas(bodies[group.members.front()].body, rings);
+    const SoftState<Real>& first = bodies[group.members.front()];
+    const bool gas = has_lane_gas(first.body, rings);
+    const bool weighed = !first.mass_shares.empty();
     const std::size_t fleet_bytes =
-        rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(settings.integrator, gas);
+        rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(settings.integrator, gas, weighed);
     std::vector<std::uint32_t> abreast;
     for (const std::uint32_t i : group.members) {
       if (!bodies[i].is_awake()) continue;

@@ -12,8 +12,8 @@
 
 namespace pneuma::physics {
 
-/// Bodies that one fleet kernel can take: the same mesh and stiffness scales, damping or none, lane gas or none, the
-/// same vertices pinned.
+/// Bodies that one fleet kernel can take: the same mesh and stiffness scales, damping or none, lane gas or none, mass
+/// shares (each its own) or none, the same vertices pinned.
 struct StepGroup {
   std::size_t mesh = 0;                // in StepPlan::meshes
   std::vector<std::uint32_t> members;  // soft bodies, in order

@@ -26,7 +26,7 @@ template <class Real>
 bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
              const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver, Profile* profile) {
   const double s = 0.5 * part * dt_s;
-  const double mass_kg = static_cast<double>(body.vertex_mass_kg);
+  const double mean_kg = static_cast<double>(body.vertex_mass_kg);
   const std::size_t count = body.x.size();
   std::vector<Vec3d> x(count);
   std::vector<Vec3d> v(count);
@@ -37,10 +37,12 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
   const std::span<const Vec3d> f = solver.force(body, tables, x, v, surroundings, profile);
   std::vector<Vec3d> x0(count);
   std::vector<Vec3d> u0(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    x0[i] = x[i] + s * v[i];
-    u0[i] = v[i] + s / mass_kg * f[i];
-  }
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < count; ++i) {
+      x0[i] = x[i] + s * v[i];
+      u0[i] = v[i] + s / (mean_kg * share(i)) * f[i];
+    }
+  });
   if (!(s * spread(u0) <= throw_max * static_cast<double>(body.length_m))) {
     return implicit_euler(body, tables, accuracy, surroundings, dt_s, solver, profile);
   }

@@ -231,7 +231,7 @@ Profile World::profile() const {
       add_bytes(Stage::integrate, start_m_s.capacity() * sizeof(Vec3<Real>));
     for (const SoftState<Real>& state : bodies.states) {
       add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
-      add_bytes(Stage::integrate, state.pinned.capacity());
+      add_bytes(Stage::integrate, state.pinned.capacity() + state.mass_shares.capacity() * sizeof(double));
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
       add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));
       add_bytes(Stage::sleep, state.place.capacity() * sizeof(Vec3<Real>));

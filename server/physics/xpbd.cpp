@@ -13,14 +13,17 @@ namespace {
 constexpr double gas_move_max = 0.25;
 constexpr int root_iterations_max = 60;
 
-template <class Real>
+// `OwnMasses`: the vertices are of different mass.
+template <class Real, bool OwnMasses>
 class Xpbd {
  public:
   Xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch)
       : body_(body), surroundings_(surroundings), h_(dt_s), scratch_(scratch) {}
 
   [[nodiscard]] Real inverse_mass(std::size_t i) const {
-    return body_.is_pinned(i) ? Real{0} : Real{1} / body_.vertex_mass_kg;
+    if (body_.is_pinned(i)) return Real{0};
+    if constexpr (OwnMasses) return static_cast<Real>(1.0 / body_.mass_kg(i));
+    return Real{1} / body_.vertex_mass_kg;
   }
 
   void predict() {
@@ -218,24 +221,33 @@ class Xpbd {
   XpbdScratch<Real>& scratch_;
 };
 
+template <class Real, bool OwnMasses>
+void take_step(Xpbd<Real, OwnMasses> step, bool unlike_springs, Profile* profile) {
+  {
+    const StageTimer timer(profile, Stage::integrate);
+    step.predict();
+  }
+  if (unlike_springs) {
+    step.template solve<true>(profile);
+  } else {
+    step.template solve<false>(profile);
+  }
+  const StageTimer timer(profile, Stage::integrate);
+  step.finish();
+  step.damp();
+}
+
 }  // namespace
 
 template <class Real>
 void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
           Profile* profile) {
-  Xpbd<Real> step(body, surroundings, dt_s, scratch);
-  {
-    const StageTimer timer(profile, Stage::integrate);
-    step.predict();
-  }
-  if (body.body.springs.vertex_stiffness_scale.empty()) {
-    step.template solve<false>(profile);
+  const bool unlike_springs = !body.body.springs.vertex_stiffness_scale.empty();
+  if (body.mass_shares.empty()) {
+    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), unlike_springs, profile);
   } else {
-    step.template solve<true>(profile);
+    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), unlike_springs, profile);
   }
-  const StageTimer timer(profile, Stage::integrate);
-  step.finish();
-  step.damp();
 }
 
 template void xpbd<float>(SoftState<float>&, const Surroundings&, double, XpbdScratch<float>&, Profile*);

@@ -94,6 +94,7 @@ Status change_soft_body(v1::SoftBody& body, const v1::SoftBodyChange& change) {
   }
   if (change.has_drag()) body.mutable_drag()->MergeFrom(change.drag());
   if (change.has_collision()) body.mutable_collision()->MergeFrom(change.collision());
+  if (change.has_vertex_mass_scale()) *body.mutable_vertex_mass_scale() = change.vertex_mass_scale().scale();
   return {};
 }
 

@@ -56,9 +56,11 @@ bool holds(const Message& message, std::string_view rest) {
   return field->is_repeated() ? reflection->FieldSize(message, field) > 0 : reflection->HasField(message, field);
 }
 
-/// The scene's pins are a list and a flag, a change's are one message.
+/// What a scene has as a list, pins with a flag beside it, a change has as a message.
 std::string in_change_of_soft_body(std::string_view rest) {
   constexpr std::string_view list = ".pins";
+  constexpr std::string_view masses = ".vertex_mass_scale";
+  if (rest.starts_with(masses)) return std::string(masses) + ".scale" + std::string(rest.substr(masses.size()));
   if (rest == ".pin_boundary") return ".pins.boundary";
   if (rest.starts_with(list)) return ".pins.vertices" + std::string(rest.substr(list.size()));
   return std::string(rest);

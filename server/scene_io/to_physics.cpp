@@ -232,6 +232,17 @@ Status read_start_positions(const google::protobuf::RepeatedField<double>& in, c
   return {};
 }
 
+Status read_vertex_masses(const google::protobuf::RepeatedField<double>& in, const physics::Mesh& mesh,
+                          std::vector<double>& out) {
+  const auto count = static_cast<std::size_t>(in.size());
+  if (count != 0 && count != mesh.positions_m.size()) {
+    return base::invalid("are " + std::to_string(count) + " factors; a mesh of " +
+                         std::to_string(mesh.positions_m.size()) + " vertices has one for each");
+  }
+  out.assign(in.begin(), in.end());
+  return {};
+}
+
 Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics::SoftBody& out) {
   Failures failures;
   const auto mesh = meshes.find(in.mesh());
@@ -239,6 +250,7 @@ Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics
   if (mesh.ok()) {
     out.mesh = *mesh;
     failures.note("start_positions", read_start_positions(in.start_positions(), **mesh, out.start_positions_m));
+    failures.note("vertex_mass_scale", read_vertex_masses(in.vertex_mass_scale(), **mesh, out.vertex_mass_scale));
   }
   read_motion(in, out, failures);
   if (in.has_mass_kg()) out.mass_kg = in.mass_kg();

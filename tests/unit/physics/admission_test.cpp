@@ -54,6 +54,12 @@ Scene good_scene() {
   return scene;
 }
 
+/// Of the ball, whose other vertices have 1.
+void scale_vertex(Scene& scene, std::size_t vertex, double scale) {
+  scene.soft_bodies[0].vertex_mass_scale.assign(42, 1.0);
+  scene.soft_bodies[0].vertex_mass_scale[vertex] = scale;
+}
+
 TEST(CheckScene, PassesAGoodSceneAndAnEmptyOne) {
   EXPECT_TRUE(check_scene(good_scene()).ok()) << check_scene(good_scene()).message();
   EXPECT_TRUE(check_scene(Scene{}).ok());
@@ -67,6 +73,7 @@ TEST(CheckScene, PassesTheLimitsThemselves) {
   scene.soft_bodies[1].surface = {1.0, 0.0, 0.0};
   scene.soft_bodies[1].springs = {0.0, 0.0, 0.5};
   scene.soft_bodies[0].gas->moles = 0.0;
+  scale_vertex(scene, 3, base::vertex_mass_ratio_max);
   scene.soft_bodies[0].name = std::string(base::name_bytes_max, 'x');
   EXPECT_TRUE(check_scene(scene).ok()) << check_scene(scene).message();
 }
@@ -226,6 +233,14 @@ INSTANTIATE_TEST_SUITE_P(
             }},
         Row{"soft_bodies[0].start_positions[0]",
             [](Scene& s) { s.soft_bodies[0].start_positions_m.assign(42, Vec3d(2e7, 0, 0)); }, limit},
+        Row{"soft_bodies[0].vertex_mass_scale", [](Scene& s) { s.soft_bodies[0].vertex_mass_scale.assign(41, 1.0); }},
+        Row{"soft_bodies[0].vertex_mass_scale[7]", [](Scene& s) { scale_vertex(s, 7, 0.0); }},
+        Row{"soft_bodies[0].vertex_mass_scale[7]", [](Scene& s) { scale_vertex(s, 7, -1.0); }},
+        Row{"soft_bodies[0].vertex_mass_scale[41]", [](Scene& s) { scale_vertex(s, 41, not_a_number); }},
+        Row{"soft_bodies[0].vertex_mass_scale[7]", [](Scene& s) { scale_vertex(s, 7, infinite); }},
+        Row{"soft_bodies[0].vertex_mass_scale[7]", [](Scene& s) { scale_vertex(s, 7, 1.01e12); }, limit},
+        Row{"soft_bodies[0].vertex_mass_scale[7]", [](Scene& s) { scale_vertex(s, 7, 1.01e9); }, limit},
+        Row{"soft_bodies[0].vertex_mass_scale[0]", [](Scene& s) { scale_vertex(s, 7, 0.99e-9); }, limit},
         Row{"soft_bodies[0].position",
             [](Scene& s) {
               s.soft_bodies[0].position.x() = 5e6;

@@ -109,7 +109,7 @@ struct Rig {
   [[nodiscard]] Vec3d momentum() const {
     Vec3d sum = Vec3d::Zero();
     for (const SoftState<Real>& body : soft) {
-      for (const Vec3<Real>& v : body.v) sum += static_cast<double>(body.vertex_mass_kg) * v.template cast<double>();
+      for (std::size_t i = 0; i < body.v.size(); ++i) sum += body.mass_kg(i) * body.v[i].template cast<double>();
     }
     for (const RigidState& body : rigid) sum += body.velocity / body.inverse_mass_1_kg;
     return sum;
@@ -118,8 +118,8 @@ struct Rig {
   [[nodiscard]] double kinetic_j() const {
     double sum = 0.0;
     for (const SoftState<Real>& body : soft) {
-      for (const Vec3<Real>& v : body.v) {
-        sum += 0.5 * static_cast<double>(body.vertex_mass_kg) * v.template cast<double>().squaredNorm();
+      for (std::size_t i = 0; i < body.v.size(); ++i) {
+        sum += 0.5 * body.mass_kg(i) * body.v[i].template cast<double>().squaredNorm();
       }
     }
     return sum;
@@ -128,7 +128,7 @@ struct Rig {
   [[nodiscard]] Vec3d first_moment() const {
     Vec3d sum = Vec3d::Zero();
     for (const SoftState<Real>& body : soft) {
-      for (const Vec3<Real>& x : body.x) sum += static_cast<double>(body.vertex_mass_kg) * x.template cast<double>();
+      for (std::size_t i = 0; i < body.x.size(); ++i) sum += body.mass_kg(i) * body.x[i].template cast<double>();
     }
     return sum;
   }

@@ -60,7 +60,7 @@ std::vector<Vec3d> system_times(SoftState<double>& state, const Surroundings& su
   const std::vector<Vec3d> behind = forces_at(state, surroundings, x[1], v[1]);
   std::vector<Vec3d> product(u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {
-    product[i] = state.vertex_mass_kg * u[i] - s * (ahead[i] - behind[i]) / (2.0 * e);
+    product[i] = state.mass_kg(i) * u[i] - s * (ahead[i] - behind[i]) / (2.0 * e);
   }
   return product;
 }
@@ -109,6 +109,37 @@ TEST_P(Solution, IsThatOfTheForcesOwnDerivative) {
 INSTANTIATE_TEST_SUITE_P(LawsAndUnlikeSprings, Solution,
                          testing::Combine(testing::Values(GasLaw::isothermal, GasLaw::adiabatic), testing::Bool()));
 
+/// From 1 to 1e6, in no order.
+void weigh(SoftState<double>& state) {
+  for (std::size_t i = 0; i < state.x.size(); ++i) {
+    state.mass_shares.push_back(std::pow(10.0, 6.0 * static_cast<double>(7 * i % 11) / 10.0));
+  }
+}
+
+TEST(ImplicitSystem, OfVerticesOfDifferentMassIsThatOfTheForcesOwnDerivative) {
+  SoftState<double> state = stretched_ball();
+  state.body.springs.damping_n_s_m = 0.0;
+  weigh(state);
+  const std::vector<Vec3d> wanted = some_direction(state.x.size());
+  std::vector<Vec3d> found = solve(state, system_times(state, {}, wanted), 1e-12);
+  for (std::size_t i = 0; i < found.size(); ++i) found[i] -= wanted[i];
+  EXPECT_LT(norm(found) / norm(wanted), 1e-5);
+}
+
+TEST(ImplicitSystem, KeepsTheMomentumOfVerticesOfDifferentMass) {
+  SoftState<double> state = stretched_ball();
+  weigh(state);
+  const std::vector<Vec3d> b = some_direction(state.x.size());
+  Vec3d momentum = Vec3d::Zero();
+  for (const Vec3d& part : b) momentum += part;
+  for (const double tolerance : {1.0, 0.3, 1e-3, 1e-10}) {
+    const std::vector<Vec3d> step = solve(state, b, tolerance);
+    Vec3d found = Vec3d::Zero();
+    for (std::size_t i = 0; i < step.size(); ++i) found += state.mass_kg(i) * step[i];
+    EXPECT_LT((found - momentum).norm(), 1e-12 * norm(b)) << tolerance;
+  }
+}
+
 TEST(ImplicitSystem, KeepsTheMomentumOfTheRightHandSideHoweverEarlyItStops) {
   SoftState<double> state = stretched_ball();
   const std::vector<Vec3d> b = some_direction(state.x.size());
@@ -156,13 +187,14 @@ TEST(ImplicitMatrices, AreSharedByBodiesThatAreAlikeAndByNoOthers) {
   EXPECT_EQ(matrix_of(alike, s), first);
   EXPECT_EQ(matrices.bytes(), first->bytes());
   EXPECT_NE(matrix_of(ball, 2.0 * s), first);
-  for (int change = 0; change < 5; ++change) {
+  for (int change = 0; change < 6; ++change) {
     SoftState<double> other = stretched_ball();
     if (change == 0) other.vertex_mass_kg *= 2.0;
     if (change == 1) other.body.springs.stiffness_n_m *= 2.0;
     if (change == 2) other.pinned.assign(other.x.size(), 1);
     if (change == 3) other.grabs.push_back({.id = 1, .vertex = 2, .stiffness_n_m = 1.0});
     if (change == 4) stiffen_half(other);
+    if (change == 5) weigh(other);
     EXPECT_NE(matrix_of(other, s), first) << change;
   }
 }

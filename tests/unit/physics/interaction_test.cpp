@@ -22,6 +22,21 @@ TEST(Impulse, GivesTheMomentumAskedForHoweverItIsAimed) {
   }
 }
 
+TEST(Impulse, MovesAWholeBodyAsOneAndAVertexByItsOwnMass) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  SoftBody& body = scene.soft_bodies[0];
+  body.vertex_mass_scale.assign(42, 1.0);
+  body.vertex_mass_scale[4] = 59.0;  // of 100
+  World world = make(scene);
+  ASSERT_TRUE(world.apply_impulse("a", WholeBody{}, {0.6, 0.0, 0.0}).ok());
+  EXPECT_NEAR(world.measure(0).momentum.x(), 0.6, 1e-14);
+  EXPECT_NEAR(world.measure(0).max_speed_m_s, 0.3, 1e-14);
+  EXPECT_NEAR(world.measure(0).kinetic_j, 0.5 * 2.0 * 0.3 * 0.3, 1e-14);
+  ASSERT_TRUE(world.apply_impulse("a", std::uint32_t{4}, {1.18, 0.0, 0.0}).ok());
+  EXPECT_NEAR(world.measure(0).max_speed_m_s, 0.3 + 1.0, 1e-14);
+}
+
 TEST(Impulse, RayWithoutABodyHitsTheFirstOneOnItsWay) {
   World world = make(lively_scene());
   EXPECT_EQ(world.apply_impulse("", RayPoint{{-9.0, 2.0, 0.0}, Vec3d(2.0, 0.0, 0.0), 0.0}, Vec3d::UnitX())->body,

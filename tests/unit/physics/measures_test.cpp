@@ -33,6 +33,21 @@ void scale(SoftState<double>& state, double factor) {
   for (Vec3d& x : state.x) x = state.body.position + factor * (x - state.body.position);
 }
 
+TEST(Measures, VerticesCountByTheirMass) {
+  SoftBody body;
+  body.mesh = *make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
+  body.vertex_mass_scale = {10.0, 20.0, 30.0};
+  body.mass_kg = 6.0;
+  SoftState<double> state = make_soft_state<double>(body);
+  state.v = {{1, 0, 0}, {0, 2, 0}, {0, 0, -1}};
+  const BodyMeasures sums = measure(state, 0.0, {0, -10, 0});
+  EXPECT_TRUE(sums.centre_of_mass.isApprox(Vec3d(2.0, 3.0, 0.0) / 6.0, 1e-15));
+  EXPECT_TRUE(sums.momentum.isApprox(Vec3d(1.0, 4.0, -3.0), 1e-15));
+  EXPECT_TRUE(sums.angular_momentum.isApprox(Vec3d(-3.0, 0.0, 4.0), 1e-15));
+  EXPECT_NEAR(sums.kinetic_j, 0.5 + 4.0 + 1.5, 1e-14);
+  EXPECT_NEAR(sums.gravity_j, 30.0, 1e-13);
+}
+
 TEST(Measures, RigidMotionHasItsMomentaAndKineticEnergy) {
   SoftBody body = ball();
   body.position = {1.0, 2.0, -3.0};

@@ -261,6 +261,8 @@ TEST(Sleep, AnEditWakesWhatItChangesOrActsOn) {
       [](Scene& scene) {
         SoftBody& body = scene.soft_bodies[apart];
         body.springs.vertex_stiffness_scale.assign(body.mesh->positions_m.size(), 2.0);
+        body.vertex_mass_scale.assign(body.mesh->positions_m.size(), 1.0);
+        body.vertex_mass_scale[0] = 2.0;
       },
       {apart});
   after([](Scene& scene) { scene.rigid_bodies[0].mass_kg = 2.0; }, {under, over});

@@ -1,5 +1,6 @@
 // Shows that a body begins where its scene places its vertices, while its springs, its bends and the volume that its
-// gas is measured by stay those of its mesh: energies, pressures and temperatures against their closed forms.
+// gas is measured by stay those of its mesh, and that they have the masses that it gives them: energies, pressures and
+// temperatures against their closed forms.
 #include "physics/soft_setup.h"
 
 #include <cmath>
@@ -109,6 +110,55 @@ TEST(StartPositions, OtherOnesBeginTheBodyAnew) {
   EXPECT_TRUE(continues(started(ball(), 0.5), started(ball(), 0.5)));
   EXPECT_FALSE(continues(started(ball(), 0.5), started(ball(), 0.6)));
   EXPECT_FALSE(continues(started(ball(), 0.5), ball()));
+}
+
+TEST(VertexMasses, ShareTheBodysMassByTheirFactors) {
+  SoftBody body = ball();
+  body.mass_kg = 3.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 162; ++i) body.vertex_mass_scale.push_back(1.0 + 0.5 * static_cast<double>(i % 5));
+  for (const double scale : body.vertex_mass_scale) sum += scale;
+  const SoftState<float> single = make_soft_state<float>(body);
+  const SoftState<double> state = make_soft_state<double>(body);
+  double mass_kg = 0.0;
+  for (std::size_t i = 0; i < 162; ++i) {
+    EXPECT_NEAR(state.mass_kg(i), 3.0 * body.vertex_mass_scale[i] / sum, 1e-15);
+    EXPECT_NEAR(single.mass_kg(i), state.mass_kg(i), 1e-7 * state.mass_kg(i));
+    mass_kg += state.mass_kg(i);
+  }
+  EXPECT_NEAR(mass_kg, 3.0, 1e-13);
+}
+
+TEST(VertexMasses, KeepTheirSharesWhereTheBodysMassChanges) {
+  SoftBody body = ball();
+  body.vertex_mass_scale.assign(162, 1.0);
+  body.vertex_mass_scale[7] = 10.0;
+  SoftState<double> state = make_soft_state<double>(body);
+  const double before_kg = state.mass_kg(7);
+  body.mass_kg *= 4.0;
+  change_soft_state(state, body);
+  EXPECT_NEAR(state.mass_kg(7), 4.0 * before_kg, 1e-15);
+}
+
+TEST(VertexMasses, ChangeInARunningWorldWhereTheVerticesAre) {
+  Scene scene;
+  scene.soft_bodies = {ball()};
+  scene.soft_bodies[0].velocity = {1.0, 0.0, 0.0};
+  World world = std::move(*World::create(scene));
+  Workers workers(1);
+  for (int i = 0; i < 5; ++i) world.step_tick(workers);
+  const Vec3d centre = world.measure(0).centre_of_mass;
+  Scene edited = world.scene();
+  edited.soft_bodies[0].vertex_mass_scale.assign(162, 1.0);
+  edited.soft_bodies[0].vertex_mass_scale[7] = 1e9;
+  ASSERT_TRUE(world.apply(edited, {}).ok());
+  std::vector<double> x(3 * 162);
+  world.copy_positions(0, x);
+  EXPECT_LT((world.measure(0).centre_of_mass - Vec3d(x[21], x[22], x[23])).norm(), 1e-6);
+  EXPECT_NEAR(world.measure(0).momentum.x(), 1.0, 1e-12);
+  edited.soft_bodies[0].vertex_mass_scale.clear();
+  ASSERT_TRUE(world.apply(edited, {}).ok());
+  EXPECT_LT((world.measure(0).centre_of_mass - centre).norm(), 1e-12);
 }
 
 }  // namespace

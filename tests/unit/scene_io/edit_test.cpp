@@ -119,6 +119,17 @@ TEST(Edit, PinsAreReplacedWhole) {
   EXPECT_FALSE(scene->soft_bodies(0).pin_boundary());
 }
 
+TEST(Edit, VertexMassesAreReplacedWholeAndOutliveAChangeOfTheMass) {
+  const std::string given = R"({"change_soft_body": {"name": "a", "vertex_mass_scale": {"scale": [1, 2]}}})";
+  const auto scene = edit(given + R"(, {"change_soft_body": {"name": "a", "mass_kg": 9}})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  ASSERT_EQ(scene->soft_bodies(0).vertex_mass_scale_size(), 2);
+  EXPECT_EQ(scene->soft_bodies(0).vertex_mass_scale(1), 2.0);
+  const auto even = edit(given + R"(, {"change_soft_body": {"name": "a", "vertex_mass_scale": {}}})");
+  ASSERT_TRUE(even.ok()) << even.status().message();
+  EXPECT_EQ(even->soft_bodies(0).vertex_mass_scale_size(), 0);
+}
+
 TEST(Edit, GasIsAddedAndRemoved) {
   const auto scene = edit(R"({"change_soft_body": {"name": "b", "gas": {"moles": 2}}},
                              {"change_soft_body": {"name": "a", "remove_gas": true}})");
@@ -242,6 +253,12 @@ TEST(ByChange, AnErrorOfTheSceneIsFoundInTheChangeThatBroughtIt) {
   EXPECT_EQ(by_change_at("atmosphere.wind.z", R"({"set_wind": {"z": 1}})").where(), "changes[0].set_wind.z");
   EXPECT_EQ(by_change_at("atmosphere.wind.z", R"({"set_atmosphere": {"wind": {"z": 1}}})").where(),
             "changes[0].set_atmosphere.wind.z");
+}
+
+TEST(ByChange, VertexMassesAreAListInAMessage) {
+  const std::string masses = R"({"change_soft_body": {"name": "a", "vertex_mass_scale": {"scale": [1, 0]}}})";
+  EXPECT_EQ(by_change_at("soft_bodies[0].vertex_mass_scale[1]", masses).where(),
+            "changes[0].change_soft_body.vertex_mass_scale.scale[1]");
 }
 
 TEST(ByChange, PinsHaveOtherNamesInAChange) {

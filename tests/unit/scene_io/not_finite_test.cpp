@@ -92,6 +92,7 @@ v1::Scene whole_scene() {
   body.set_name("body");
   body.set_mesh("triangles");
   for (int i = 0; i < 12; ++i) body.add_start_positions(0.1 * i);
+  for (int i = 0; i < 4; ++i) body.add_vertex_mass_scale(1.0);
   v1::RigidBody& rigid = *scene.add_rigid_bodies();
   rigid.set_name("rigid");
   rigid.mutable_shape()->mutable_sphere();

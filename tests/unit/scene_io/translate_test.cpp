@@ -70,6 +70,15 @@ TEST(ToPhysics, StartPositionsAreThreeNumbersAVertex) {
             "soft_bodies[0].start_positions: are 3 numbers; a mesh of 162 vertices has 486");
 }
 
+TEST(ToPhysics, VertexMassesAreOneFactorAVertex) {
+  const auto scene = translate(R"({"meshes": [{"name": "m", "grid": {"columns": 1, "rows": 1}}],
+      "soft_bodies": [{"name": "b", "mesh": "m", "vertex_mass_scale": [1, 2, 3, 4]}]})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  EXPECT_EQ(scene->soft_bodies[0].vertex_mass_scale, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(error_of(with_body(R"("vertex_mass_scale": [1, 2])")),
+            "soft_bodies[0].vertex_mass_scale: are 2 factors; a mesh of 162 vertices has one for each");
+}
+
 TEST(ToPhysics, BodiesShareAMeshBuiltOnce) {
   const auto scene = translate(std::string("{") + ball_mesh +
                                R"(, "soft_bodies": [{"name": "a", "mesh": "ball"}, {"name": "b", "mesh": "ball"}]})");
