@@ -13,19 +13,22 @@ namespace pneuma::physics {
 /// Neither frozen nor about to be: finite, and within the limits of speed and place. It may be asleep.
 [[nodiscard]] bool is_active(const RigidState& body);
 
-/// Bodies at rest drift apart by round-off; what is this near still counts as a contact.
-inline constexpr double rigid_margin_m = 1e-4;
-
 /// Of a rigid body's ball about its centre.
 [[nodiscard]] double radius_about_centre(const Shape& shape);
+
+/// Of that radius. Bodies at rest drift apart by round-off; what is this near still counts as a contact.
+inline constexpr double rigid_margin_share = 1e-4;
 
 /// Moves the rigid bodies' velocities on by gravity.
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
 
 /// Moves rigid bodies and colliders along their velocities for dt_s. A rigid body's angular momentum about its centre
 /// is kept to round-off, which bounds its energy: its spin cannot blow up at any step. A collider turns by the exact
-/// exponential map.
+/// exponential map. Bodies that the contact solver has moved already stay.
 void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s);
+
+/// The same of one body.
+void move_rigid(RigidState& body, double dt_s);
 
 /// `orientation` after turning at a constant angular velocity (rad/s, in the world's frame); unit length.
 [[nodiscard]] Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, double dt_s);
@@ -43,6 +46,9 @@ struct RigidContact {
   Vec3d point = Vec3d::Zero();
   Vec3d normal = Vec3d::UnitY();
   double distance_m = 0.0;  // negative: they overlap
+  double size_m = 0.0;      // the lesser radius of the two about their centres
+  double thin_m = 0.0;      // the least half extent of both
+  double bend_m_s2 = 0.0;   // by which a turning collider's surface leaves its straight way
   ContactSurface surface;
   // While it is solved:
   Vec3d arm_a = Vec3d::Zero();
@@ -75,10 +81,12 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
 
 /// Contacts among rigid bodies that are awake and between them and colliders: sequential impulses (Catto, "Iterative
 /// Dynamics with Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no
-/// energy.
+/// energy. Points are taken to move straight within a substep; bodies that turn too far for that, while they may touch
+/// something, go through the substep in pieces, each with its own look for contacts.
 class RigidSolver {
  public:
-  /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then).
+  /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then). Moves
+  /// what goes in pieces, and marks it as moved.
   void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
              std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
   [[nodiscard]] std::size_t bytes() const;
@@ -88,10 +96,21 @@ class RigidSolver {
     Vec3d linear_m = Vec3d::Zero();
     Vec3d angular_rad = Vec3d::Zero();
   };
+  struct Motion {
+    Vec3d velocity = Vec3d::Zero();
+    Vec3d angular_velocity = Vec3d::Zero();
+  };
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
-  void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
+  void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
+  void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s);
   void find_groups(std::size_t bodies);
-  void solve_velocities(std::span<RigidState> rigid);
+  void solve_velocities(std::span<RigidState> rigid, double dt_s);
+  void take_turning_groups(std::span<RigidState> rigid, double dt_s);
+  void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
+                      double dt_s);
+  [[nodiscard]] double bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const;
+  [[nodiscard]] double first_bounce_s(std::span<const RigidState> rigid) const;
+  void note_pressed();
   void cut_moves(std::span<RigidState> rigid, double dt_s);
   void undo_overlaps(std::span<RigidState> rigid);
 
@@ -100,8 +119,13 @@ class RigidSolver {
   std::vector<RigidContact> contacts_;
   std::vector<Push> pushes_;           // one a body
   std::vector<std::uint32_t> groups_;  // one a body: the first of those that it is in contact with, itself included
-  std::vector<double> changes_m_s_;    // of a group in this round, at its first body
+  std::vector<double> changes_;        // of a group in this round, at its first body: moves over the contact's size
   std::vector<std::uint8_t> settled_;  // likewise
+  std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
+  std::vector<Motion> before_;         // one a body: as contact found it
+  std::vector<std::uint32_t> turning_groups_;
+  std::vector<std::uint32_t> members_;    // of the group that goes in pieces
+  std::vector<ColliderState> colliders_;  // as they are when the piece begins
 };
 
 }  // namespace pneuma::physics

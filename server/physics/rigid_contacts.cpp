@@ -42,10 +42,12 @@ class Collector {
         index_b_(index_b),
         surface_(combine(a.surface, b.surface)),
         contacts_(contacts) {
-    const double size_m = radius_about_centre(a.shape);
-    const double arm_m = (a.frame.origin - b.frame.origin).norm() + size_m;
-    reach_m_ = rigid_margin_m + surface_.thickness_m +
-               dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * size_m +
+    const double radius_m = radius_about_centre(a.shape);
+    const double arm_m = (a.frame.origin - b.frame.origin).norm() + radius_m;
+    size_m_ = index_b == no_body ? radius_m : std::min(radius_m, radius_about_centre(b.shape));
+    thin_m_ = std::min(half_extents_m(a.shape).minCoeff(), half_extents_m(b.shape).minCoeff());
+    reach_m_ = rigid_margin_share * size_m_ + surface_.thickness_m +
+               dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * radius_m +
                        b.angular_velocity.norm() * arm_m);
   }
 
@@ -66,9 +68,15 @@ class Collector {
     contact.point = point;
     contact.normal = normal;
     contact.distance_m = distance_m - surface_.thickness_m;
+    contact.size_m = size_m_;
+    contact.thin_m = thin_m_;
     contact.surface = surface_;
-    if (index_b_ == no_body)
-      contact.velocity_b = velocity_at(b_.velocity, b_.angular_velocity, point - b_.frame.origin);
+    if (index_b_ == no_body) {
+      const Vec3d arm = point - b_.frame.origin;
+      contact.velocity_b = velocity_at(b_.velocity, b_.angular_velocity, arm);
+      const bool is_round = std::holds_alternative<SphereShape>(b_.shape);
+      contact.bend_m_s2 = is_round ? 0.0 : 0.5 * b_.angular_velocity.squaredNorm() * arm.norm();
+    }
     contacts_.push_back(contact);
   }
   void add_local(const SurfacePoint& nearest, double radius_m) {
@@ -146,6 +154,8 @@ class Collector {
   std::uint32_t index_b_;
   ContactSurface surface_;
   std::vector<RigidContact>& contacts_;
+  double size_m_ = 0.0;
+  double thin_m_ = 0.0;
   double reach_m_ = 0.0;
 };
 
@@ -158,7 +168,7 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
   const auto reach_m = [&](std::uint32_t i) {
     const RigidState& body = rigid[i];
     const double size_m = radius_about_centre(body.body.shape);
-    return size_m + rigid_margin_m + body.body.surface.thickness_m +
+    return size_m + rigid_margin_share * size_m + body.body.surface.thickness_m +
            dt_s * (body.velocity.norm() + body.angular_velocity.norm() * size_m);
   };
   order.clear();
@@ -190,8 +200,8 @@ void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std
   const double apart_m = (first.frame.origin - second.frame.origin).norm();
   const double spin_m_s = first.angular_velocity.norm() * radius_about_centre(first.shape) +
                           second.angular_velocity.norm() * radius_about_centre(second.shape);
-  const double reach_m = radius_about_centre(first.shape) + radius_about_centre(second.shape) + rigid_margin_m +
-                         first.surface.thickness_m + second.surface.thickness_m +
+  const double size_m = radius_about_centre(first.shape) + radius_about_centre(second.shape);
+  const double reach_m = size_m + rigid_margin_share * size_m + first.surface.thickness_m + second.surface.thickness_m +
                          dt_s * ((first.velocity - second.velocity).norm() + spin_m_s);
   if (apart_m <= reach_m) Collector(first, a, second, b, dt_s, contacts).find();
 }

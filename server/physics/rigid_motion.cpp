@@ -1,4 +1,5 @@
 #include <cmath>
+#include <utility>
 
 #include "base/limits.h"
 #include "physics/portable_math.h"
@@ -47,15 +48,19 @@ void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m
   }
 }
 
+void move_rigid(RigidState& body, double dt_s) {
+  body.position += dt_s * body.velocity;
+  if (std::holds_alternative<SphereShape>(body.body.shape)) {
+    body.orientation = turned(body.orientation, body.angular_velocity, dt_s);
+  } else {
+    turn_freely(body, dt_s);
+  }
+}
+
 void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s) {
   for (RigidState& body : rigid) {
-    if (!body.is_awake()) continue;
-    body.position += dt_s * body.velocity;
-    if (std::holds_alternative<SphereShape>(body.body.shape)) {
-      body.orientation = turned(body.orientation, body.angular_velocity, dt_s);
-    } else {
-      turn_freely(body, dt_s);
-    }
+    if (std::exchange(body.has_moved, false) || !body.is_awake()) continue;
+    move_rigid(body, dt_s);
   }
   for (ColliderState& state : colliders) {
     state.position += dt_s * state.collider.velocity;

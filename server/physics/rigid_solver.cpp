@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "physics/rigid.h"
@@ -11,14 +12,26 @@ namespace {
 // A box on a floor settles in about 10 rounds, a stack of five in 40; most substeps end early.
 constexpr int velocity_rounds_max = 50;
 constexpr int push_rounds_max = 10;
-// A round whose impulses change a velocity by less than this is the last.
-constexpr double settled_m_s = 1e-10;
-// An overlap this small is left, and of a larger one a fifth is undone in a substep: bodies at rest keep their
-// contacts.
-constexpr double overlap_kept_m = 1e-5;
+// Of a contact's size: a round whose impulses move less than this in the substep is the last.
+constexpr double settled_share = 2e-13;
+// Of a contact's size: an overlap this small is left, and of a larger one a fifth is undone in a substep: bodies at
+// rest keep their contacts.
+constexpr double overlap_kept_share = 1e-5;
 constexpr double overlap_share = 0.2;
-// Points of two bodies that meet within this of each other hit together; of others the first one bounces alone.
-constexpr double together_m = 1e-4;
+// Of a contact's size: points of two bodies that meet within this of each other hit together; of others the first one
+// bounces alone.
+constexpr double together_share = 1e-4;
+// Of the least half extent of what meets: by how much points may leave their straight ways in a piece of a substep.
+constexpr double bend_share = 0.5;
+// A slab of 2 x 2 m and 1 cm may then turn more than twice in a substep. One that turns further, while it may touch
+// something, loses spin.
+constexpr int pieces_max = 256;
+// Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
+constexpr int shortenings_max = 8;
+// Of the length that would just do: the spin may be faster than the last one.
+constexpr double shortened = 0.9;
+// Of the time to a bounce: a piece ends before it, so that the next one begins with it.
+constexpr double nearly = 0.999;
 
 double inverse_mass_along(const RigidState& body, const Vec3d& arm, const Vec3d& direction) {
   return body.inverse_mass_1_kg + inverse_inertia_times(body, arm.cross(direction)).cross(arm).dot(direction);
@@ -33,6 +46,10 @@ Vec3d relative_velocity(std::span<const RigidState> rigid, const RigidContact& c
   const Vec3d a = velocity_at(rigid[c.a].velocity, rigid[c.a].angular_velocity, c.arm_a);
   return c.b == no_body ? Vec3d(a - c.velocity_b)
                         : Vec3d(a - velocity_at(rigid[c.b].velocity, rigid[c.b].angular_velocity, c.arm_b));
+}
+
+double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) {
+  return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
 }
 
 void apply(RigidState& body, const Vec3d& arm, const Vec3d& impulse_n_s) {
@@ -65,31 +82,62 @@ double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
   return std::max(std::abs(change_n_s) / c.mass_normal_kg, tangent_change_n_s.norm() / c.mass_tangent_kg);
 }
 
+bool has_bounced(const RigidContact& c) {
+  return c.bounces && c.normal_impulse_n_s > 0.0;
+}
+
+/// By how much the ends of a body that turns leave their straight ways, over the square of the time, m/s^2.
+double bend_m_s2(const RigidState& body, const Vec3d& angular_velocity_rad_s) {
+  if (std::holds_alternative<SphereShape>(body.body.shape)) return 0.0;
+  return 0.5 * angular_velocity_rad_s.squaredNorm() * radius_about_centre(body.body.shape);
+}
+
+/// Slows what turns too far for a piece of a substep.
+void hold_spin(std::span<RigidState> rigid, const RigidContact& c, double dt_s) {
+  for (const std::uint32_t i : {c.a, c.b}) {
+    if (i == no_body) continue;
+    const double over = bend_m_s2(rigid[i], rigid[i].angular_velocity) * dt_s * dt_s / (bend_share * c.thin_m);
+    if (over > 1.0) rigid[i].angular_velocity /= std::sqrt(over);
+  }
+}
+
 }  // namespace
 
 std::size_t RigidSolver::bytes() const {
-  return order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
+  const std::size_t indices = order_.capacity() + groups_.capacity() + turning_groups_.capacity() + members_.capacity();
+  return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
          contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push) +
-         groups_.capacity() * sizeof(std::uint32_t) + changes_m_s_.capacity() * sizeof(double) + settled_.capacity();
+         changes_.capacity() * sizeof(double) + settled_.capacity() + pressed_.capacity() +
+         before_.capacity() * sizeof(Motion) + colliders_.capacity() * sizeof(ColliderState);
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                         std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
+  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
+  pressed_.assign(rigid.size(), 0);
+  before_.clear();
+  for (const RigidState& body : rigid) before_.push_back({body.velocity, body.angular_velocity});
+
   find_contacts(rigid, colliders, dt_s);
   find_groups(rigid.size());
-  prepare(rigid, gravity_m_s2, dt_s);
-  solve_velocities(rigid);
+  prepare(rigid, gravity_m_s2, resting_m_s, dt_s);
+  solve_velocities(rigid, dt_s);
+  take_turning_groups(rigid, dt_s);
+  note_pressed();
   cut_moves(rigid, dt_s);
   undo_overlaps(rigid);
+  for (const std::uint32_t group : turning_groups_) {
+    members_.clear();
+    for (std::uint32_t i = group; i < rigid.size(); ++i) {
+      if (groups_[i] == group) members_.push_back(i);
+    }
+    move_in_pieces(rigid, colliders, gravity_m_s2, dt_s);
+  }
 
   // accelerate_rigid_bodies gave a whole substep's gravity; on average over the substep it is half of that.
-  const auto in_flight = [&](std::uint32_t i) {
-    const auto holds = [i](const RigidContact& c) { return (c.a == i || c.b == i) && c.normal_impulse_n_s > 0.0; };
-    return touched[i] == 0 && std::ranges::none_of(contacts_, holds);
-  };
-  for (std::uint32_t i = 0; i < rigid.size(); ++i) {
-    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight(i))
-      rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const bool in_flight = touched[i] == 0 && pressed_[i] == 0 && !rigid[i].has_moved;
+    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight) rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
   }
 }
 
@@ -103,6 +151,17 @@ void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<con
     if (!takes_part(a)) continue;
     for (const ColliderState& collider : colliders) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
     for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+  }
+}
+
+void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, double dt_s) {
+  contacts_.clear();
+  for (const std::uint32_t a : members_) {
+    for (const ColliderState& collider : colliders_) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
+    auto pair = std::ranges::lower_bound(pairs_, a, {}, &RigidPair::a);
+    for (; pair != pairs_.end() && pair->a == a; ++pair) {
+      if (groups_[pair->b] == groups_[a]) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+    }
   }
 }
 
@@ -123,9 +182,12 @@ void RigidSolver::find_groups(std::size_t bodies) {
   for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = first_of(i);
 }
 
-void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s) {
-  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
+void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s,
+                          double dt_s) {
   for (RigidContact& c : contacts_) {
+    c.bounces = false;
+    c.normal_impulse_n_s = 0.0;
+    c.tangent_impulse_n_s.setZero();
     c.arm_a = c.point - rigid[c.a].position;
     if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
     const Vec3d tangent = c.normal.unitOrthogonal();
@@ -143,32 +205,138 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
       c.bounces = true;
     }
   }
-  for (RigidContact& c : contacts_) {
-    const auto hits_before = [&c](const RigidContact& other) {
-      return other.bounces && other.a == c.a && other.b == c.b && other.distance_m < c.distance_m - together_m &&
-             other.normal.dot(c.normal) > 0.0;
-    };
-    if (!c.bounces || std::ranges::none_of(contacts_, hits_before)) continue;
-    c.bounces = false;
-    c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
+  // What belongs to two bodies, or to a body and all colliders, lies side by side.
+  const auto are_others = [](const RigidContact& c, const RigidContact& next) {
+    return c.a != next.a || c.b != next.b;
+  };
+  for (auto first = contacts_.begin(); first != contacts_.end();) {
+    auto last = std::adjacent_find(first, contacts_.end(), are_others);
+    if (last != contacts_.end()) ++last;
+    for (RigidContact& c : std::span(first, last)) {
+      const auto hits_before = [&c](const RigidContact& other) {
+        return other.bounces && other.distance_m < c.distance_m - together_share * c.size_m &&
+               other.normal.dot(c.normal) > 0.0;
+      };
+      if (!c.bounces || std::none_of(first, last, hits_before)) continue;
+      c.bounces = false;
+      c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
+    }
+    first = last;
   }
 }
 
-void RigidSolver::solve_velocities(std::span<RigidState> rigid) {
+void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
   settled_.assign(rigid.size(), 0);
   bool going_on = true;
   for (int round = 0; round < velocity_rounds_max && going_on; ++round) {
-    changes_m_s_.assign(rigid.size(), 0.0);
+    changes_.assign(rigid.size(), 0.0);
     for (RigidContact& c : contacts_) {
       const std::uint32_t group = groups_[c.a];
-      if (settled_[group] == 0) changes_m_s_[group] = std::max(changes_m_s_[group], solve_contact(rigid, c));
+      if (settled_[group] == 0) changes_[group] = std::max(changes_[group], dt_s / c.size_m * solve_contact(rigid, c));
     }
     going_on = false;
     for (const RigidContact& c : contacts_) {
-      const bool settled = changes_m_s_[groups_[c.a]] < settled_m_s;
+      const bool settled = changes_[groups_[c.a]] < settled_share;
       settled_[groups_[c.a]] = settled ? 1 : 0;
       going_on |= !settled;
     }
+  }
+}
+
+// How often over its points leave their straight ways by more than they may: with the spins that contact found, or
+// those it left.
+double RigidSolver::bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const {
+  const auto of = [&](std::uint32_t i) {
+    return std::max(bend_m_s2(rigid[i], before_[i].angular_velocity), bend_m_s2(rigid[i], rigid[i].angular_velocity));
+  };
+  const double bend = of(c.a) + (c.b == no_body ? c.bend_m_s2 : of(c.b));
+  return bend * dt_s * dt_s / (bend_share * c.thin_m);
+}
+
+// Gives the groups that one look at their contacts is not enough for their velocities back, and forgets the contacts.
+void RigidSolver::take_turning_groups(std::span<RigidState> rigid, double dt_s) {
+  turning_groups_.clear();
+  for (const RigidContact& c : contacts_) {
+    if (bend_over(rigid, c, dt_s) > 1.0 ||
+        (has_bounced(c) && distance_after_m(rigid, c, dt_s) > bend_share * c.thin_m)) {
+      turning_groups_.push_back(groups_[c.a]);
+    }
+  }
+  if (turning_groups_.empty()) return;
+  std::ranges::sort(turning_groups_);
+  const auto same = std::ranges::unique(turning_groups_);
+  turning_groups_.erase(same.begin(), same.end());
+  const auto turns = [&](std::uint32_t body) { return std::ranges::binary_search(turning_groups_, groups_[body]); };
+  std::erase_if(contacts_, [&](const RigidContact& c) { return turns(c.a); });
+  for (std::uint32_t i = 0; i < rigid.size(); ++i) {
+    if (!turns(i)) continue;
+    rigid[i].velocity = before_[i].velocity;
+    rigid[i].angular_velocity = before_[i].angular_velocity;
+  }
+}
+
+// When the first contact bounces that is not there yet.
+double RigidSolver::first_bounce_s(std::span<const RigidState> rigid) const {
+  double first_s = std::numeric_limits<double>::infinity();
+  for (const RigidContact& c : contacts_) {
+    if (!c.bounces || c.distance_m < rigid_margin_share * c.size_m) continue;
+    first_s = std::min(first_s, -c.distance_m / relative_velocity(rigid, c).dot(c.normal));
+  }
+  return first_s;
+}
+
+// Conservative advancement: each piece is as long as its own motion allows, and ends where something bounces.
+void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+                                 const Vec3d& gravity_m_s2, double dt_s) {
+  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
+  const auto begin_piece = [&](double piece_s) {
+    for (const std::uint32_t i : members_) {
+      rigid[i].velocity = before_[i].velocity + piece_s * gravity_m_s2;
+      rigid[i].angular_velocity = before_[i].angular_velocity;
+    }
+    prepare(rigid, gravity_m_s2, resting_m_s, piece_s);
+  };
+  colliders_.assign(colliders.begin(), colliders.end());
+  for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * gravity_m_s2;
+  double left_s = dt_s;
+  for (int pieces_left = pieces_max; pieces_left > 0 && left_s > 0.0; --pieces_left) {
+    const double least_s = left_s / pieces_left;
+    for (const std::uint32_t i : members_) {
+      before_[i] = {rigid[i].velocity, rigid[i].angular_velocity};
+      rigid[i].velocity += left_s * gravity_m_s2;
+    }
+    find_contacts_of_group(rigid, left_s);
+    for (const RigidContact& c : contacts_) hold_spin(rigid, c, least_s);
+    for (const std::uint32_t i : members_) before_[i].angular_velocity = rigid[i].angular_velocity;
+    begin_piece(left_s);
+    double piece_s = std::clamp(nearly * first_bounce_s(rigid), least_s, left_s);
+    for (int shortening = 0; shortening <= shortenings_max; ++shortening) {
+      begin_piece(piece_s);
+      solve_velocities(rigid, piece_s);
+      double over = 0.0;
+      for (const RigidContact& c : contacts_) over = std::max(over, bend_over(rigid, c, piece_s));
+      if (over <= 1.0 || piece_s <= least_s) break;
+      piece_s = std::max(least_s, shortened * piece_s / std::sqrt(over));
+    }
+    for (const std::uint32_t i : members_) pressed_[i] = 0;
+    note_pressed();
+    undo_overlaps(rigid);
+    for (const RigidContact& c : contacts_) hold_spin(rigid, c, piece_s);
+    for (const std::uint32_t i : members_) {
+      if (pressed_[i] == 0) rigid[i].position -= 0.5 * piece_s * piece_s * gravity_m_s2;
+      move_rigid(rigid[i], piece_s);
+    }
+    move_solids({}, colliders_, piece_s);
+    left_s -= piece_s;
+  }
+  for (const std::uint32_t i : members_) rigid[i].has_moved = true;
+}
+
+void RigidSolver::note_pressed() {
+  for (const RigidContact& c : contacts_) {
+    if (c.normal_impulse_n_s <= 0.0) continue;
+    pressed_[c.a] = 1;
+    if (c.b != no_body) pressed_[c.b] = 1;
   }
 }
 
@@ -176,10 +344,9 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid) {
 void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
   pushes_.assign(rigid.size(), Push{});
   for (const RigidContact& c : contacts_) {
-    if (!c.bounces || c.normal_impulse_n_s <= 0.0) continue;
+    if (!has_bounced(c)) continue;
     const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : pushes_[c.b].linear_m;
-    const double past_m =
-        c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal) + c.normal.dot(pushes_[c.a].linear_m - shift_b);
+    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(pushes_[c.a].linear_m - shift_b);
     if (past_m <= 0.0) continue;
     const double inverse_a = rigid[c.a].inverse_mass_1_kg;
     const double inverse_b = c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg;
@@ -201,7 +368,7 @@ void RigidSolver::undo_overlaps(std::span<RigidState> rigid) {
   bool pushed = false;
   for (int round = 0; round < push_rounds_max; ++round) {
     for (RigidContact& c : contacts_) {
-      const double wanted_m = overlap_share * (-c.distance_m - overlap_kept_m);
+      const double wanted_m = overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
       if (wanted_m <= 0.0) continue;
       const Vec3d relative = c.b == no_body ? moved(c.a, c.arm_a) : Vec3d(moved(c.a, c.arm_a) - moved(c.b, c.arm_b));
       const double before_kg_m = c.push_kg_m;

@@ -36,7 +36,7 @@ Extent extent_of(const SoftState<Real>& body) {
   return {.counts = true,
           .meets_soft = body.body.collision.soft != SoftCollision::none,
           .box = {body.origin_m + box.min.template cast<double>(), body.origin_m + box.max.template cast<double>()},
-          .reach_m = body.body.surface.thickness_m + rigid_margin_m + group_gap_share * length_m};
+          .reach_m = body.body.surface.thickness_m + group_gap_share * length_m};
 }
 
 Extent extent_of(const RigidState& body) {
@@ -47,7 +47,7 @@ Extent extent_of(const RigidState& body) {
   return {.counts = true,
           .rigid = true,
           .box = {body.position - half, body.position + half},
-          .reach_m = body.body.surface.thickness_m + rigid_margin_m + group_gap_share * length_m(body)};
+          .reach_m = body.body.surface.thickness_m + group_gap_share * length_m(body)};
 }
 
 // Of all bodies, soft ones first; those for which `counts` is false are left out.

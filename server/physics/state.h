@@ -95,6 +95,7 @@ struct RigidState {
   Rest rest;
   Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
   Quatd place_orientation = Quatd::Identity();
+  bool has_moved = false;  // in the substep under way, by the contact solver
   bool frozen = false;
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
