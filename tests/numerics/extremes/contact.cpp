@@ -214,7 +214,6 @@ std::vector<ExtremeCase> contact_cases() {
            .name = "1,000 m/s at a wall of 1 cm",
            .scene = "13-thin-wall.json",
            .criterion = "nothing through, soft or rigid, straight or slanting, at a fixed wall or a rigid plate",
-           .holds = false,
            .run = run_thin_wall,
            .bullet = bullet_thin_wall},
           {.number = 14,
