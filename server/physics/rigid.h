@@ -105,7 +105,7 @@ class RigidSolver {
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s);
   void find_groups(std::size_t bodies);
   void solve_velocities(std::span<RigidState> rigid, double dt_s);
-  void take_turning_groups(std::span<RigidState> rigid, double dt_s);
+  void take_groups_for_pieces(std::span<RigidState> rigid, double dt_s);
   void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
                       double dt_s);
   [[nodiscard]] double bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const;
@@ -123,7 +123,7 @@ class RigidSolver {
   std::vector<std::uint8_t> settled_;  // likewise
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
   std::vector<Motion> before_;         // one a body: as contact found it
-  std::vector<std::uint32_t> turning_groups_;
+  std::vector<std::uint32_t> groups_in_pieces_;
   std::vector<std::uint32_t> members_;    // of the group that goes in pieces
   std::vector<ColliderState> colliders_;  // as they are when the piece begins
 };

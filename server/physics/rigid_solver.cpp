@@ -104,7 +104,8 @@ void hold_spin(std::span<RigidState> rigid, const RigidContact& c, double dt_s) 
 }  // namespace
 
 std::size_t RigidSolver::bytes() const {
-  const std::size_t indices = order_.capacity() + groups_.capacity() + turning_groups_.capacity() + members_.capacity();
+  const std::size_t indices =
+      order_.capacity() + groups_.capacity() + groups_in_pieces_.capacity() + members_.capacity();
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
          contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push) +
          changes_.capacity() * sizeof(double) + settled_.capacity() + pressed_.capacity() +
@@ -122,11 +123,11 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
   find_groups(rigid.size());
   prepare(rigid, gravity_m_s2, resting_m_s, dt_s);
   solve_velocities(rigid, dt_s);
-  take_turning_groups(rigid, dt_s);
+  take_groups_for_pieces(rigid, dt_s);
   note_pressed();
   cut_moves(rigid, dt_s);
   undo_overlaps(rigid);
-  for (const std::uint32_t group : turning_groups_) {
+  for (const std::uint32_t group : groups_in_pieces_) {
     members_.clear();
     for (std::uint32_t i = group; i < rigid.size(); ++i) {
       if (groups_[i] == group) members_.push_back(i);
@@ -254,19 +255,19 @@ double RigidSolver::bend_over(std::span<const RigidState> rigid, const RigidCont
 }
 
 // Gives the groups that one look at their contacts is not enough for their velocities back, and forgets the contacts.
-void RigidSolver::take_turning_groups(std::span<RigidState> rigid, double dt_s) {
-  turning_groups_.clear();
+void RigidSolver::take_groups_for_pieces(std::span<RigidState> rigid, double dt_s) {
+  groups_in_pieces_.clear();
   for (const RigidContact& c : contacts_) {
     if (bend_over(rigid, c, dt_s) > 1.0 ||
         (has_bounced(c) && distance_after_m(rigid, c, dt_s) > bend_share * c.thin_m)) {
-      turning_groups_.push_back(groups_[c.a]);
+      groups_in_pieces_.push_back(groups_[c.a]);
     }
   }
-  if (turning_groups_.empty()) return;
-  std::ranges::sort(turning_groups_);
-  const auto same = std::ranges::unique(turning_groups_);
-  turning_groups_.erase(same.begin(), same.end());
-  const auto turns = [&](std::uint32_t body) { return std::ranges::binary_search(turning_groups_, groups_[body]); };
+  if (groups_in_pieces_.empty()) return;
+  std::ranges::sort(groups_in_pieces_);
+  const auto same = std::ranges::unique(groups_in_pieces_);
+  groups_in_pieces_.erase(same.begin(), same.end());
+  const auto turns = [&](std::uint32_t body) { return std::ranges::binary_search(groups_in_pieces_, groups_[body]); };
   std::erase_if(contacts_, [&](const RigidContact& c) { return turns(c.a); });
   for (std::uint32_t i = 0; i < rigid.size(); ++i) {
     if (!turns(i)) continue;

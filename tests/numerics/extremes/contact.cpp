@@ -233,7 +233,6 @@ std::vector<ExtremeCase> contact_cases() {
            .scene = "13-thin-wall.json",
            .criterion = "nothing through, straight or slanting: a rigid ball or slab at a fixed wall, a soft ball at "
                         "that or a rigid plate; a soft ball may tear and freeze",
-           .holds = false,
            .run = run_thin_wall,
            .bullet = bullet_thin_wall},
           {.number = 14,
