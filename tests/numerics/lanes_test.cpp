@@ -93,6 +93,19 @@ Scene touching(Precision precision) {
   return scene;
 }
 
+/// One factor for each vertex of a mesh, from a tenth to ten.
+std::vector<double> some_factors(const Mesh& mesh) {
+  std::vector<double> factors;
+  for (const Vec3d& x : mesh.positions_m) factors.push_back(std::pow(10.0, std::sin(40.0 * x.x() + 70.0 * x.y())));
+  return factors;
+}
+
+/// The same factors for bodies of one mesh.
+Scene with_unlike_springs(Scene scene) {
+  for (SoftBody& body : scene.soft_bodies) body.springs.vertex_stiffness_scale = some_factors(*body.mesh);
+  return scene;
+}
+
 std::uint64_t hash_after(Scene scene, std::size_t threads) {
   World world = make_world(std::move(scene));
   run_ticks(world, ticks, threads);
@@ -179,6 +192,56 @@ TEST_P(Lanes, GiveABodyTheSameBitsByTicksAndBySubsteps) {
     for (std::size_t i = 0; i < scene.soft_bodies.size(); ++i) {
       EXPECT_TRUE(positions_of(free, i) == positions_of(watched, i)) << scene.soft_bodies[i].name;
       EXPECT_EQ(free.measure(i).moles, watched.measure(i).moles);
+    }
+  });
+}
+
+TEST_P(Lanes, GiveUnlikeSpringsTheSameBitsOnEveryPath) {
+  std::vector<std::uint64_t> hashes;
+  on_each_isa([&] {
+    for (const Integrator integrator : {Integrator::symplectic_euler, Integrator::rk4, Integrator::tr_bdf2}) {
+      const Scene many = with_unlike_springs(fleet(19, integrator, GetParam()));
+      World world = make_world(many);
+      run_ticks(world, ticks);
+      hashes.push_back(world.state_hash());
+      for (const std::size_t threads : {2U, 16U}) EXPECT_EQ(hash_after(many, threads), hashes.back()) << threads;
+
+      Scene alone = many;
+      alone.soft_bodies = {many.soft_bodies[11]};
+      EXPECT_TRUE(end_of(alone, 0) == positions_of(world, 11));
+
+      World other = make_world(world.scene());
+      ASSERT_TRUE(other.restore(world.snapshot()).ok());
+      run_ticks(world, ticks);
+      run_ticks(other, ticks, 3);
+      EXPECT_EQ(other.state_hash(), world.state_hash());
+    }
+    // Each with its own factors: no two abreast.
+    Scene mixed = fleet(9, Integrator::midpoint, GetParam());
+    mixed.soft_bodies[4].springs.vertex_stiffness_scale = some_factors(*mixed.soft_bodies[4].mesh);
+    Scene alone = mixed;
+    alone.soft_bodies = {mixed.soft_bodies[4]};
+    EXPECT_TRUE(end_of(mixed, 4) == end_of(alone, 0));
+    EXPECT_TRUE(end_of(mixed, 5) == end_of(fleet(9, Integrator::midpoint, GetParam()), 5));
+    Scene large = empty_scene(Integrator::midpoint, GetParam());  // large enough to be shared among threads
+    large.soft_bodies = {ball(*make_icosphere(5, 0.5), 3)};
+    large.stepping.substeps = 2;
+    large = with_unlike_springs(std::move(large));
+    EXPECT_EQ(hash_after(large, 16), hash_after(large, 1));
+  });
+  for (std::size_t i = 3; i < hashes.size(); ++i) EXPECT_EQ(hashes[i], hashes[i - 3]);
+}
+
+TEST_P(Lanes, GiveFactorsOfOneTheBitsOfNone) {
+  on_each_isa([&] {
+    for (const Integrator integrator : {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4,
+                                        Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd}) {
+      Scene scene = fleet(9, integrator, GetParam());
+      const std::uint64_t hash = hash_after(scene, 1);
+      for (SoftBody& body : scene.soft_bodies) {
+        body.springs.vertex_stiffness_scale.assign(body.mesh->positions_m.size(), 1.0);
+      }
+      EXPECT_EQ(hash_after(scene, 1), hash) << name_of(integrator);
     }
   });
 }

@@ -202,6 +202,21 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"soft_bodies[1].surface.thickness_m", [](Scene& s) { s.soft_bodies[1].surface.thickness_m = -0.1; }},
         Row{"soft_bodies[0].pins[1]", [](Scene& s) { s.soft_bodies[0].pins[1] = 42; }},
         Row{"soft_bodies[0].pin_boundary", [](Scene& s) { s.soft_bodies[0].pin_boundary = true; }},
+        Row{"soft_bodies[0].springs.vertex_stiffness_scale",
+            [](Scene& s) { s.soft_bodies[0].springs.vertex_stiffness_scale.assign(41, 1.0); }},
+        Row{"soft_bodies[0].springs.vertex_stiffness_scale[7]",
+            [](Scene& s) {
+              s.soft_bodies[0].springs.vertex_stiffness_scale.assign(42, 1.0);
+              s.soft_bodies[0].springs.vertex_stiffness_scale[7] = not_a_number;
+              s.soft_bodies[0].springs.vertex_stiffness_scale[9] = -1.0;
+            }},
+        Row{"soft_bodies[0].springs.vertex_stiffness_scale[41]",
+            [](Scene& s) {
+              s.soft_bodies[0].springs.vertex_stiffness_scale.assign(42, 0.0);
+              s.soft_bodies[0].springs.vertex_stiffness_scale[41] = -1e-9;
+            }},
+        Row{"soft_bodies[0].springs.vertex_stiffness_scale[0]",
+            [](Scene& s) { s.soft_bodies[0].springs.vertex_stiffness_scale.assign(42, 1.01e12); }, limit},
         Row{"soft_bodies[0].start_positions",
             [](Scene& s) { s.soft_bodies[0].start_positions_m.assign(41, Vec3d::Zero()); }},
         Row{"soft_bodies[0].start_positions[124]",

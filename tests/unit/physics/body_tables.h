@@ -5,25 +5,21 @@
 #include <vector>
 
 #include "physics/implicit_solver.h"
-#include "physics/isa.h"
+#include "physics/step_plan.h"
 
 namespace pneuma::physics {
 
 template <class Real>
 class BodyTables {
  public:
-  explicit BodyTables(const SoftState<Real>& body) {
-    const LaneKernels<Real>& kernels = lane_kernels<Real>(isa_in_use());
-    const Mesh& mesh = *body.body.mesh;
-    mesh_->rings = make_rings(mesh);
-    mesh_->lengths_m = ring_lengths_m<Real>(mesh, mesh_->rings, kernels.slot_of_place);
-    tables = {{mesh_.get(), &kernels}, matrices_.get(), {}};
+  explicit BodyTables(const SoftState<Real>& body) : plan_(make_step_plan<Real>({&body, 1}, false, false, {})) {
+    tables = {{&plan_.mesh_of(0), plan_.kernels}, matrices_.get(), {}};
   }
 
   ImplicitTables<Real> tables;
 
  private:
-  std::unique_ptr<LaneMesh<Real>> mesh_ = std::make_unique<LaneMesh<Real>>();
+  StepPlan<Real> plan_;
   std::unique_ptr<ImplicitMatrices> matrices_ = std::make_unique<ImplicitMatrices>();
 };
 

@@ -4,9 +4,11 @@
 #include "physics/implicit_system.h"
 
 #include <cmath>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
+#include "physics/isa.h"
 #include "physics/soft_setup.h"
 #include "physics/solve_step.h"
 #include "unit/physics/body_tables.h"
@@ -83,10 +85,18 @@ std::vector<Vec3d> solve(SoftState<double>& state, const std::vector<Vec3d>& b, 
   return step;
 }
 
-class Solution : public testing::TestWithParam<GasLaw> {};
+/// One half of the ball a thousand times stiffer.
+void stiffen_half(SoftState<double>& state) {
+  for (const Vec3d& x : state.body.mesh->positions_m) {
+    state.body.springs.vertex_stiffness_scale.push_back(x.y() > 0.0 ? 1000.0 : 1.0);
+  }
+}
+
+class Solution : public testing::TestWithParam<std::tuple<GasLaw, bool>> {};
 
 TEST_P(Solution, IsThatOfTheForcesOwnDerivative) {
-  SoftState<double> state = stretched_ball(GetParam());
+  SoftState<double> state = stretched_ball(std::get<0>(GetParam()));
+  if (std::get<1>(GetParam())) stiffen_half(state);
   // Damping's force turns with the edges too, and wind's with the faces: of velocities alone both are in full.
   state.body.springs.damping_n_s_m = 0.0;
   const std::vector<Vec3d> wanted = some_direction(state.x.size());
@@ -96,7 +106,8 @@ TEST_P(Solution, IsThatOfTheForcesOwnDerivative) {
   EXPECT_LT(norm(found) / norm(wanted), 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Laws, Solution, testing::Values(GasLaw::isothermal, GasLaw::adiabatic));
+INSTANTIATE_TEST_SUITE_P(LawsAndUnlikeSprings, Solution,
+                         testing::Combine(testing::Values(GasLaw::isothermal, GasLaw::adiabatic), testing::Bool()));
 
 TEST(ImplicitSystem, KeepsTheMomentumOfTheRightHandSideHoweverEarlyItStops) {
   SoftState<double> state = stretched_ball();
@@ -145,12 +156,13 @@ TEST(ImplicitMatrices, AreSharedByBodiesThatAreAlikeAndByNoOthers) {
   EXPECT_EQ(matrix_of(alike, s), first);
   EXPECT_EQ(matrices.bytes(), first->bytes());
   EXPECT_NE(matrix_of(ball, 2.0 * s), first);
-  for (int change = 0; change < 4; ++change) {
+  for (int change = 0; change < 5; ++change) {
     SoftState<double> other = stretched_ball();
     if (change == 0) other.vertex_mass_kg *= 2.0;
     if (change == 1) other.body.springs.stiffness_n_m *= 2.0;
     if (change == 2) other.pinned.assign(other.x.size(), 1);
     if (change == 3) other.grabs.push_back({.id = 1, .vertex = 2, .stiffness_n_m = 1.0});
+    if (change == 4) stiffen_half(other);
     EXPECT_NE(matrix_of(other, s), first) << change;
   }
 }

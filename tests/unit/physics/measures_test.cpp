@@ -148,14 +148,20 @@ struct GradientCase {
   std::string name;
   GasLaw law;
   double size;  // the body's, over that of its rest
+  bool springs_differ = false;
 };
 
 class MeasuresGradient : public testing::TestWithParam<GradientCase> {};
 
 TEST_P(MeasuresGradient, OfAllEnergiesIsMinusTheForce) {
   const Surroundings surroundings{{1.0, -9.81, 0.5}, {.pressure_pa = 40.0}};
-  SoftState<double> state = make_soft_state<double>(ball_of_gas(GetParam().law));
+  SoftBody body = ball_of_gas(GetParam().law);
   std::mt19937_64 engine(3);
+  std::uniform_real_distribution<double> factor(0.0, 100.0);
+  for (std::size_t i = 0; GetParam().springs_differ && i < body.mesh->positions_m.size(); ++i) {
+    body.springs.vertex_stiffness_scale.push_back(factor(engine));
+  }
+  SoftState<double> state = make_soft_state<double>(body);
   std::uniform_real_distribution<double> offset(-0.02, 0.02);
   scale(state, GetParam().size);
   for (Vec3d& x : state.x) x += GetParam().size * Vec3d(offset(engine), offset(engine), offset(engine));
@@ -181,6 +187,7 @@ TEST_P(MeasuresGradient, OfAllEnergiesIsMinusTheForce) {
 
 INSTANTIATE_TEST_SUITE_P(Gas, MeasuresGradient,
                          testing::Values(GradientCase{"Isothermal", GasLaw::isothermal, 1.1},
+                                         GradientCase{"IsothermalOfUnlikeSprings", GasLaw::isothermal, 1.1, true},
                                          GradientCase{"Adiabatic", GasLaw::adiabatic, 0.9},
                                          GradientCase{"IsothermalBelowTheFloor", GasLaw::isothermal, 0.08},
                                          GradientCase{"AdiabaticBelowTheFloor", GasLaw::adiabatic, 0.08}),

@@ -257,6 +257,12 @@ TEST(Sleep, AnEditWakesWhatItChangesOrActsOn) {
   after([](Scene& scene) { scene.soft_bodies[apart].gas->moles = 0.03; }, {apart});
   after([](Scene& scene) { scene.soft_bodies[high].mass_kg = 1.5; }, {low, high});
   after([](Scene& scene) { scene.soft_bodies[apart].pins = {0}; }, {apart});
+  after(
+      [](Scene& scene) {
+        SoftBody& body = scene.soft_bodies[apart];
+        body.springs.vertex_stiffness_scale.assign(body.mesh->positions_m.size(), 2.0);
+      },
+      {apart});
   after([](Scene& scene) { scene.rigid_bodies[0].mass_kg = 2.0; }, {under, over});
   after([](Scene& scene) { scene.rigid_bodies[1].orientation = Quatd(-1.0, 0.0, 0.0, 1e-3).normalized(); },
         {under, over});

@@ -112,7 +112,8 @@ double dense_fastest_rad_s(const SoftBody& body) {
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size);
   for (const auto& [a, b] : body.mesh->edges) {
     const Vec3d n = (x[b] - x[a]).normalized();
-    const Eigen::Matrix3d block = body.springs.stiffness_n_m * n * n.transpose();
+    const double stiffness_n_m = body.springs.stiffness_n_m * body.springs.stiffness_scale({a, b});
+    const Eigen::Matrix3d block = stiffness_n_m * n * n.transpose();
     for (const auto& [row, column, sign] : {std::tuple(a, a, 1.0), {b, b, 1.0}, {a, b, -1.0}, {b, a, -1.0}}) {
       stiffness.block<3, 3>(3 * row, 3 * column) += sign * block;
     }
@@ -141,6 +142,35 @@ TEST(Frequencies, WithGasAreAboveTheMatrixsOwnByAFewPerCent) {
   }
 }
 
+/// A hemisphere `ratio` times stiffer.
+SoftBody half_stiff_ball(double ratio) {
+  SoftBody body = ball(1, 200.0, 20.0);
+  for (const Vec3d& x : body.mesh->positions_m) {
+    body.springs.vertex_stiffness_scale.push_back(x.y() > 0.1 ? ratio : 1.0);
+  }
+  return body;
+}
+
+TEST(Frequencies, OfSpringsThatDifferAreAboveTheMatrixsOwnByAFewPerCent) {
+  for (const double ratio : {0.0, 1e-3, 10.0, 1e3, 1e6}) {
+    const SoftBody body = half_stiff_ball(ratio);
+    const double dense_rad_s = dense_fastest_rad_s(body);
+    const double estimate_rad_s = estimate_frequencies(body, {}).fastest_rad_s;
+    EXPECT_GE(estimate_rad_s, dense_rad_s * (1.0 - 1e-9)) << ratio;
+    EXPECT_LE(estimate_rad_s, dense_rad_s * 1.08) << ratio;
+    EXPECT_LE(estimate_rad_s, bound_frequencies(body, {}).fastest_rad_s) << ratio;
+  }
+}
+
+TEST(Frequencies, BreathingIsThatOfTheSofterPart) {
+  const double alike_rad_s = estimate_frequencies(half_stiff_ball(1.0), {}).breathing_rad_s;
+  for (const double ratio : {1e3, 1e6, 1e9}) {
+    const double breathing_rad_s = estimate_frequencies(half_stiff_ball(ratio), {}).breathing_rad_s;
+    EXPECT_GT(breathing_rad_s, 0.5 * alike_rad_s) << ratio;
+    EXPECT_LT(breathing_rad_s, 4.0 * alike_rad_s) << ratio;
+  }
+}
+
 TEST(Frequencies, AreWithinTheirBounds) {
   for (const double nrt_j : {0.0, 50.0, 1e5}) {
     SoftBody body = ball(2, 1000.0, nrt_j);
@@ -155,25 +185,54 @@ TEST(Frequencies, AreWithinTheirBounds) {
   }
 }
 
-TEST(Substeps, ChosenOnesHoldForEveryIntegrator) {
-  for (const Integrator integrator :
-       {Integrator::explicit_euler, Integrator::midpoint, Integrator::rk4, Integrator::symplectic_euler,
-        Integrator::implicit_euler, Integrator::tr_bdf2, Integrator::xpbd, Integrator::automatic}) {
+/// With springs that are alike, and with some a hundred times stiffer than others.
+class ChosenSubsteps : public testing::TestWithParam<std::tuple<Integrator, double>> {};
+
+TEST_P(ChosenSubsteps, Hold) {
+  const auto [integrator, ratio] = GetParam();
+  Scene scene;
+  scene.stepping.integrator = integrator;
+  SoftBody body = half_stiff_ball(ratio);
+  body.springs.damping_n_s_m = 0.5;
+  scene.soft_bodies.push_back(body);
+  auto world = World::create(scene);
+  ASSERT_TRUE(world.ok()) << world.status().message();
+  ASSERT_TRUE(world->apply_impulse("ball", std::uint32_t{3}, Vec3d(0.2, 0.1, 0.0)).ok());
+  const double energy_at_start = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
+  Workers workers(1);
+  for (int tick = 0; tick < 120; ++tick) world->step_tick(workers);
+  EXPECT_FALSE(world->is_frozen(0));
+  const double energy = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
+  EXPECT_LT(energy, energy_at_start) << "integrator " << static_cast<int>(integrator) << ", " << world->substeps()
+                                     << " substeps";
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, ChosenSubsteps,
+                         testing::Combine(testing::Values(Integrator::explicit_euler, Integrator::midpoint,
+                                                          Integrator::rk4, Integrator::symplectic_euler,
+                                                          Integrator::implicit_euler, Integrator::tr_bdf2,
+                                                          Integrator::xpbd, Integrator::automatic),
+                                          testing::Values(1.0, 100.0)));
+
+// Damping is not scaled: the fastest motion, of the stiff vertex, has less of it than the most damped one.
+TEST(Substeps, AtTheLimitHoldAStiffVertexAmongSoftOnes) {
+  for (const Integrator integrator : {Integrator::explicit_euler, Integrator::midpoint}) {
+    SoftBody body = ball(2, 20.0, 0.0);
+    body.springs.damping_n_s_m = 0.05;
+    body.springs.vertex_stiffness_scale.assign(body.mesh->positions_m.size(), 1.0);
+    body.springs.vertex_stiffness_scale[3] = 20.0;
     Scene scene;
-    scene.stepping.integrator = integrator;
-    SoftBody body = ball(1, 200.0, 20.0);
-    body.springs.damping_n_s_m = 0.5;
     scene.soft_bodies.push_back(body);
+    const double limit_s = stability_limit_s(integrator, estimate_frequencies(body, {}));
+    scene.stepping.integrator = integrator;
+    scene.stepping.substeps = static_cast<std::uint32_t>(std::ceil(1.0 / scene.stepping.rate_hz / limit_s));
     auto world = World::create(scene);
     ASSERT_TRUE(world.ok()) << world.status().message();
-    ASSERT_TRUE(world->apply_impulse("ball", std::uint32_t{3}, Vec3d(0.2, 0.1, 0.0)).ok());
-    const double energy_at_start = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
+    ASSERT_TRUE(world->apply_impulse("ball", std::uint32_t{3}, Vec3d(1e-4, 2e-4, 0.0)).ok());
+    const double start_j = world->measure(0).kinetic_j;
     Workers workers(1);
     for (int tick = 0; tick < 120; ++tick) world->step_tick(workers);
-    EXPECT_FALSE(world->is_frozen(0));
-    const double energy = world->measure(0).kinetic_j + world->measure(0).elastic_j + world->measure(0).gas_j;
-    EXPECT_LT(energy, energy_at_start) << "integrator " << static_cast<int>(integrator) << ", " << world->substeps()
-                                       << " substeps";
+    EXPECT_LT(world->measure(0).kinetic_j + world->measure(0).elastic_j, start_j) << name_of(integrator);
   }
 }
 

@@ -48,5 +48,25 @@ TEST(StepPlan, AddsEdgesToTablesThatAFleetTakesOver) {
   EXPECT_EQ(plan.meshes[0]->edges.ends.empty(), !plan.kernels->edges_first);
 }
 
+TEST(StepPlan, GivesBodiesOfOneMeshWithOtherFactorsTablesOfTheirOwn) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  Scene scene = balls_of(mesh, 3);
+  scene.soft_bodies[1].springs.vertex_stiffness_scale.assign(mesh->positions_m.size(), 2.0);
+  scene.soft_bodies[2].springs.vertex_stiffness_scale.assign(mesh->positions_m.size(), 2.0);
+  Simulation sim(scene, {1, Integrator::midpoint, ""});
+  auto& bodies = std::get<SoftBodies<double>>(sim.soft);
+  EXPECT_EQ(bodies.plan.mesh_of_body, (std::vector<std::size_t>{0, 1, 1}));
+  EXPECT_EQ(bodies.plan.groups.size(), 2U);
+  EXPECT_TRUE(bodies.plan.meshes[0]->stiffness_scales.empty());
+  const auto tables = bodies.plan.meshes;
+
+  bodies.states[2].body.springs.vertex_stiffness_scale[5] = 3.0;
+  sim.make_plan();
+  ASSERT_EQ(bodies.plan.meshes.size(), 3U);
+  EXPECT_EQ(bodies.plan.meshes[0], tables[0]);
+  EXPECT_EQ(bodies.plan.meshes[1], tables[1]);
+  EXPECT_NE(bodies.plan.meshes[2]->stiffness_scales, tables[1]->stiffness_scales);
+}
+
 }  // namespace
 }  // namespace pneuma::physics

@@ -3,6 +3,7 @@
 #include "scene_io/edit.h"
 
 #include <limits>
+#include <vector>
 
 #include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
@@ -91,6 +92,23 @@ TEST(Edit, ANewVolumeMethodBeginsWithItsOwnResolution) {
   const auto same = edit(cells + R"({"change_soft_body": {"name": "a", "volume": {"method": "SUBDIVIDED"}}})");
   ASSERT_TRUE(same.ok()) << same.status().message();
   EXPECT_EQ(same->soft_bodies(0).volume().resolution(), 32U);
+}
+
+TEST(Edit, FactorsOfStiffnessStayOrAreReplacedWhole) {
+  const std::string given = R"({"change_soft_body": {"name": "a", "springs": {"vertex_stiffness_scale": [1, 2, 3]}}},)";
+  const auto kept = edit(given + R"({"change_soft_body": {"name": "a", "springs": {"stiffness_n_m": 20}}})");
+  ASSERT_TRUE(kept.ok()) << kept.status().message();
+  const auto factors = [](const auto& scene) {
+    const auto& list = scene->soft_bodies(0).springs().vertex_stiffness_scale();
+    return std::vector<double>(list.begin(), list.end());
+  };
+  EXPECT_EQ(factors(kept), (std::vector<double>{1.0, 2.0, 3.0}));
+  EXPECT_EQ(kept->soft_bodies(0).springs().stiffness_n_m(), 20.0);
+  const auto replaced =
+      edit(given + R"({"change_soft_body": {"name": "a", "springs": {"vertex_stiffness_scale": [5, 6]}}})");
+  ASSERT_TRUE(replaced.ok()) << replaced.status().message();
+  EXPECT_EQ(factors(replaced), (std::vector<double>{5.0, 6.0}));
+  EXPECT_EQ(replaced->soft_bodies(0).springs().stiffness_n_m(), 10.0);
 }
 
 TEST(Edit, PinsAreReplacedWhole) {
