@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "base/limits.h"
+#include "physics/lane_team.h"
 
 namespace pneuma::physics {
 
@@ -20,6 +21,17 @@ std::size_t LaneMesh<Real>::bytes() const {
 }
 
 template <class Real>
+LaneScratch<Real>::LaneScratch() = default;
+template <class Real>
+LaneScratch<Real>::~LaneScratch() = default;
+template <class Real>
+LaneScratch<Real>::LaneScratch(const LaneScratch&) : LaneScratch() {}
+template <class Real>
+LaneScratch<Real>::LaneScratch(LaneScratch&&) noexcept = default;
+template <class Real>
+LaneScratch<Real>& LaneScratch<Real>::operator=(LaneScratch&&) noexcept = default;
+
+template <class Real>
 std::size_t LaneScratch<Real>::bytes() const {
   std::size_t numbers = 0;
   for (const LaneArray<Real>* array :
@@ -27,8 +39,8 @@ std::size_t LaneScratch<Real>::bytes() const {
     numbers += array->capacity();
   }
   numbers += 3 * (other_x.capacity() + other_v.capacity() + other_force.capacity());
-  return numbers * sizeof(Real) + (block_volumes.capacity() + block_maxima.capacity()) * sizeof(PerLane<Real>) +
-         block_outside.capacity() * sizeof(PerLane<std::int32_t>) + pinned_slots.capacity() * sizeof(std::uint32_t);
+  return numbers * sizeof(Real) + block_volumes.capacity() * sizeof(PerLane<Real>) +
+         pinned_slots.capacity() * sizeof(std::uint32_t) + (team ? team->bytes() : 0);
 }
 
 template <class Real>
@@ -36,7 +48,12 @@ void LaneBodies<Real>::load(bool gas) const {
   clear_unused_slots(scratch_.force);
   if (gas) clear_unused_slots(scratch_.gradient);
   if (layout_ == LaneLayout::alone) {
-    for_blocks([this](std::size_t block) { load_alone(block); });
+    const SoftState<Real>& body = *bodies_[0];
+    for (std::size_t slot = slots_begin(); slot < slots_end(); ++slot) {
+      const std::uint32_t vertex = mesh_.rings.vertices[slot];
+      put_row(body.x[vertex], scratch_.x, slot);
+      put_row(body.v[vertex], scratch_.v, slot);
+    }
     return;
   }
   std::size_t to = 0;
@@ -52,25 +69,10 @@ void LaneBodies<Real>::load(bool gas) const {
   }
 }
 
-template <class Real>
-void LaneBodies<Real>::load_alone(std::size_t block) const {
-  const SoftState<Real>& body = *bodies_[0];
-  // Whole rows, which the first pass loads as such.
-  const auto put = [](const Vec3<Real>& from, Real* row) {
-    const std::array<Real, 4> numbers{from.x(), from.y(), from.z(), Real{0}};
-    std::ranges::copy(numbers, row);
-  };
-  for (std::size_t slot = slots_begin(block); slot < slots_end(block); ++slot) {
-    const std::uint32_t vertex = mesh_.rings.vertices[slot];
-    put(body.x[vertex], scratch_.x.data() + at(slot, 0, 0));
-    put(body.v[vertex], scratch_.v.data() + at(slot, 0, 0));
-  }
-}
-
 // The ring pass leaves them out, and other bodies may have used them, but the update goes over all.
 template <class Real>
 void LaneBodies<Real>::clear_unused_slots(LaneArray<Real>& array) const {
-  for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
+  for (std::size_t p = packs_begin(); p < packs_end(); ++p) {
     const std::size_t used_end = p * pack_slots + mesh_.rings.packs[p].count;
     const auto begin = array.begin() + static_cast<std::ptrdiff_t>(at(used_end, 0, 0));
     const auto end = array.begin() + static_cast<std::ptrdiff_t>(at((p + 1) * pack_slots, 0, 0));
@@ -81,34 +83,26 @@ void LaneBodies<Real>::clear_unused_slots(LaneArray<Real>& array) const {
 template <class Real>
 void LaneBodies<Real>::store(std::span<const std::uint8_t> wanted, bool advance) const {
   if (layout_ == LaneLayout::alone) {
-    if (wanted[0] != 0) store_alone(advance);
+    if (wanted[0] == 0) return;
+    SoftState<Real>& body = *bodies_[0];
+    std::vector<Vec3<Real>>& moved = advance ? body.x : body.dr;
+    const Real* moved_lanes = advance ? scratch_.x.data() : scratch_.move.data();
+    const Real* v_lanes = scratch_.v.data();
+    for_slots([&](std::size_t slot, std::uint32_t vertex) {
+      const Real* from = moved_lanes + 4 * slot;
+      const Real* v = v_lanes + 4 * slot;
+      moved[vertex] = {from[0], from[1], from[2]};
+      body.v[vertex] = {v[0], v[1], v[2]};
+    });
     return;
   }
-  const std::vector<std::uint32_t>& vertices = mesh_.rings.vertices;
-  for (std::size_t p = 0; p < mesh_.rings.packs.size(); ++p) {
-    for (std::size_t slot = p * pack_slots; slot < p * pack_slots + mesh_.rings.packs[p].count; ++slot) {
-      const Real* x = scratch_.x.data() + at(slot, 0, 0);
-      const Real* v = scratch_.v.data() + at(slot, 0, 0);
-      for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-        if (wanted[lane] == 0) continue;
-        bodies_[lane]->x[vertices[slot]] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
-        bodies_[lane]->v[vertices[slot]] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
-      }
-    }
-  }
-}
-
-template <class Real>
-void LaneBodies<Real>::store_alone(bool advance) const {
-  SoftState<Real>& body = *bodies_[0];
-  std::vector<Vec3<Real>>& moved = advance ? body.x : body.dr;
-  const LaneArray<Real>& moved_lanes = advance ? scratch_.x : scratch_.move;
-  for_blocks([&](std::size_t block) {  // there are no more vertices than slots
-    const std::size_t end = std::min(slots_end(block), body.x.size());
-    for (std::size_t i = slots_begin(block); i < end; ++i) {
-      const std::size_t from = at(mesh_.rings.slots[i], 0, 0);
-      moved[i] = {moved_lanes[from], moved_lanes[from + 1], moved_lanes[from + 2]};
-      body.v[i] = {scratch_.v[from], scratch_.v[from + 1], scratch_.v[from + 2]};
+  for_slots([&](std::size_t slot, std::uint32_t vertex) {
+    const Real* x = scratch_.x.data() + at(slot, 0, 0);
+    const Real* v = scratch_.v.data() + at(slot, 0, 0);
+    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+      if (wanted[lane] == 0) continue;
+      bodies_[lane]->x[vertex] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
+      bodies_[lane]->v[vertex] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
     }
   });
 }
@@ -129,29 +123,19 @@ void LaneBodies<Real>::find_well(std::uint32_t substeps, const PerLane<Real>& v_
       reach_max[i] = static_cast<Real>(reach_m) - static_cast<Real>(substeps) * move_max;
     }
   }
-  scratch_.block_outside.resize(block_count());
-  for_blocks([&](std::size_t block) { find_outside(block, reach_max, speed_max); });
-  for (const PerLane<std::int32_t>& outside : scratch_.block_outside) {
-    for (std::size_t i = 0; i < pack_slots; ++i) {
-      if (outside.lanes[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
-    }
-  }
-}
-
-template <class Real>
-void LaneBodies<Real>::find_outside(std::size_t block, const std::array<Real, pack_slots>& reach_max,
-                                    Real speed_max) const {
-  PerLane<std::int32_t> outside;
-  for (std::size_t row = at(slots_begin(block), 0, 0); row < at(slots_end(block), 0, 0); row += pack_slots) {
+  std::array<std::int32_t, pack_slots> outside{};  // whether any number at a place of its row is
+  for (std::size_t row = at(slots_begin(), 0, 0); row < at(slots_end(), 0, 0); row += pack_slots) {
     const Real* x = scratch_.x.data() + row;
     const Real* v = scratch_.v.data() + row;
     for (std::size_t i = 0; i < pack_slots; ++i) {  // the 0 after each z of a body alone is not outside
       const bool near = std::abs(x[i]) <= reach_max[i];
       const bool slow = std::abs(v[i]) <= speed_max;
-      outside.lanes[i] |= static_cast<std::int32_t>(!(near & slow));
+      outside[i] |= static_cast<std::int32_t>(!(near & slow));
     }
   }
-  scratch_.block_outside[block] = outside;
+  for (std::size_t i = 0; i < pack_slots; ++i) {
+    if (outside[i] != 0 && i % width_ < bodies_.size()) well[i % width_] = 0;
+  }
 }
 
 #define PNEUMA_INSTANTIATE(Real)     \

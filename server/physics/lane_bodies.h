@@ -5,15 +5,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <new>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "physics/lane_kernels.h"
 #include "physics/ring.h"
 #include "physics/state.h"
-#include "physics/workers.h"
 
 namespace pneuma::physics {
 
@@ -38,6 +38,15 @@ struct LineAllocator {
   LineAllocator() = default;
   template <class U>
   explicit LineAllocator(const LineAllocator<U>&) {}
+  /// Leaves numbers as they come, so that those a thread never looks at take no memory.
+  template <class U>
+  void construct(U* at) {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <class U, class... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+  }
   [[nodiscard]] T* allocate(std::size_t count) { return static_cast<T*>(::operator new(count * sizeof(T), line)); }
   void deallocate(T* at, std::size_t) { ::operator delete(at, line); }
   bool operator==(const LineAllocator&) const = default;
@@ -45,9 +54,19 @@ struct LineAllocator {
 template <class Real>
 using LaneArray = std::vector<Real, LineAllocator<Real>>;
 
+template <class Real>
+class LaneTeam;
+
 /// Room for the bodies under way; one a thread, kept between substeps. Holds only what the bodies and the method need.
 template <class Real>
 struct LaneScratch {
+  LaneScratch();
+  ~LaneScratch();
+  LaneScratch(const LaneScratch&);  // room is not shared: a copy has none yet
+  LaneScratch& operator=(const LaneScratch&) = delete;
+  LaneScratch(LaneScratch&&) noexcept;
+  LaneScratch& operator=(LaneScratch&&) noexcept;
+
   LaneArray<Real> x;
   LaneArray<Real> v;
   LaneArray<Real> force;
@@ -59,25 +78,42 @@ struct LaneScratch {
   LaneArray<Real> x_slopes;  // RK4 only
   LaneArray<Real> v_slopes;
   std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_volumes;
-  std::vector<PerLane<Real>, LineAllocator<PerLane<Real>>> block_maxima;  // of a body that threads share only
-  std::vector<PerLane<std::int32_t>> block_outside;  // which places of a row of pack_slots have left the bounds
   std::vector<std::uint32_t> pinned_slots;
   // For forces that the kernels do not know, in the mesh's order of vertices.
   std::vector<Vec3<Real>> other_x;
   std::vector<Vec3<Real>> other_v;
   std::vector<Vec3<Real>> other_force;
+  // Of the last body that threads shared: the others' room. Its rings must outlive it.
+  std::unique_ptr<LaneTeam<Real>> team;
 
   [[nodiscard]] std::size_t bytes() const;
 };
 
-/// Bodies of one mesh in one layout. The mesh's packs are cut into blocks, by which threads share a body.
+/// Writes x, y, z, 0 of a slot of a body alone: whole rows, which the first pass loads as such.
+template <class Real>
+void put_row(const Vec3<Real>& from, LaneArray<Real>& to, std::size_t slot) {
+  const std::array<Real, 4> numbers{from.x(), from.y(), from.z(), Real{0}};
+  std::ranges::copy(numbers, to.data() + 4 * slot);
+}
+
+[[nodiscard]] inline std::size_t block_count_of(const Rings& rings) {
+  return (rings.packs.size() + block_packs - 1) / block_packs;
+}
+
+/// Blocks [begin, end).
+struct BlockRun {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+/// Bodies of one mesh in one layout, or a run of one body's blocks.
 template <class Real>
 class LaneBodies {
  public:
-  /// `width` bodies abreast. `workers` may be null; it is for a body alone.
+  /// `width` bodies abreast.
   LaneBodies(std::span<SoftState<Real>* const> bodies, LaneLayout layout, std::size_t width, const LaneMesh<Real>& mesh,
-             LaneScratch<Real>& scratch, Workers* workers)
-      : bodies_(bodies), layout_(layout), width_(width), mesh_(mesh), scratch_(scratch), workers_(workers) {}
+             LaneScratch<Real>& scratch, BlockRun blocks)
+      : bodies_(bodies), layout_(layout), width_(width), mesh_(mesh), scratch_(scratch), blocks_(blocks) {}
 
   /// Copies x and v into the lanes, for which there is room, and clears what the ring pass leaves out.
   void load(bool gas) const;
@@ -95,36 +131,34 @@ class LaneBodies {
   [[nodiscard]] const SoftState<Real>& of_lane(std::size_t lane) const {
     return *bodies_[std::min(lane, bodies_.size() - 1)];
   }
+  /// Calls visit(slot, vertex) for each slot in use.
+  template <class Visit>
+  void for_slots(const Visit& visit) const {
+    for (std::size_t p = packs_begin(); p < packs_end(); ++p) {
+      for (std::size_t slot = p * pack_slots; slot < p * pack_slots + mesh_.rings.packs[p].count; ++slot) {
+        visit(slot, mesh_.rings.vertices[slot]);
+      }
+    }
+  }
 
-  [[nodiscard]] std::size_t slot_count() const { return mesh_.rings.slot_count(); }
   [[nodiscard]] std::size_t at(std::size_t slot, std::size_t component, std::size_t lane) const {
     return layout_ == LaneLayout::fleet ? (3 * slot + component) * width_ + lane : 4 * slot + component;
   }
-  [[nodiscard]] std::size_t block_count() const { return (mesh_.rings.packs.size() + block_packs - 1) / block_packs; }
-  [[nodiscard]] std::size_t packs_end(std::size_t block) const {
-    return std::min((block + 1) * block_packs, mesh_.rings.packs.size());
-  }
-  [[nodiscard]] std::size_t slots_begin(std::size_t block) const { return block * block_packs * pack_slots; }
-  [[nodiscard]] std::size_t slots_end(std::size_t block) const { return packs_end(block) * pack_slots; }
-  /// Calls work(block) for each, on as many threads as the body is shared among.
-  template <class Work>
-  void for_blocks(const Work& work) const {
-    if (workers_ != nullptr) return workers_->for_each(block_count(), std::cref(work));
-    for (std::size_t block = 0; block < block_count(); ++block) work(block);
-  }
+  [[nodiscard]] BlockRun blocks() const { return blocks_; }
+  [[nodiscard]] std::size_t packs_begin() const { return blocks_.begin * block_packs; }
+  [[nodiscard]] std::size_t packs_end() const { return std::min(blocks_.end * block_packs, mesh_.rings.packs.size()); }
+  [[nodiscard]] std::size_t slots_begin() const { return packs_begin() * pack_slots; }
+  [[nodiscard]] std::size_t slots_end() const { return packs_end() * pack_slots; }
 
  private:
-  void load_alone(std::size_t block) const;
-  void store_alone(bool advance) const;
   void clear_unused_slots(LaneArray<Real>& array) const;
-  void find_outside(std::size_t block, const std::array<Real, pack_slots>& reach_max, Real speed_max) const;
 
   std::span<SoftState<Real>* const> bodies_;
   LaneLayout layout_;
   std::size_t width_;
   const LaneMesh<Real>& mesh_;
   LaneScratch<Real>& scratch_;
-  Workers* workers_;
+  BlockRun blocks_;
 };
 
 }  // namespace pneuma::physics

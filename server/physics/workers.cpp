@@ -8,43 +8,9 @@
 #include <thread>
 #include <vector>
 
+#include "physics/spin_wait.h"
+
 namespace pneuma::physics {
-namespace {
-
-// How a thread waits for what another does. The next stage of a step comes within microseconds: it is looked for
-// without leaving the core, some tens of microseconds long. The stage after a serial one may take longer, and there may
-// be more threads than cores: yielding between looks leaves the core to whoever has work. The next tick comes in
-// milliseconds: the thread sleeps.
-constexpr int looks_before_yield = 1'000;
-constexpr int yields_before_sleep = 200;
-
-void pause_briefly() {
-#if defined(__x86_64__)
-  __builtin_ia32_pause();
-#else
-  std::this_thread::yield();
-#endif
-}
-
-// Waits as long as that for `holds`; false if it still does not.
-template <class Condition>
-bool comes_soon(const Condition& holds) {
-  for (int look = 0; look < looks_before_yield; ++look) {
-    if (holds()) return true;
-    pause_briefly();
-  }
-  for (int yield = 0; yield < yields_before_sleep; ++yield) {
-    if (holds()) return true;
-    std::this_thread::yield();
-  }
-  return false;
-}
-
-// Writing to one thread's must not slow the others down.
-constexpr std::size_t cache_line_bytes = 64;
-
-}  // namespace
-
 // A round is cut into a share of neighbouring items for each thread. A thread takes its own items first, then what is
 // left of others', so that a thread that comes late, or not at all, is not waited for. Nobody joins a round: who has
 // taken an item holds the round open until he has reported it, and so may read what the round is about.

@@ -26,7 +26,8 @@ physics::Scene ball_scene(const std::shared_ptr<const physics::Mesh>& mesh, cons
   scene.stepping = {.rate_hz = 1.0 / (substeps * ball.dt_s),
                     .substeps = substeps,
                     .integrator = physics::Integrator::symplectic_euler,
-                    .precision = physics::Precision::single_precision};
+                    .precision = physics::Precision::single_precision,
+                    .sleep = false};
   for (std::size_t i = 0; i < count; ++i) scene.soft_bodies.push_back(soft_ball(mesh, ball, i));
   return scene;
 }
