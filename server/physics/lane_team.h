@@ -55,21 +55,24 @@ class LaneTeam {
     const auto wait_for = [round](const std::atomic<std::uint64_t>& other) {
       return comes_within(late_after, [&] { return other.load(std::memory_order_acquire) >= round; });
     };
-    if (member == 0) {
-      for (std::size_t i = 1; i < members_.size(); ++i) {
-        if (!wait_for(members_[i].arrived)) calls_apart_ = calls_apart_after_wait;
-      }
-      alone();
-      going_on_.store(round, std::memory_order_release);
-    } else {
+    if (member != 0) {
       members_[member].arrived.store(round, std::memory_order_release);
       (void)wait_for(going_on_);
+      return;
     }
+    for (std::size_t i = 1; i < members_.size(); ++i) {
+      if (!wait_for(members_[i].arrived) && round > first_round_of_call_) calls_apart_ = calls_apart_after_wait;
+    }
+    alone();
+    going_on_.store(round, std::memory_order_release);
   }
 
   /// Before each call for a step: whether to share it. Not for some calls after the first member has waited long, for
-  /// another's core has other work then.
-  [[nodiscard]] bool should_share() { return calls_apart_ == 0 || --calls_apart_ == 0; }
+  /// another's core has other work then. To the first meeting of a call they may come late: they may have slept.
+  [[nodiscard]] bool should_share() {
+    first_round_of_call_ = members_[0].round + 1;
+    return calls_apart_ == 0 || --calls_apart_ == 0;
+  }
 
   /// For the first member to set in a meeting, and all to read after it.
   PerLane<Real> pressure_sixth_pa;
@@ -112,6 +115,7 @@ class LaneTeam {
   const Rings* rings_;
   std::vector<Member> members_;
   std::uint32_t calls_apart_ = 0;
+  std::uint64_t first_round_of_call_ = 1;
   alignas(cache_line_bytes) std::atomic<std::uint64_t> going_on_{0};
 };
 
