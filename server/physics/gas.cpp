@@ -45,7 +45,7 @@ double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_
 
 void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure_over_outside_pa, double outside_pa,
               double dt_s) {
-  if (gas.flow_mol_s == 0.0 && gas.leak_mol_s_pa == 0.0) return;
+  if (!flows(gas)) return;
   double leaked = gas.leak_mol_s_pa * pressure_over_outside_pa * dt_s;
   if (leaked != 0.0) {
     const double molar_energy_j_mol = gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3);
@@ -54,26 +54,6 @@ void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure
     leaked = std::clamp(leaked, std::min(to_balance, 0.0), std::max(to_balance, 0.0));
   }
   state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);
-}
-
-namespace {
-
-template <class Real>
-bool bursts(const SoftState<Real>& body) {
-  const std::optional<double>& limit_pa = body.body.gas->burst_pressure_pa;
-  return limit_pa && body.pressure_pa > *limit_pa;
-}
-
-template <class Real>
-bool inverts(const SoftState<Real>& body) {
-  return body.volume_m3 <= 0.0 && !body.inverted;
-}
-
-}  // namespace
-
-template <class Real>
-bool is_gas_eventful(const SoftState<Real>& body) {
-  return body.gas && (bursts(body) || inverts(body));
 }
 
 template <class Real>
@@ -104,8 +84,6 @@ void lose_gas(SoftState<Real>& body) {
   body.inverted = false;
 }
 
-template bool is_gas_eventful<float>(const SoftState<float>&);
-template bool is_gas_eventful<double>(const SoftState<double>&);
 template void advance_gas<float>(SoftState<float>&, double, double);
 template void advance_gas<double>(SoftState<double>&, double, double);
 template void note_recovery<float>(SoftState<float>&);

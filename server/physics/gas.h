@@ -29,14 +29,26 @@ inline constexpr double gas_recovered_share = 0.01;
 /// outwards, but not past the balance with `outside_pa` in `volume_m3`. There are never fewer than none.
 void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure_over_outside_pa, double outside_pa,
               double dt_s);
+/// Whether flow_gas does anything.
+[[nodiscard]] inline bool flows(const Gas& gas) {
+  return gas.flow_mol_s != 0.0 || gas.leak_mol_s_pa != 0.0;
+}
 
 /// The body goes on without: an open skin.
 template <class Real>
 void lose_gas(SoftState<Real>& body);
 
-/// Whether advance_gas would do more than let the gas flow.
+/// Whether the pressure is past the body's own limit. The body has gas, as in the next one.
 template <class Real>
-[[nodiscard]] bool is_gas_eventful(const SoftState<Real>& body);
+[[nodiscard]] bool bursts(const SoftState<Real>& body) {
+  const std::optional<double>& limit_pa = body.body.gas->burst_pressure_pa;
+  return limit_pa && body.pressure_pa > *limit_pa;
+}
+/// Whether a volume is lost that was not before.
+template <class Real>
+[[nodiscard]] bool inverts(const SoftState<Real>& body) {
+  return body.volume_m3 <= 0.0 && !body.inverted;
+}
 
 /// Between two substeps: flows, bursts where the pressure over the outside is past the body's own limit (the gas is
 /// gone then, and the body an open skin), and notes a volume of 0 or below, once until note_recovery has seen it back.

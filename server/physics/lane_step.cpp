@@ -88,13 +88,14 @@ class LaneStep {
     }
   }
 
-  // Lets the gas of each body flow. A lane in which more happens than that is not to be kept.
+  // Lets the gas of each body flow. A lane in which more happens than that (advance_gas) is not to be kept.
   void flow() {
     if (member_ != 0) return;
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
       SoftState<Real>& body = bodies_[lane];
       if (!body.gas) continue;
-      eventful_[lane] = static_cast<std::uint8_t>(eventful_[lane] | static_cast<int>(is_gas_eventful(body)));
+      if (bursts(body) || inverts(body)) eventful_[lane] = 1;
+      if (!flows(*body.body.gas)) continue;
       flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa,
                settings_.surroundings.atmosphere.pressure_pa, settings_.dt_s);
     }
@@ -430,13 +431,13 @@ void run_steps(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& m
   }
   const bool is_large = bodies.size() == 1 && rings.slot_count() >= parallel_slots_min;
   const std::size_t members = is_large && workers != nullptr ? std::min(workers->threads(), blocks) : 1;
-  if (members == 1) {
+  if (members > 1 && (!scratch.team || !scratch.team->is_for(rings, members))) {
+    scratch.team = std::make_unique<LaneTeam<Real>>(rings, members);
+  }
+  if (members == 1 || !scratch.team->should_share()) {
     LaneStep<Real> step(bodies, layout, mesh, kernels, settings, advance, scratch,
                         {.blocks = {0, blocks}, .first = &scratch}, profile);
     return run(step);
-  }
-  if (!scratch.team || !scratch.team->is_for(rings, members)) {
-    scratch.team = std::make_unique<LaneTeam<Real>>(rings, members);
   }
   LaneTeam<Real>& team = *scratch.team;
   workers->for_each(members, [&](std::size_t member) {

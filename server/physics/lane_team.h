@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -52,17 +53,25 @@ class LaneTeam {
   void meet(std::size_t member, const Alone& alone) {
     const std::uint64_t round = ++members_[member].round;
     const auto wait_for = [round](const std::atomic<std::uint64_t>& other) {
-      while (!comes_soon([&] { return other.load(std::memory_order_acquire) >= round; })) {
-      }
+      return comes_within(late_after, [&] { return other.load(std::memory_order_acquire) >= round; });
     };
-    if (member == 0) {
-      for (std::size_t i = 1; i < members_.size(); ++i) wait_for(members_[i].arrived);
-      alone();
-      going_on_.store(round, std::memory_order_release);
-    } else {
+    if (member != 0) {
       members_[member].arrived.store(round, std::memory_order_release);
-      wait_for(going_on_);
+      (void)wait_for(going_on_);
+      return;
     }
+    for (std::size_t i = 1; i < members_.size(); ++i) {
+      if (!wait_for(members_[i].arrived) && round > first_round_of_call_) calls_apart_ = calls_apart_after_wait;
+    }
+    alone();
+    going_on_.store(round, std::memory_order_release);
+  }
+
+  /// Before each call for a step: whether to share it. Not for some calls after the first member has waited long, for
+  /// another's core has other work then. To the first meeting of a call they may come late: they may have slept.
+  [[nodiscard]] bool should_share() {
+    first_round_of_call_ = members_[0].round + 1;
+    return calls_apart_ == 0 || --calls_apart_ == 0;
   }
 
   /// For the first member to set in a meeting, and all to read after it.
@@ -76,6 +85,11 @@ class LaneTeam {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  // A meeting comes every 10 microseconds or so, a call takes a millisecond: a wait this long is of a thread that was
+  // put off its core, and the calls that follow it make up for the next try.
+  static constexpr std::chrono::microseconds late_after{300};
+  static constexpr std::uint32_t calls_apart_after_wait = 32;
+
   // Of a member's halo, [begin, end) are some other member's slots.
   struct HaloRun {
     std::size_t begin = 0;
@@ -100,6 +114,8 @@ class LaneTeam {
 
   const Rings* rings_;
   std::vector<Member> members_;
+  std::uint32_t calls_apart_ = 0;
+  std::uint64_t first_round_of_call_ = 1;
   alignas(cache_line_bytes) std::atomic<std::uint64_t> going_on_{0};
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/contact_solid.h"
+#include "physics/gas.h"
 #include "physics/rigid.h"
 #include "physics/soft_setup.h"
 
@@ -95,9 +96,9 @@ double place_tolerance_m(double length_m, const Vec3d& gravity_m_s2) {
 
 template <class Real>
 bool can_rest(const SoftState<Real>& body, const Atmosphere& atmosphere) {
-  const bool flows = body.gas && (body.body.gas->flow_mol_s != 0.0 || body.body.gas->leak_mol_s_pa != 0.0);
+  const bool gas_flows = body.gas && flows(*body.body.gas);
   const bool blown = has_wind(body.body, atmosphere) && !atmosphere.wind.isZero(0.0);
-  return body.body.springs.damping_n_s_m > 0.0 && !flows && !blown && body.grabs.empty();
+  return body.body.springs.damping_n_s_m > 0.0 && !gas_flows && !blown && body.grabs.empty();
 }
 
 template <class Real>

@@ -29,7 +29,8 @@ struct BallCase {
 /// It as a body of ours, the index-th of a row of them.
 [[nodiscard]] physics::SoftBody soft_ball(std::shared_ptr<const physics::Mesh> mesh, const BallCase& ball,
                                           std::size_t index);
-/// A row of such balls that touch nothing, in single precision by symplectic Euler, so many steps a tick.
+/// A row of such balls that touch nothing, in single precision by symplectic Euler, so many steps a tick. They do not
+/// look for rest, which no peer does.
 [[nodiscard]] physics::Scene ball_scene(const std::shared_ptr<const physics::Mesh>& mesh, const BallCase& ball,
                                         std::size_t count, std::uint32_t substeps);
 

@@ -160,7 +160,7 @@ int inversions_told(const std::vector<double>& shares, bool tick_ends_each_time)
   for (const double share : shares) {
     body.volume_m3 = share * start_m3;
     body.gas_event.reset();
-    EXPECT_EQ(is_gas_eventful(body), share <= 0.0 && !body.inverted);
+    EXPECT_EQ(inverts(body), share <= 0.0 && !body.inverted);
     advance_gas(body, 0.0, 0.01);
     if (body.gas_event) {
       EXPECT_EQ(body.gas_event->kind, GasEvent::Kind::inverted);
