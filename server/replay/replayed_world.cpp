@@ -29,6 +29,16 @@ constexpr std::uint64_t step_frames_max = 60;
 
 }  // namespace
 
+Status check_seek(const v1::Seek& seek, double duration_s) {
+  const double time_s = seek.time_s();
+  if (!std::isfinite(time_s)) return base::invalid("is not finite", "seek.time_s");
+  if (time_s < 0.0) return base::invalid("must be 0 or more", "seek.time_s");
+  if (time_s > duration_s) {
+    return base::invalid("the recording ends at " + base::number_text(duration_s) + " s", "seek.time_s");
+  }
+  return {};
+}
+
 ReplayedWorld::ReplayedWorld(client::Playback playback, const PlayOptions& options, Wiring wiring)
     : name_(playback.header().world()),
       options_(options),
@@ -183,13 +193,8 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
       hub_.send_to_all(app::event_message(v1::Event::WORLD_RESET, name_, tick()), outbox);
       return done(message);
     case v1::ClientMessage::kSeek: {
-      const double time_s = message.seek().time_s();
-      if (!std::isfinite(time_s) || time_s < 0.0) return base::invalid("must be 0 or more", "seek.time_s");
-      if (time_s > duration_s_) {
-        return Status(StatusCode::invalid_argument, "the recording ends at " + base::number_text(duration_s_) + " s",
-                      "seek.time_s");
-      }
-      if (Status found = go_to(time_s, now); !found.ok()) return found;
+      if (Status wrong = check_seek(message.seek(), duration_s_); !wrong.ok()) return wrong;
+      if (Status found = go_to(message.seek().time_s(), now); !found.ok()) return found;
       return done(message);
     }
     case v1::ClientMessage::kGetStats: {

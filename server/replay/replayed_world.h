@@ -15,6 +15,7 @@
 #include "app/outbox.h"
 #include "app/world_status.h"
 #include "base/status.h"
+#include "pneuma/v1/session.pb.h"
 #include "pneuma_client/playback.h"
 #include "replay/recorded_frames.h"
 
@@ -26,6 +27,9 @@ struct PlayOptions {
   double start_s = 0.0;  // play time
   bool paused = false;   // at first
 };
+
+/// Refuses a time that is not one of a recording of that length.
+[[nodiscard]] base::Status check_seek(const v1::Seek& seek, double duration_s);
 
 class ReplayedWorld {
  public:

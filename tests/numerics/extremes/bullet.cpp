@@ -20,11 +20,7 @@ bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s, const 
       .mass_kg = body.mass_kg, .nrt_j = body.gas ? nrt_j(body) : 0.0, .gravity_m_s2 = gravity_m_s2, .dt_s = dt_s};
   bench::BulletBall peer(**mesh, ball, settings);
   const auto start = physics::make_soft_state<double>(body);
-  std::vector<double> masses_kg(start.x.size(), start.vertex_mass_kg);
-  for (std::size_t i = 0; i < start.pinned.size(); ++i) {
-    if (start.pinned[i] != 0) masses_kg[i] = 0.0;
-  }
-  peer.set_masses(masses_kg);
+  peer.set_masses(vertex_masses_kg(body));
   if (std::vector<double> links = body.springs.vertex_stiffness_scale; !links.empty()) {
     const double stiffest = *std::ranges::max_element(links);
     for (double& link : links) link *= settings.link_stiffness / stiffest;
@@ -32,6 +28,13 @@ bench::BulletBall bullet_ball(const physics::SoftBody& body, double dt_s, const 
   }
   peer.place(start.x, start.v);
   return peer;
+}
+
+std::vector<double> vertex_masses_kg(const physics::SoftBody& body) {
+  const auto start = physics::make_soft_state<double>(body);
+  std::vector<double> masses_kg;
+  for (std::size_t i = 0; i < start.x.size(); ++i) masses_kg.push_back(start.is_pinned(i) ? 0.0 : start.mass_kg(i));
+  return masses_kg;
 }
 
 double link_stiffness_of(double stiffness_n_m, double vertex_mass_kg, double dt_s) {

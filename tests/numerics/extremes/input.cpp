@@ -14,6 +14,7 @@
 #include "app/live_world.h"
 #include "numerics/extremes/cases.h"
 #include "numerics/extremes/run.h"
+#include "replay/replayed_world.h"
 #include "scene_io/json.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"
@@ -227,6 +228,14 @@ void refuse_subscriptions(Refusals& refusals) {
   refuse_numbers(message, "", [&] { return hub.subscribe(session, subscribe, 60.0).status(); }, refusals);
 }
 
+void refuse_seeks(Refusals& refusals) {
+  constexpr double duration_s = 10.0;
+  v1::ClientMessage message;
+  message.mutable_seek()->set_time_s(1.0);
+  if (!replay::check_seek(message.seek(), duration_s).ok()) refusals.wrong = "a seek was refused";
+  refuse_numbers(message, "", [&] { return replay::check_seek(message.seek(), duration_s); }, refusals);
+}
+
 Result run_not_a_number(bool) {
   auto scene = scene_io::load_scene(scene_path("10-not-a-number.json"));
   if (!scene.ok()) throw std::runtime_error(scene.status().message());
@@ -238,6 +247,7 @@ Result run_not_a_number(bool) {
   refuse_text(edit, [](const std::string& text) { return scene_io::parse_edit_json(text).status(); }, refusals);
   refuse_changes(*scene, edit, refusals);
   refuse_subscriptions(refusals);
+  refuse_seeks(refusals);
 
   Names seen;
   Names numbers;
