@@ -23,6 +23,7 @@ TopologyMessage topology_of(const physics::Mesh& mesh) {
   out.set_vertex_count(vertex_count);
   out.mutable_indices()->Add(indices.begin(), indices.end());
   topology.message = serialise(message);
+  topology.order = std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(vertex_count, indices));
   return topology;
 }
 
@@ -38,11 +39,13 @@ void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape
 bool WorldLayout::update(const physics::World& world) {
   v1::Layout layout;
   std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies;
+  orders_.clear();
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
     const physics::SoftBody& body = world.soft_body(i);
     auto& topology = topologies[body.mesh];
     if (const auto known = topologies_.find(body.mesh); known != topologies_.end()) topology = known->second;
     if (topology.message == nullptr) topology = topology_of(*body.mesh);
+    orders_.push_back(topology.order);
     v1::Layout::Soft& soft = *layout.add_soft_bodies();
     soft.set_name(body.name);
     soft.set_topology_hash(topology.hash);
