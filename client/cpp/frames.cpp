@@ -59,6 +59,8 @@ base::Status StreamDecoder::take_topology(const v1::Topology& message) {
   if (codec::topology_hash(topology->vertex_count, topology->indices) != topology->hash) {
     return malformed("the hash is not that of the triangles", "topology.hash");
   }
+  topology->order =
+      std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(topology->vertex_count, topology->indices));
   topologies_.emplace(topology->hash, std::move(topology));
   return {};
 }
@@ -68,7 +70,7 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   if (found == streams_.end()) return {};
 
   std::vector<Body> bodies;
-  std::vector<codec::Lattice> lattices;
+  std::vector<codec::MeshOrderPtr> orders;
   std::size_t vertices = 0;
   for (const auto& soft : message.soft_bodies()) {
     const auto topology = topologies_.find(soft.topology_hash());
@@ -78,7 +80,7 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
       return malformed("more than any world may hold", "layout");
     }
     bodies.push_back({soft.name(), topology->second});
-    lattices.emplace_back(3 * std::size_t{topology->second->vertex_count});
+    orders.push_back(topology->second->order);
   }
   std::vector<SolidFrame> solids;
   for (const auto& solid : message.solids()) {
@@ -92,7 +94,7 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   stream.layout_id = message.layout_id();
   stream.bodies = std::move(bodies);
   stream.solids = std::move(solids);
-  stream.lattices = std::move(lattices);
+  stream.reader = codec::FrameReader(std::move(orders));
   stream.tick.reset();
   return {};
 }
@@ -121,7 +123,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   const bool key = !message.has_base_tick();
   const base::Status checked = check_frame(stream, message);
   if (!checked.ok()) return checked;
-  const base::Status decoded = codec::decode(message.payload(), key, stream.lattices);
+  const base::Status decoded = stream.reader.read(message.payload(), key);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
   stream.tick = message.tick();
@@ -140,8 +142,8 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   frame.bodies.reserve(stream.bodies.size());
   for (std::size_t i = 0; i < stream.bodies.size(); ++i) {
     SoftBodyFrame& body = frame.bodies.emplace_back(stream.bodies[i].name, stream.bodies[i].topology);
-    body.positions_m.resize(stream.lattices[i].size());
-    codec::dequantise(stream.lattices[i], stream.grid_step_m, body.positions_m);
+    body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
+    stream.reader.positions(i, stream.grid_step_m, body.positions_m);
   }
   return std::optional(std::move(frame));
 }

@@ -28,24 +28,17 @@ void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
 }  // namespace
 
 FrameEncoder::FrameEncoder(std::uint32_t stream_id, double max_error_m)
-    : stream_id_(stream_id), grid_step_m_(codec::grid_step_m(max_error_m)) {}
+    : stream_id_(stream_id), max_error_m_(max_error_m) {}
 
-net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t tick, std::uint32_t layout_id,
+net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t tick, const WorldLayout& layout,
                                       bool with_key) {
-  const bool delta = last_tick_ && *last_tick_ < tick && layout_id_ == layout_id;
+  const bool same_layout = writer_ && layout_id_ == layout.id();
+  const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
   const std::optional<std::uint64_t> base_tick = last_tick_;
-  std::swap(base_lattices_, lattices_);
   const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
-
-  lattices_.resize(source.soft_body_count());
-  for (std::size_t i = 0; i < lattices_.size(); ++i) {
-    positions_m_.resize(3 * source.mesh(i)->positions_m.size());
-    lattices_[i].resize(positions_m_.size());
-    source.copy_positions(i, positions_m_);
-    codec::quantise(positions_m_, grid_step_m_, lattices_[i]);
-  }
+  if (!same_layout) writer_.emplace(layout.orders(), max_error_m_);
   last_tick_ = tick;
-  layout_id_ = layout_id;
+  layout_id_ = layout.id();
   time_s_ = source.time_s();
 
   net::StreamFrame out;
@@ -56,16 +49,24 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t t
     v1::ServerMessage message = header();
     v1::Frame& frame = *message.mutable_frame();
     frame.set_base_tick(*base_tick);
-    for (std::size_t i = 0; i < lattices_.size(); ++i) {
-      codec::encode_delta(lattices_[i], base_lattices_[i], *frame.mutable_payload());
-    }
+    writer_->begin_delta();
+    for (std::size_t i = 0; i < source.soft_body_count(); ++i) writer_->move_body(i, positions_of(source, i));
+    writer_->take_delta(*frame.mutable_payload());
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!same(poses_[i], base_poses[i])) add_pose(frame, i, poses_[i]);
     }
     out.delta = serialise(message);
+  } else {
+    for (std::size_t i = 0; i < source.soft_body_count(); ++i) writer_->place_body(i, positions_of(source, i));
   }
   if (with_key || !delta) out.key = key();
   return out;
+}
+
+std::span<const double> FrameEncoder::positions_of(const FrameSource& source, std::size_t body) {
+  positions_m_.resize(3 * source.mesh(body)->positions_m.size());
+  source.copy_positions(body, positions_m_);
+  return positions_m_;
 }
 
 net::StreamFrame FrameEncoder::last_as_key() const {
@@ -90,7 +91,7 @@ v1::ServerMessage FrameEncoder::header() const {
 net::SharedBytes FrameEncoder::key() const {
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
-  for (const codec::Lattice& lattice : lattices_) codec::encode_key(lattice, *frame.mutable_payload());
+  writer_->write_key(*frame.mutable_payload());
   for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);
   return serialise(message);
 }

@@ -210,7 +210,7 @@ void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divis
     quality_class.sessions = std::move(sessions);
   }
   auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
-  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_.id(), with_key || !keyed.empty());
+  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_, with_key || !keyed.empty());
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
   // A session takes the delta where it can, so those whose key is due are not offered it.
   net::StreamFrame key = frame;

@@ -22,6 +22,7 @@ TopologyMessage topology_of(const physics::Mesh& mesh) {
   out.set_vertex_count(vertex_count);
   out.mutable_indices()->Add(indices.begin(), indices.end());
   topology.message = serialise(message);
+  topology.order = std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(vertex_count, indices));
   return topology;
 }
 
@@ -30,11 +31,13 @@ TopologyMessage topology_of(const physics::Mesh& mesh) {
 bool WorldLayout::update(const FrameSource& source) {
   v1::Layout layout;
   std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies;
+  orders_.clear();
   for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
     const std::shared_ptr<const physics::Mesh> mesh = source.mesh(i);
     auto& topology = topologies[mesh];
     if (const auto known = topologies_.find(mesh); known != topologies_.end()) topology = known->second;
     if (topology.message == nullptr) topology = topology_of(*mesh);
+    orders_.push_back(topology.order);
     v1::Layout::Soft& soft = *layout.add_soft_bodies();
     soft.set_name(source.soft_body_name(i));
     soft.set_topology_hash(topology.hash);

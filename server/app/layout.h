@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/frame_source.h"
+#include "codec/frame_codec.h"
 #include "net/server.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -16,6 +17,7 @@ namespace pneuma::app {
 /// A mesh's topology, named and ready to be sent.
 struct TopologyMessage {
   std::string hash;
+  codec::MeshOrderPtr order;  // of its vertices in the frames
   net::SharedBytes message;
 };
 
@@ -28,11 +30,14 @@ class WorldLayout {
   [[nodiscard]] std::uint32_t id() const { return layout_.layout_id(); }
   /// One a mesh in use.
   [[nodiscard]] std::vector<TopologyMessage> topologies() const;
+  /// One a soft body.
+  [[nodiscard]] const std::vector<codec::MeshOrderPtr>& orders() const { return orders_; }
   [[nodiscard]] v1::ServerMessage message(std::uint32_t stream_id) const;
 
  private:
   v1::Layout layout_;
   std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies_;
+  std::vector<codec::MeshOrderPtr> orders_;
 };
 
 }  // namespace pneuma::app

@@ -1,39 +1,94 @@
-// Vertex frames as integers on a grid, and those as bytes: pure functions over arrays, used by server and client alike.
-// The byte format is proto/WIRE.md, "Frame payload".
+// Frames of a stream as bytes and back; used by server and client alike. The format is proto/WIRE.md, "Frame payload".
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "base/status.h"
+#include "codec/grid.h"
+#include "codec/mesh_order.h"
+#include "codec/move_coder.h"
 
 namespace pneuma::codec {
 
-/// Grid coordinates of a body's vertices, x y z in vertex order.
-using Lattice = std::vector<std::int64_t>;
+using MeshOrderPtr = std::shared_ptr<const MeshOrder>;
 
-/// Edge of the grid on which no point is further than max_error_m (Euclidean) from a grid point: 2 e / sqrt(3), less
-/// what rounding to double may take.
-[[nodiscard]] double grid_step_m(double max_error_m);
+/// What the next frame builds on, in the order of a mesh's slots.
+struct BodyMotion {
+  Lattice points;                  // of the last frame
+  std::vector<Lanes> move;         // how they came there from the frame before
+  std::vector<Lanes> move_before;  // and there
 
-/// Nearest grid coordinates of positions_m (3 a vertex; finite and within base::coordinate_max_m). `out` has the same
-/// size.
-void quantise(std::span<const double> positions_m, double step_m, std::span<std::int64_t> out);
-void dequantise(std::span<const std::int64_t> lattice, double step_m, std::span<double> out_m);
+  explicit BodyMotion(std::size_t vertices) : points(3 * vertices), move(vertices), move_before(vertices) {}
+};
 
-/// Appends one body's block that stands alone.
-void encode_key(std::span<const std::int64_t> lattice, std::string& payload);
-/// Appends one body's block relative to `base`, the same body's lattice in the frame built on. An unchanged body takes
-/// one byte.
-void encode_delta(std::span<const std::int64_t> lattice, std::span<const std::int64_t> base, std::string& payload);
+/// Makes the payloads of one stream. Delta frames build on the frame before, whoever reads it; a key frame holds all
+/// that the next delta frame needs, so that both may be sent of the same frame.
+class FrameWriter {
+ public:
+  /// One order a body.
+  FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m);
 
-/// Reads the blocks of a whole payload: one a body, in order. On entry `bodies` holds the base frame's lattices (for a
-/// key frame only their sizes count); on success the frame's. Bytes that do not fit change nothing and give a status
-/// that names the body and what was wrong. Time and memory are bounded by the sizes of `bodies` and the payload.
-[[nodiscard]] base::Status decode(std::string_view payload, bool key, std::span<Lattice> bodies);
+  [[nodiscard]] double grid_step_m() const { return step_m_; }
+
+  /// A delta frame: every body in turn, then take_delta().
+  void begin_delta();
+  /// positions_m: three a vertex of the mesh, finite and within base::coordinate_max_m. The body's next points are
+  /// within the bound of them.
+  void move_body(std::size_t body, std::span<const double> positions_m);
+  /// Appends the payload.
+  void take_delta(std::string& payload);
+
+  /// Instead of a delta frame: the stream begins anew here, at rest.
+  void place_body(std::size_t body, std::span<const double> positions_m);
+
+  /// Appends the payload of the last frame as one that stands alone.
+  void write_key(std::string& payload) const;
+
+  [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
+
+ private:
+  void gather(const MeshOrder& order, std::span<const double> positions_m);
+  [[nodiscard]] bool is_still(const Lattice& points) const;
+
+  std::vector<MeshOrderPtr> orders_;
+  double step_m_;
+  double still_m_;  // a vertex no further from its last point may stay there
+  std::vector<BodyMotion> motions_;
+  // Of the frame under way:
+  std::string heads_;
+  SymbolWriter symbols_;
+  // Of the body under way:
+  std::vector<double> positions_m_;  // in the order of the slots
+  Lattice points_;
+  std::vector<Lanes> moves_;
+  MoveScratch scratch_;
+};
+
+/// Reads the payloads of one stream.
+class FrameReader {
+ public:
+  FrameReader() = default;
+  explicit FrameReader(std::vector<MeshOrderPtr> orders);
+
+  /// Bytes that do not fit change nothing and give a status that names the body and what was wrong. Time and memory are
+  /// bounded by the meshes' and the payload's sizes.
+  [[nodiscard]] base::Status read(std::string_view payload, bool key);
+
+  /// The body's grid coordinates in the last frame, in vertex order.
+  void points(std::size_t body, std::span<std::int64_t> out) const;
+  void positions(std::size_t body, double step_m, std::span<double> out_m) const;
+
+ private:
+  std::vector<MeshOrderPtr> orders_;
+  std::vector<BodyMotion> motions_;
+  std::vector<BodyMotion> next_;  // of the frame under way
+  MoveScratch scratch_;
+};
 
 }  // namespace pneuma::codec

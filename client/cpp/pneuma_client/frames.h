@@ -21,6 +21,7 @@ struct Topology {
   std::string hash;  // 16 bytes
   std::uint32_t vertex_count = 0;
   std::vector<std::uint32_t> indices;  // three a face
+  codec::MeshOrderPtr order;           // of the vertices in frames
 };
 using TopologyPtr = std::shared_ptr<const Topology>;
 
@@ -80,8 +81,8 @@ class StreamDecoder {
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
     std::vector<SolidFrame> solids;
-    std::optional<std::uint64_t> tick;     // of the last frame; none before the layout's first key frame
-    std::vector<codec::Lattice> lattices;  // that frame's, a body each
+    std::optional<std::uint64_t> tick;  // of the last frame; none before the layout's first key frame
+    codec::FrameReader reader;
   };
 
   [[nodiscard]] base::Status check_frame(const Stream& stream, const v1::Frame& message) const;

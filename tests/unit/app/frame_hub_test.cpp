@@ -98,7 +98,9 @@ TEST_F(FrameHubTest, AKnownTopologyIsNotSentAgain) {
 TEST_F(FrameHubTest, DeltasDecodeToTheWorldWithinTheBound) {
   const double max_error_m = 1e-4;
   const auto subscribed = subscribe(ann_, 0.0, max_error_m);
-  std::vector<codec::Lattice> lattices(1, codec::Lattice(3 * 42));
+  const auto mesh = world_.physics().soft_body(0).mesh;
+  const std::span<const std::uint32_t> indices(mesh->faces.front().data(), 3 * mesh->faces.size());
+  codec::FrameReader reader({std::make_shared<codec::MeshOrder>(codec::make_mesh_order(42, indices))});
   std::uint64_t last_tick = 0;
   for (int i = 0; i < 30; ++i) {
     const auto frame = frames(tick()).at(0);
@@ -110,10 +112,10 @@ TEST_F(FrameHubTest, DeltasDecodeToTheWorldWithinTheBound) {
       EXPECT_EQ(frame.key, nullptr);
     }
     last_tick = message.tick();
-    ASSERT_TRUE(codec::decode(message.payload(), i == 0, lattices).ok());
+    ASSERT_TRUE(reader.read(message.payload(), i == 0).ok());
     std::vector<double> decoded(3 * 42);
     std::vector<double> exact(3 * 42);
-    codec::dequantise(lattices[0], subscribed.grid_step_m(), decoded);
+    reader.positions(0, subscribed.grid_step_m(), decoded);
     world_.physics().copy_positions(0, exact);
     for (std::size_t v = 0; v < 42; ++v) {
       const double error = std::hypot(decoded[3 * v] - exact[3 * v], decoded[3 * v + 1] - exact[3 * v + 1],

@@ -434,7 +434,7 @@ TEST(ClientEnd, FrameThatCannotBeDecodedIsMalformed) {
   ASSERT_TRUE(client.subscribe("w").ok());
   const auto frame = client.next_frame(long_enough);
   ASSERT_FALSE(frame.ok());
-  EXPECT_EQ(frame.status().message(), "stream 1.bodies[0]: no such block mode: 7");
+  EXPECT_EQ(frame.status().message(), "stream 1.payload: is of format 7, which is not known");
   EXPECT_FALSE(client.pause("w").ok());
 }
 

@@ -21,11 +21,35 @@ constexpr timeval patience{.tv_sec = 60, .tv_usec = 0};
 
 const std::vector<std::uint32_t> tetrahedron{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
-codec::Lattice lattice_at(std::int64_t offset) {
-  codec::Lattice lattice{0, 0, 0, 1000, 0, 0, 0, 1000, 0, 0, 0, 1000};
-  for (std::int64_t& value : lattice) value += offset;
-  return lattice;
-}
+/// A writer of that one body.
+class Writer {
+ public:
+  Writer() : writer_({std::make_shared<codec::MeshOrder>(codec::make_mesh_order(4, tetrahedron))}, 0.01) {}
+
+  std::string key(std::int64_t offset) {
+    writer_.place_body(0, positions_m(offset));
+    std::string payload;
+    writer_.write_key(payload);
+    return payload;
+  }
+  std::string delta(std::int64_t offset, std::int64_t base_offset) {
+    writer_.place_body(0, positions_m(base_offset));
+    writer_.begin_delta();
+    writer_.move_body(0, positions_m(offset));
+    std::string payload;
+    writer_.take_delta(payload);
+    return payload;
+  }
+
+ private:
+  [[nodiscard]] std::vector<double> positions_m(std::int64_t offset) const {
+    std::vector<double> positions_m{0, 0, 0, 1000, 0, 0, 0, 1000, 0, 0, 0, 1000};
+    for (double& value : positions_m) value = (value + static_cast<double>(offset)) * writer_.grid_step_m();
+    return positions_m;
+  }
+
+  codec::FrameWriter writer_;
+};
 
 }  // namespace
 
@@ -160,7 +184,7 @@ v1::ServerMessage key_frame(std::uint32_t stream_id, std::uint64_t tick, std::in
   frame.set_layout_id(layout_id);
   frame.set_tick(tick);
   frame.set_time_s(static_cast<double>(tick) / 60.0);
-  codec::encode_key(lattice_at(offset), *frame.mutable_payload());
+  frame.set_payload(Writer().key(offset));
   auto* pose = frame.add_poses();
   pose->mutable_position()->set_y(-1.0);
   pose->mutable_orientation()->set_w(1.0);
@@ -173,8 +197,7 @@ v1::ServerMessage delta_frame(std::uint32_t stream_id, std::uint64_t tick, std::
   v1::Frame& frame = *message.mutable_frame();
   frame.set_base_tick(base_tick);
   frame.clear_poses();
-  frame.clear_payload();
-  codec::encode_delta(lattice_at(offset), lattice_at(base_offset), *frame.mutable_payload());
+  frame.set_payload(Writer().delta(offset, base_offset));
   return message;
 }
 

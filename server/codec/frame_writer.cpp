@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "base/limits.h"
+#include "codec/frame_codec.h"
+#include "codec/payload_heads.h"
+#include "codec/prediction_fit.h"
+
+namespace pneuma::codec {
+
+namespace {
+
+// What a move may be; a vertex that goes further in a frame begins anew.
+constexpr std::int64_t move_max = std::int64_t{1} << 30;
+
+/// Sets `out` to points less a point for each, where every difference is a move. False where one is not.
+template <class Origin>
+bool subtract(const Lattice& points, Origin&& origin_of, std::vector<Lanes>& out) {
+  const std::size_t count = points.size() / 3;
+  out.resize(count);
+  std::uint64_t too_far = 0;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const std::int64_t* const origin = origin_of(slot);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t difference = points[3 * slot + axis] - origin[axis];
+      too_far |= static_cast<std::uint64_t>(difference + move_max) >> 31;
+      out[slot].v[axis] = static_cast<std::uint32_t>(difference);
+    }
+  }
+  return too_far == 0;
+}
+
+bool all_zero(const std::vector<Lanes>& moves) {
+  LaneVector any = {};
+  for (const Lanes& move : moves) any |= move.v;
+  return (any[0] | any[1] | any[2]) == 0;
+}
+
+void come_to_rest(std::vector<Lanes>& moves) {
+  std::ranges::fill(moves, Lanes{});
+}
+
+std::uint8_t put_own_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
+                           SymbolWriter& symbols) {
+  if (all_zero(moves)) return level_of_rest;
+  return static_cast<std::uint8_t>(put_moves(order, Neighbours::mean, moves, scratch, symbols));
+}
+
+/// A block that stands alone: the points, and the last two moves.
+void put_key_block(const MeshOrder& order, const BodyMotion& motion, MoveScratch& scratch, std::string& heads,
+                   SymbolWriter& symbols) {
+  BlockHead head;
+  std::string plain;
+  std::vector<Lanes> from_anchor;
+  const std::int64_t* const anchor = motion.points.data();
+  const auto anchor_of = [anchor](std::size_t) { return anchor; };
+  scratch.drift.assign(order.size(), Lanes{});
+  if (order.size() > 0 && subtract(motion.points, anchor_of, from_anchor)) {
+    head.mode = BlockMode::key;
+    head.anchor = {anchor[0], anchor[1], anchor[2]};
+    head.level = static_cast<std::uint8_t>(put_moves(order, Neighbours::parallelogram, from_anchor, scratch, symbols));
+  } else {
+    head.mode = BlockMode::plain;
+    for (const std::int64_t coordinate : motion.points) append_coordinate(coordinate, plain);
+    head.plain = plain;
+  }
+  head.move_level = put_own_moves(order, motion.move, scratch, symbols);
+  predict_drift(order, motion.move, motion.move, steady_motion, scratch.ring, scratch.drift);
+  head.before_level = put_own_moves(order, motion.move_before, scratch, symbols);
+  append_head(head, heads);
+}
+
+}  // namespace
+
+FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m)
+    : orders_(std::move(orders)), step_m_(codec::grid_step_m(max_error_m)) {
+  // As much as the product of dequantise() rounds away, and the distance itself.
+  still_m_ = (max_error_m - 0x1p-51 * (base::coordinate_max_m + base::max_error_max_m)) * (1.0 - 0x1p-40);
+  motions_.reserve(orders_.size());
+  for (const MeshOrderPtr& order : orders_) motions_.emplace_back(order->size());
+}
+
+void FrameWriter::gather(const MeshOrder& order, std::span<const double> positions_m) {
+  assert(positions_m.size() == 3 * order.size());
+  positions_m_.resize(positions_m.size());
+  points_.resize(positions_m.size());
+  for (std::size_t slot = 0; slot < order.size(); ++slot) {
+    const double* const from = positions_m.data() + 3 * std::size_t{order.vertices[slot]};
+    double* const to = positions_m_.data() + 3 * slot;
+    for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = from[axis];
+  }
+}
+
+bool FrameWriter::is_still(const Lattice& points) const {
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    double squares = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double off = positions_m_[i + axis] - static_cast<double>(points[i + axis]) * step_m_;
+      squares += off * off;
+    }
+    if (squares > still_m_ * still_m_) return false;
+  }
+  return true;
+}
+
+void FrameWriter::begin_delta() {
+  heads_.clear();
+}
+
+void FrameWriter::move_body(std::size_t body, std::span<const double> positions_m) {
+  const MeshOrder& order = *orders_[body];
+  BodyMotion& motion = motions_[body];
+  gather(order, positions_m);
+  if (is_still(motion.points)) {
+    append_head({}, heads_);
+    std::swap(motion.move_before, motion.move);
+    come_to_rest(motion.move);
+    return;
+  }
+  quantise(positions_m_, step_m_, points_);
+  const auto last_point = [&motion](std::size_t slot) { return motion.points.data() + 3 * slot; };
+  const bool moved = subtract(points_, last_point, moves_);
+  std::swap(motion.points, points_);
+  if (!moved) {
+    come_to_rest(motion.move);
+    come_to_rest(motion.move_before);
+    put_key_block(order, motion, scratch_, heads_, symbols_);
+    return;
+  }
+  const Predictor predictor = fit_predictor(order, moves_, motion.move, motion.move_before);
+  predict_drift(order, motion.move, motion.move_before, predictor.weights, scratch_.ring, scratch_.drift);
+  BlockHead head;
+  head.mode = static_cast<BlockMode>(static_cast<int>(BlockMode::moved) + static_cast<int>(predictor.neighbours));
+  head.weights = predictor.weights;
+  head.level = static_cast<std::uint8_t>(put_moves(order, predictor.neighbours, moves_, scratch_, symbols_));
+  append_head(head, heads_);
+  std::swap(motion.move_before, motion.move);
+  std::swap(motion.move, moves_);
+}
+
+void FrameWriter::take_delta(std::string& payload) {
+  payload.push_back(static_cast<char>(payload_format));
+  payload.append(heads_);
+  symbols_.finish(payload);
+}
+
+void FrameWriter::place_body(std::size_t body, std::span<const double> positions_m) {
+  BodyMotion& motion = motions_[body];
+  gather(*orders_[body], positions_m);
+  quantise(positions_m_, step_m_, motion.points);
+  come_to_rest(motion.move);
+  come_to_rest(motion.move_before);
+}
+
+void FrameWriter::write_key(std::string& payload) const {
+  std::string heads;
+  SymbolWriter symbols;
+  MoveScratch scratch;
+  for (std::size_t body = 0; body < orders_.size(); ++body) {
+    put_key_block(*orders_[body], motions_[body], scratch, heads, symbols);
+  }
+  payload.push_back(static_cast<char>(payload_format));
+  payload.append(heads);
+  symbols.finish(payload);
+}
+
+}  // namespace pneuma::codec

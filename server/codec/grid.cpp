@@ -1,0 +1,65 @@
+#include "codec/grid.h"
+
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+
+#include "base/limits.h"
+
+namespace pneuma::codec {
+
+namespace {
+
+// Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
+constexpr double rounding_shift = 0x1.8p52;
+static_assert(2.0 * base::coordinate_max_m / base::max_error_min_m < 0x1p51);
+
+std::int64_t shifted_integer(double shifted) {
+  return std::bit_cast<std::int64_t>(shifted) - std::bit_cast<std::int64_t>(rounding_shift);
+}
+
+}  // namespace
+
+double grid_step_m(double max_error_m) {
+  // The points furthest from the grid are the corners of its cells, (1, 1/2, 0) steps and the like from a point. To
+  // that comes what doubles round away, a relative 2^-53 each: the inverse of the step, the product with it, and that
+  // of dequantise(). At the least bound and the largest coordinate this takes 0.7 % of the step.
+  assert(max_error_m >= base::max_error_min_m);
+  constexpr double unit_roundoff = 0x1p-53;
+  constexpr double rounding_m = 3.0 * unit_roundoff * (base::coordinate_max_m + base::max_error_max_m);
+  return 2.0 * (max_error_m - 2.0 * rounding_m) / std::sqrt(5.0) * (1.0 - 8.0 * unit_roundoff);
+}
+
+void quantise(std::span<const double> positions_m, double step_m, std::span<std::int64_t> out) {
+  assert(positions_m.size() == out.size());
+  const double halves_a_m = 0.5 / step_m;
+  for (std::size_t vertex = 0; vertex < positions_m.size(); vertex += 3) {
+    // The nearest point with even coordinates, and the nearest with odd ones.
+    std::array<double, 3> even{};
+    std::array<double, 3> odd{};
+    double even_squares = 0.0;
+    double odd_squares = 0.0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double halves = positions_m[vertex + axis] * halves_a_m;
+      even[axis] = halves + rounding_shift;
+      odd[axis] = (halves - 0.5) + rounding_shift;
+      const double from_even = halves - (even[axis] - rounding_shift);
+      const double from_odd = (halves - 0.5) - (odd[axis] - rounding_shift);
+      even_squares += from_even * from_even;
+      odd_squares += from_odd * from_odd;
+    }
+    const bool is_odd = odd_squares < even_squares;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out[vertex + axis] = 2 * shifted_integer(is_odd ? odd[axis] : even[axis]) + (is_odd ? 1 : 0);
+    }
+  }
+}
+
+void dequantise(std::span<const std::int64_t> points, double step_m, std::span<double> out_m) {
+  assert(points.size() == out_m.size());
+  for (std::size_t i = 0; i < points.size(); ++i) out_m[i] = static_cast<double>(points[i]) * step_m;
+}
+
+}  // namespace pneuma::codec

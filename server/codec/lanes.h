@@ -1,0 +1,22 @@
+// Three numbers of a vertex and one beside them, in one vector register.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+namespace pneuma::codec {
+
+using LaneVector [[gnu::vector_size(16)]] = std::uint32_t;
+using SignedLaneVector [[gnu::vector_size(16)]] = std::int32_t;
+
+/// x, y, z of a vertex; what the fourth lane holds depends on the table. Arithmetic is modulo 2^32.
+struct Lanes {
+  LaneVector v = {0, 0, 0, 0};
+};
+
+/// Each lane as a signed number over 2^bits, rounded down.
+inline LaneVector shifted_down(LaneVector lanes, int bits) {
+  return std::bit_cast<LaneVector>(std::bit_cast<SignedLaneVector>(lanes) >> bits);
+}
+
+}  // namespace pneuma::codec

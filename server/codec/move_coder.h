@@ -1,0 +1,30 @@
+// The moves of a body's vertices as residuals of their predictions, and back.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "codec/entropy_coder.h"
+#include "codec/lanes.h"
+#include "codec/mesh_order.h"
+#include "codec/prediction.h"
+
+namespace pneuma::codec {
+
+/// Tables of one body, kept for their memory.
+struct MoveScratch {
+  std::vector<Lanes> drift;
+  std::vector<Lanes> ring;
+  std::vector<Lanes> residuals;
+  Found found;
+};
+
+/// Puts the residuals of `moves` (points of the grid) against scratch.drift and their neighbours; returns the level
+/// that they were coded at, which the reader must know.
+std::uint32_t put_moves(const MeshOrder& order, Neighbours neighbours, const std::vector<Lanes>& moves,
+                        MoveScratch& scratch, SymbolWriter& symbols);
+/// Takes what put_moves put; sets `moves`.
+void take_moves(const MeshOrder& order, Neighbours neighbours, std::uint32_t level, MoveScratch& scratch,
+                SymbolReader& symbols, std::vector<Lanes>& moves);
+
+}  // namespace pneuma::codec

@@ -1,0 +1,68 @@
+// Built-in scenes as they move: what a subscriber of every tick would see.
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "codec/frame_codec.h"
+#include "physics/world.h"
+#include "scene_io/load.h"
+#include "scene_io/set_path.h"
+#include "scene_io/translate.h"
+
+namespace pneuma::support {
+
+/// A world's soft bodies, tick by tick.
+struct Recording {
+  std::vector<codec::MeshOrderPtr> orders;                 // one a body
+  std::vector<std::vector<std::vector<double>>> frames_m;  // by tick and body: three a vertex
+
+  [[nodiscard]] std::size_t vertex_count() const {
+    std::size_t count = 0;
+    for (const auto& order : orders) count += order->size();
+    return count;
+  }
+};
+
+/// The world of a built-in scene with these fields set (scene_io/set_path.h). Throws std::runtime_error with the reason
+/// where it does not come to be.
+inline physics::World world_of(const std::string& scene_name, const std::vector<std::string>& assignments = {}) {
+  const auto check = [](const base::Status& status) {
+    if (!status.ok()) throw std::runtime_error(status.message());
+  };
+  auto scene = scene_io::builtin_scene(scene_name);
+  check(scene.status());
+  for (const std::string& assignment : assignments) check(scene_io::set_path(*scene, assignment));
+  const auto meshes = scene_io::MeshLibrary::build(*scene);
+  check(meshes.status());
+  auto built = scene_io::to_physics(*scene, *meshes);
+  check(built.status());
+  auto world = physics::World::create(std::move(*built));
+  check(world.status());
+  return std::move(*world);
+}
+
+inline Recording record(physics::World world, std::size_t ticks) {
+  Recording recording;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    const physics::Mesh& mesh = *world.soft_body(i).mesh;
+    const std::span<const std::uint32_t> indices(mesh.faces.front().data(), 3 * mesh.faces.size());
+    recording.orders.push_back(std::make_shared<const codec::MeshOrder>(
+        codec::make_mesh_order(static_cast<std::uint32_t>(mesh.positions_m.size()), indices)));
+  }
+  physics::Workers one_thread(1);
+  for (std::size_t tick = 0; tick <= ticks; ++tick) {
+    if (tick > 0) world.step_tick(one_thread);
+    auto& frame_m = recording.frames_m.emplace_back(recording.orders.size());
+    for (std::size_t i = 0; i < frame_m.size(); ++i) {
+      frame_m[i].resize(3 * recording.orders[i]->size());
+      world.copy_positions(i, frame_m[i]);
+    }
+  }
+  return recording;
+}
+
+}  // namespace pneuma::support
