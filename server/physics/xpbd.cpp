@@ -222,12 +222,12 @@ class Xpbd {
 };
 
 template <class Real, bool OwnMasses>
-void take_step(Xpbd<Real, OwnMasses> step, Profile* profile) {
+void take_step(Xpbd<Real, OwnMasses> step, const Springs& springs, Profile* profile) {
   {
     const StageTimer timer(profile, Stage::integrate);
     step.predict();
   }
-  if (body.body.springs.vertex_stiffness_scale.empty()) {
+  if (springs.vertex_stiffness_scale.empty()) {
     step.template solve<false>(profile);
   } else {
     step.template solve<true>(profile);
@@ -243,9 +243,9 @@ template <class Real>
 void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
           Profile* profile) {
   if (body.mass_shares.empty()) {
-    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), profile);
+    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), body.body.springs, profile);
   } else {
-    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), profile);
+    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), body.body.springs, profile);
   }
 }
 
