@@ -222,15 +222,15 @@ class Xpbd {
 };
 
 template <class Real, bool OwnMasses>
-void take_step(Xpbd<Real, OwnMasses> step, bool unlike_springs, Profile* profile) {
+void take_step(Xpbd<Real, OwnMasses> step, const Springs& springs, Profile* profile) {
   {
     const StageTimer timer(profile, Stage::integrate);
     step.predict();
   }
-  if (unlike_springs) {
-    step.template solve<true>(profile);
-  } else {
+  if (springs.vertex_stiffness_scale.empty()) {
     step.template solve<false>(profile);
+  } else {
+    step.template solve<true>(profile);
   }
   const StageTimer timer(profile, Stage::integrate);
   step.finish();
@@ -242,11 +242,10 @@ void take_step(Xpbd<Real, OwnMasses> step, bool unlike_springs, Profile* profile
 template <class Real>
 void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
           Profile* profile) {
-  const bool unlike_springs = !body.body.springs.vertex_stiffness_scale.empty();
   if (body.mass_shares.empty()) {
-    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), unlike_springs, profile);
+    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), body.body.springs, profile);
   } else {
-    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), unlike_springs, profile);
+    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), body.body.springs, profile);
   }
 }
 
