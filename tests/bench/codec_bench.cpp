@@ -155,10 +155,10 @@ BENCHMARK_CAPTURE(frames, ball_2562, Case{"bouncing-ball", ball_of_2562, 0.1e-3}
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, hand, Case{"hand", {}, 0.2e-3})->Iterations(3)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, five_balls, Case{"five-balls", {}, 0.5e-3})->Iterations(3)->Unit(benchmark::kMillisecond);
-BENCHMARK(resting_body)->Name("frames_resting_body");
+BENCHMARK(resting_body)->Name("codec_resting_body");
 
 bool expect_case(const std::string& name, const std::string& meaning, double bits) {
-  const std::string benchmark = "frames/" + name + "/";
+  const std::string benchmark = "codec/" + name + "/";
   if (bits > 0.0) expect({benchmark, "bits", Bound::at_most, bits, meaning + ": bits a vertex a frame"});
   return expect({benchmark, "over_best_peer", Bound::at_most, 0.65, meaning + ": over the best peer's"}) &&
          expect({benchmark, "write_ns", Bound::at_most, 15.0, meaning + ": written, ns a vertex"}) &&
@@ -169,7 +169,7 @@ bool expect_case(const std::string& name, const std::string& meaning, double bit
     expect_case("ball_162_fine", "ball of 162, 0.05 mm of 1 m", 14.0) &&
     expect_case("ball_2562", "ball of 2,562, 0.1 mm of 1 m", 10.0) && expect_case("hand", "hand, 0.2 mm", 8.0) &&
     expect_case("five_balls", "five balls, 0.5 mm of 1 m", 0.0) &&
-    expect({"frames_resting_body/", "bytes", Bound::at_most, 2.0, "a resting body: bytes of its frame's payload"});
+    expect({"codec_resting_body/", "bytes", Bound::at_most, 2.0, "a resting body: bytes of its frame's payload"});
 
 }  // namespace
 
