@@ -291,7 +291,8 @@ void check_vertex_masses(const SoftBody& body, Fields fields) {
     fields.positive(item(field, static_cast<std::size_t>(wrong - scales.begin())), *wrong);
     return;
   }
-  const auto [least, most] = std::ranges::minmax_element(scales);
+  const auto least = std::ranges::min_element(scales);
+  const auto most = std::ranges::max_element(scales);
   if (*most / *least <= base::vertex_mass_ratio_max) return;
   fields.fail(item(field, static_cast<std::size_t>(most - scales.begin())),
               "is " + number_text(*most / *least) + " times " +

@@ -71,6 +71,9 @@ Scene large_ball(Integrator integrator, Precision precision) {
   return scene;
 }
 
+/// Of a large ball that its steps keep whole.
+constexpr double calm_kg = 3000.0;
+
 /// A scene with what the kernels do not know, and what they leave out: wind, pins, a sheet, a mesh of mixed degrees.
 Scene mixture(Integrator integrator, Precision precision) {
   Scene scene = fleet(3, integrator, precision);
@@ -258,7 +261,9 @@ TEST_P(Lanes, GiveALargeBodyTheSameHashOnAnyNumberOfThreadsWhateverActsOnIt) {
   watched.colliders[0].name = "far";
   watched.colliders[0].shape = SphereShape{0.1};
   watched.colliders[0].position = {0.0, -1e4, 0.0};
-  scenes.insert(scenes.end(), {bending, windy, other_volume, empty, loose, leaking, runaway, watched});
+  scenes.insert(scenes.end(), {bending, windy, other_volume, empty, loose, leaking, watched});
+  for (Scene& scene : scenes) scene.soft_bodies[0].mass_kg = calm_kg;
+  scenes.push_back(runaway);
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const std::uint64_t hash = hash_after(scenes[i], 1);
     for (const std::size_t threads : {2U, 3U, 16U}) {
@@ -269,7 +274,9 @@ TEST_P(Lanes, GiveALargeBodyTheSameHashOnAnyNumberOfThreadsWhateverActsOnIt) {
 
 TEST_P(Lanes, GiveALargeBodyTheSameHashWhateverIsDoneToItBetweenTicks) {
   const auto hash_on = [&](std::size_t threads) {
-    World world = make_world(large_ball(Integrator::symplectic_euler, GetParam()));
+    Scene scene = large_ball(Integrator::symplectic_euler, GetParam());
+    scene.soft_bodies[0].mass_kg = calm_kg;
+    World world = make_world(scene);
     run_ticks(world, 2, threads);
     EXPECT_TRUE(world.apply_impulse("ball-3", std::uint32_t{7}, Vec3d(0.1, 0.0, 0.2)).ok());
     EXPECT_TRUE(world.add_grab(1, "ball-3", std::uint32_t{4'000}, Vec3d(9.0, 1.0, 0.0), 20.0, 0.1).ok());
@@ -285,6 +292,7 @@ TEST_P(Lanes, GiveALargeBodyTheSameHashWhateverIsDoneToItBetweenTicks) {
     run_ticks(world, 2, threads);
     run_ticks(other, 2, 1);
     EXPECT_EQ(other.state_hash(), world.state_hash()) << threads;
+    EXPECT_FALSE(world.is_frozen(0));
     return world.state_hash();
   };
   const std::uint64_t hash = hash_on(1);

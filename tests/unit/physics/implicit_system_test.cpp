@@ -11,6 +11,7 @@
 #include "physics/isa.h"
 #include "physics/soft_setup.h"
 #include "physics/solve_step.h"
+#include "physics/vertex_masses.h"
 #include "unit/physics/body_tables.h"
 
 namespace pneuma::physics {
@@ -109,11 +110,13 @@ TEST_P(Solution, IsThatOfTheForcesOwnDerivative) {
 INSTANTIATE_TEST_SUITE_P(LawsAndUnlikeSprings, Solution,
                          testing::Combine(testing::Values(GasLaw::isothermal, GasLaw::adiabatic), testing::Bool()));
 
-/// From 1 to 1e6, in no order.
+/// Masses in a ratio of up to 1e6, in no order.
 void weigh(SoftState<double>& state) {
+  SoftBody body = state.body;
   for (std::size_t i = 0; i < state.x.size(); ++i) {
-    state.mass_shares.push_back(std::pow(10.0, 6.0 * static_cast<double>(7 * i % 11) / 10.0));
+    body.vertex_mass_scale.push_back(std::pow(10.0, 6.0 * static_cast<double>(7 * i % 11) / 10.0));
   }
+  state.mass_shares = mass_shares(body);
 }
 
 TEST(ImplicitSystem, OfVerticesOfDifferentMassIsThatOfTheForcesOwnDerivative) {
