@@ -17,7 +17,7 @@ inline constexpr std::int32_t escape = residual_max + 1;
 inline constexpr std::size_t range_count = 2 * residual_max + 2;  // from -residual_max to the escape
 
 inline std::size_t range_of(std::int32_t residual) {
-  return static_cast<std::size_t>(residual + residual_max);
+  return static_cast<std::size_t>(std::int64_t{residual} + residual_max);
 }
 
 /// A level is a size on a scale of quarter octaves, which begins in single steps.

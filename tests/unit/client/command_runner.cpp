@@ -1,7 +1,6 @@
 #include "unit/client/command_runner.h"
 
 #include <sstream>
-#include <utility>
 
 #include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
@@ -10,7 +9,7 @@ namespace pneuma::client {
 
 support::Finished run(const FakeServer& server, std::vector<std::string> arguments, const std::string& input) {
   arguments.insert(arguments.begin(), {"--server", server.address()});
-  return support::run_program("pneuma", std::move(arguments), input);
+  return support::run_program("pneuma", arguments, input);
 }
 
 google::protobuf::Struct json(const std::string& line) {
