@@ -144,6 +144,11 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
     SoftBodyFrame& body = frame.bodies.emplace_back(stream.bodies[i].name, stream.bodies[i].topology);
     body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
     stream.reader.positions(i, stream.grid_step_m, body.positions_m);
+    constexpr double furthest_m = base::coordinate_max_m + base::max_error_max_m;
+    if (!std::ranges::all_of(body.positions_m, [](double x_m) { return std::abs(x_m) <= furthest_m; })) {
+      stream.tick.reset();  // what builds on it is no better
+      return malformed("a vertex past the largest coordinate", "payload");
+    }
   }
   return std::optional(std::move(frame));
 }

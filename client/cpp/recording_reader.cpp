@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <functional>
 #include <utility>
 
 #include "base/limits.h"
@@ -7,6 +10,26 @@
 #include "recording_format.h"
 
 namespace pneuma::client {
+
+namespace {
+
+// What seeks and casts count on, whoever wrote the file.
+bool is_sound(const v1::RecordingIndex& index, std::uint64_t end) {
+  const double duration_s = index.duration_s();
+  if (!std::isfinite(duration_s) || duration_s < 0.0) return false;
+  double at_s = 0.0;
+  std::uint64_t offset = 0;
+  for (const v1::RecordingIndex::Key& key : index.keys()) {
+    const bool in_order = key.at_s() >= at_s && key.at_s() <= duration_s && key.offset() > offset;
+    if (!in_order || key.layout_offset() >= key.offset()) return false;
+    at_s = key.at_s();
+    offset = key.offset();
+  }
+  const auto& topologies = index.topology_offsets();
+  return offset < end && std::ranges::adjacent_find(topologies, std::greater_equal<>()) == topologies.end();
+}
+
+}  // namespace
 
 struct RecordingReader::Raw {
   RecordKind kind;
@@ -75,8 +98,10 @@ base::Status RecordingReader::read_header() {
   const bool is_header = raw->kind == RecordKind::header && header_.ParseFromString(raw->bytes);
   const double rate_hz = header_.world_rate_hz();
   if (!is_header || !(rate_hz >= base::rate_hz_min && rate_hz <= base::rate_hz_max) ||
-      !(header_.stream().rate_hz() > 0.0) || !(header_.stream().grid_step_m() > 0.0)) {
-    return damaged(recording_preamble_bytes, "no header");
+      !(header_.stream().rate_hz() > 0.0 && header_.stream().rate_hz() <= base::rate_hz_max) ||
+      !(header_.stream().grid_step_m() > 0.0 && header_.stream().grid_step_m() <= 2.0 * base::max_error_max_m) ||
+      !(header_.stream().max_error_m() >= 0.0 && header_.stream().max_error_m() <= base::max_error_max_m)) {
+    return damaged(recording_preamble_bytes, "no header that a server would write");
   }
   first_ = raw->end;
   return {};
@@ -91,7 +116,7 @@ bool RecordingReader::read_index() {
   if (offset < first_ || offset > size_) return false;
   const auto raw = read_record(offset);
   if (!raw.ok() || raw->kind != RecordKind::index || raw->end != size_ - recording_trailer_bytes ||
-      !index_.ParseFromString(raw->bytes)) {
+      !index_.ParseFromString(raw->bytes) || !is_sound(index_, offset)) {
     index_.Clear();
     return false;
   }

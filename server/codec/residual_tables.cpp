@@ -7,7 +7,7 @@ namespace pneuma::codec {
 namespace {
 
 // A residual u has the likelihood of a logistic distribution at u, r / (1 + r)^2 with r = ratio^|u|, in 65,536ths. The
-// ratio goes with the level: exp(-RATE / size_of(level)).
+// ratios were fitted to the residuals of recorded scenes; they are part of the format.
 constexpr std::array<std::uint32_t, table_count> ratios{
     44,    142,   243,   346,   501,   723,   955,   1199,  1575,  2137,  2754,  3429,  4514,  6210,  8104,  10130,
     13158, 17226, 20965, 24307, 28482, 33144, 36829, 39792, 43171, 46621, 49160, 51103, 53225, 55305, 56785, 57891};

@@ -72,6 +72,13 @@ void LaneBodies<Real>::load(bool gas, bool weighed) const {
 
 template <class Real>
 void LaneBodies<Real>::load_shares() const {
+  if (layout_ == LaneLayout::alone) {
+    for (std::size_t slot = slots_begin(); slot < slots_end(); ++slot) {
+      const auto inverse = static_cast<Real>(1.0 / bodies_[0]->mass_shares[mesh_.rings.vertices[slot]]);
+      put_row<Real>({inverse, inverse, inverse}, scratch_.inverse_shares, slot);
+    }
+    return;
+  }
   for (std::size_t slot = slots_begin(); slot < slots_end(); ++slot) {
     for (std::size_t lane = 0; lane < width_; ++lane) {
       const auto inverse = static_cast<Real>(1.0 / of_lane(lane).mass_shares[mesh_.rings.vertices[slot]]);

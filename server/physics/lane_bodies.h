@@ -22,7 +22,7 @@ template <class Real>
 struct LaneMesh {
   Rings rings;
   std::vector<Real> lengths_m;                 // ring_lengths_m
-  std::vector<Real> stiffness_scales;          // of the edges, along_rings; empty where all are 1
+  std::vector<Real> stiffness_scales;          // of the edges, along_rings; empty where the body has no factors
   std::vector<double> vertex_stiffness_scale;  // which these are of
   RingEdges<Real> edges;                       // for fleets of kernels with edges_first; otherwise empty
 

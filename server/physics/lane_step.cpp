@@ -440,7 +440,8 @@ void run_steps(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& m
     return run(step);
   }
   LaneTeam<Real>& team = *scratch.team;
-  workers->for_each(members, [&](std::size_t member) {
+  // Who threw here would leave the others waiting for ever.
+  workers->for_each(members, [&](std::size_t member) noexcept {
     LaneStep<Real> step(bodies, layout, mesh, kernels, settings, advance,
                         member == 0 ? scratch : team.scratch_of(member),
                         {&team, member, team.blocks_of(member), &scratch}, member == 0 ? profile : nullptr);

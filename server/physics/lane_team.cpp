@@ -96,7 +96,8 @@ std::size_t LaneTeam<Real>::bytes() const {
   std::size_t bytes = 0;
   for (const Member& member : members_) {
     bytes += sizeof(Member) + member.halo.capacity() * sizeof(std::uint32_t) + member.scratch.bytes() +
-             member.halo_scratch.bytes();
+             member.halo_scratch.bytes() + member.sends.capacity() * sizeof(HaloRun);
+    for (const LaneArray<Real>& volumes : member.volumes_18_m3) bytes += volumes.capacity() * sizeof(Real);
     for (const HaloForces& forces : member.halo_forces) {
       bytes += (forces.force.capacity() + forces.gradient.capacity()) * sizeof(Real);
     }

@@ -19,7 +19,7 @@ namespace pneuma::physics {
 template <class Real>
 class LaneTeam {
  public:
-  /// 2 to rings.packs.size() / block_packs members. The rings must outlive it.
+  /// 2 to block_count_of(rings) members. The rings must outlive it.
   LaneTeam(const Rings& rings, std::size_t members);
 
   [[nodiscard]] bool is_for(const Rings& rings, std::size_t members) const {

@@ -46,7 +46,7 @@ struct RigidContact {
   Vec3d point = Vec3d::Zero();
   Vec3d normal = Vec3d::UnitY();
   double distance_m = 0.0;  // negative: they overlap
-  double size_m = 0.0;      // the lesser radius of the two about their centres
+  double size_m = 0.0;      // the lesser radius of the two about their centres; of a collider's contact the body's
   double thin_m = 0.0;      // the least half extent of both
   double bend_m_s2 = 0.0;   // by which a turning collider's surface leaves its straight way
   ContactSurface surface;
@@ -106,8 +106,8 @@ class RigidSolver {
   void find_groups(std::size_t bodies);
   void solve_velocities(std::span<RigidState> rigid, double dt_s);
   void take_groups_for_pieces(std::span<RigidState> rigid, double dt_s);
-  void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
-                      double dt_s);
+  void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+                      std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
   [[nodiscard]] double bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const;
   [[nodiscard]] double first_bounce_s(std::span<const RigidState> rigid) const;
   void note_pressed();

@@ -164,11 +164,11 @@ class Collector {
 void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vector<std::uint32_t>& order,
                       std::vector<RigidPair>& pairs) {
   // Each alone may reach this far from its centre, so that two of which neither reaches the other are further apart
-  // than the distance at which find_rigid_contacts gives up; a whole margin each leaves room for round-off.
+  // than the distance at which find_rigid_contacts gives up; twice the margin leaves room for round-off.
   const auto reach_m = [&](std::uint32_t i) {
     const RigidState& body = rigid[i];
     const double size_m = radius_about_centre(body.body.shape);
-    return size_m + rigid_margin_share * size_m + body.body.surface.thickness_m +
+    return size_m + 2.0 * rigid_margin_share * size_m + body.body.surface.thickness_m +
            dt_s * (body.velocity.norm() + body.angular_velocity.norm() * size_m);
   };
   order.clear();

@@ -132,7 +132,7 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
     for (std::uint32_t i = group; i < rigid.size(); ++i) {
       if (groups_[i] == group) members_.push_back(i);
     }
-    move_in_pieces(rigid, colliders, gravity_m_s2, dt_s);
+    move_in_pieces(rigid, colliders, touched, gravity_m_s2, dt_s);
   }
 
   // accelerate_rigid_bodies gave a whole substep's gravity; on average over the substep it is half of that.
@@ -288,7 +288,7 @@ double RigidSolver::first_bounce_s(std::span<const RigidState> rigid) const {
 
 // Conservative advancement: each piece is as long as its own motion allows, and ends where something bounces.
 void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
-                                 const Vec3d& gravity_m_s2, double dt_s) {
+                                 std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
   const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
   const auto begin_piece = [&](double piece_s) {
     for (const std::uint32_t i : members_) {
@@ -311,12 +311,12 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
     for (const std::uint32_t i : members_) before_[i].angular_velocity = rigid[i].angular_velocity;
     begin_piece(left_s);
     double piece_s = std::clamp(nearly * first_bounce_s(rigid), least_s, left_s);
-    for (int shortening = 0; shortening <= shortenings_max; ++shortening) {
+    for (int shortening = 0;; ++shortening) {
       begin_piece(piece_s);
       solve_velocities(rigid, piece_s);
       double over = 0.0;
       for (const RigidContact& c : contacts_) over = std::max(over, bend_over(rigid, c, piece_s));
-      if (over <= 1.0 || piece_s <= least_s) break;
+      if (over <= 1.0 || piece_s <= least_s || shortening == shortenings_max) break;
       piece_s = std::max(least_s, shortened * piece_s / std::sqrt(over));
     }
     for (const std::uint32_t i : members_) pressed_[i] = 0;
@@ -324,7 +324,7 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
     undo_overlaps(rigid);
     for (const RigidContact& c : contacts_) hold_spin(rigid, c, piece_s);
     for (const std::uint32_t i : members_) {
-      if (pressed_[i] == 0) rigid[i].position -= 0.5 * piece_s * piece_s * gravity_m_s2;
+      if (touched[i] == 0 && pressed_[i] == 0) rigid[i].position -= 0.5 * piece_s * piece_s * gravity_m_s2;
       move_rigid(rigid[i], piece_s);
     }
     move_solids({}, colliders_, piece_s);

@@ -38,7 +38,7 @@ template <class Real>
 struct RingEdges {
   std::vector<std::uint32_t> ends;     // two slots an edge, in the order in which the rings first come by
   std::vector<Real> lengths_m;         // of the rest shape, one an edge
-  std::vector<Real> stiffness_scales;  // one an edge; empty where all are 1
+  std::vector<Real> stiffness_scales;  // one an edge; empty where the body has no factors
   std::vector<std::uint32_t> of_ring;  // the edge to the neighbour, one an entry of Rings::neighbours
 };
 

@@ -230,13 +230,15 @@ double mean_mass_kg(const SoftBody& body) {
   return body.mass_kg / static_cast<double>(body.mesh->positions_m.size());
 }
 
-// Spring by spring D is at least d / k_max times K, and so is each motion's decay. With springs that are alike the
-// fastest motion has all of D's largest eigenvalue.
+// Along the springs D is at least d / k_max times K, and so is each motion's decay. Bending and the pull across springs
+// that start stretched have no damping to count on. With springs that are alike the fastest motion has all of D's
+// largest eigenvalue.
 double lacking_damping_n_s_m(const Mesh& mesh, const Springs& springs, const SkinModes& modes) {
   double scale_max = 0.0;
   for (const Edge& edge : mesh.edges) scale_max = std::max(scale_max, springs.stiffness_scale(edge));
   const double stiffness_max_n_m = springs.stiffness_n_m * scale_max;
   if (!(stiffness_max_n_m > 0.0)) return 0.0;
+  if (modes.bending_n_m > 0.0 || springs.rest_scale < 1.0) return modes.damping_n_s_m;
   return std::max(0.0, modes.damping_n_s_m - springs.damping_n_s_m / stiffness_max_n_m * modes.fastest_n_m);
 }
 

@@ -26,7 +26,7 @@ bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings&
          a.mass_shares.empty() == b.mass_shares.empty() && a.pinned == b.pinned;
 }
 
-// Of the mesh's edges; empty where all are 1.
+// Of the mesh's edges; empty where the body has no factors.
 std::vector<double> stiffness_scales(const Mesh& mesh, const Springs& springs) {
   std::vector<double> scales;
   if (springs.vertex_stiffness_scale.empty()) return scales;

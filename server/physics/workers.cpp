@@ -1,5 +1,6 @@
 #include "physics/workers.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cassert>
 #include <condition_variable>
@@ -11,6 +12,7 @@
 #include "physics/spin_wait.h"
 
 namespace pneuma::physics {
+
 // A round is cut into a share of neighbouring items for each thread. A thread takes its own items first, then what is
 // left of others', so that a thread that comes late, or not at all, is not waited for. Nobody joins a round: who has
 // taken an item holds the round open until he has reported it, and so may read what the round is about.
@@ -68,7 +70,11 @@ struct Workers::Pool {
   }
 
   void help(std::size_t thread) {
-    const auto has_items = [&] { return shares[thread].left.load() != 0; };
+    // Also of others: one who has come late into a round may have taken an item of this thread's, and wait within it
+    // for the one that he left.
+    const auto has_items = [&] {
+      return std::ranges::any_of(shares, [](const Share& share) { return share.left.load() != 0; });
+    };
     for (;;) {
       if (!comes_soon(has_items)) {
         std::unique_lock lock(mutex);

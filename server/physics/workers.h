@@ -17,7 +17,8 @@ class Workers {
 
   /// Calls work(i) for every i in [0, count), each once, in any order and on any thread; returns when all are done.
   /// `work` writes only to what belongs to its index. Where no thread is late, rounds of one count have each index on
-  /// the same thread, which then has in its cache what belongs to it; neighbouring indices mostly share one.
+  /// the same thread, which then has in its cache what belongs to it; neighbouring indices mostly share one. Up to
+  /// threads() items are all under way at once in the end, so that these may wait for each other.
   void for_each(std::size_t count, const std::function<void(std::size_t)>& work);
 
   [[nodiscard]] std::size_t threads() const;

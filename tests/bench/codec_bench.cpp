@@ -145,16 +145,25 @@ void resting_body(benchmark::State& bench) {
 // The built-in ball is 1 m across: half a millimetre of a ball of 2 m is a quarter of one of it. Of the hand, 0.1 %.
 const std::vector<std::string> ball_of_2562{"meshes[0].icosphere.subdivisions=4", "stepping.substeps=0"};
 BENCHMARK_CAPTURE(frames, ball_162_coarse, Case{"bouncing-ball", {}, 0.25e-3})
+    ->Name("codec/ball_162_coarse")
     ->Iterations(3)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, ball_162_fine, Case{"bouncing-ball", {}, 0.05e-3})
+    ->Name("codec/ball_162_fine")
     ->Iterations(3)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, ball_2562, Case{"bouncing-ball", ball_of_2562, 0.1e-3})
+    ->Name("codec/ball_2562")
     ->Iterations(3)
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(frames, hand, Case{"hand", {}, 0.2e-3})->Iterations(3)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(frames, five_balls, Case{"five-balls", {}, 0.5e-3})->Iterations(3)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frames, hand, Case{"hand", {}, 0.2e-3})
+    ->Name("codec/hand")
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frames, five_balls, Case{"five-balls", {}, 0.5e-3})
+    ->Name("codec/five_balls")
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(resting_body)->Name("codec_resting_body");
 
 bool expect_case(const std::string& name, const std::string& meaning, double bits) {

@@ -6,12 +6,15 @@
 #include <cstdio>
 #include <utility>
 
+#include "base/limits.h"
+
 namespace pneuma::client {
 
 namespace {
 
 // Of a period: frames' times are sums, and one that is meant to be at a sample's time may be a little beside it.
 constexpr double rounding = 1e-6;
+constexpr double rate_hz_min = 1.0 / 86'400.0;
 
 std::string seconds_text(double time_s) {
   std::array<char, 32> text{};
@@ -35,6 +38,9 @@ base::Result<Sampler> Sampler::start(Playback& playback, const SampleRange& rang
   const double slack_s = rounding / sampler.rate_hz_;
   if (range.from_s > duration_s + slack_s) {
     return base::invalid("the recording ends at " + seconds_text(duration_s), "--from");
+  }
+  if (sampler.rate_hz_ < rate_hz_min || sampler.rate_hz_ > base::rate_hz_max) {
+    return base::invalid("must be from one frame a day to 1,000 a second", "--rate");
   }
   if (to_s < range.from_s) return base::invalid("is before the start", "--to");
   sampler.from_s_ = range.from_s;

@@ -245,6 +245,8 @@ TEST(FrameCodec, EveryTruncationIsRefused) {
       expect_no_trace(sample, payload.substr(0, size), key);
     }
     expect_no_trace(sample, payload + '\0', key);
+    FrameReader odd = sample.before;
+    EXPECT_FALSE(odd.read(payload + '\0', key).ok());
     FrameReader reader = sample.before;
     EXPECT_FALSE(reader.read(payload + std::string(2, '\0'), key).ok());
   }

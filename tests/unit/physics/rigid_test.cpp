@@ -233,6 +233,7 @@ TEST(Rigid, SlabThatDoesNotBounceGainsNoEnergyAtAWall) {
       EXPECT_LE(energy_j(rig.rigid[0]), (1.0 + 1e-9) * before_j) << i;
       before_j = energy_j(rig.rigid[0]);
     }
+    EXPECT_NE(rig.rigid[0].angular_velocity.norm(), 0.0) << i << ": it did not meet the wall";
   }
 }
 
