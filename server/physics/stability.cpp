@@ -238,8 +238,9 @@ double lacking_damping_n_s_m(const Mesh& mesh, const Springs& springs, const Ski
   for (const Edge& edge : mesh.edges) scale_max = std::max(scale_max, springs.stiffness_scale(edge));
   const double stiffness_max_n_m = springs.stiffness_n_m * scale_max;
   if (!(stiffness_max_n_m > 0.0)) return 0.0;
-  if (modes.bending_n_m > 0.0 || springs.rest_scale < 1.0) return modes.damping_n_s_m;
-  return std::max(0.0, modes.damping_n_s_m - springs.damping_n_s_m / stiffness_max_n_m * modes.fastest_n_m);
+  const double across_n_m = std::max(0.0, 1.0 - springs.rest_scale) * modes.fastest_n_m;
+  const double along_n_m = std::max(0.0, modes.fastest_n_m - modes.bending_n_m - across_n_m);
+  return std::max(0.0, modes.damping_n_s_m - springs.damping_n_s_m / stiffness_max_n_m * along_n_m);
 }
 
 SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& shares) {
