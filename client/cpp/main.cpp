@@ -68,16 +68,22 @@ void add_create(CLI::App& app, Work& work) {
   });
 }
 
+/// Of commands that take in a world's stream.
+template <class Arguments>
+void add_stream_options(CLI::App& command, Arguments& arguments) {
+  command.add_option("--frames", arguments.frames, "End after so many frames")->check(positive_check());
+  command.add_option("--seconds", arguments.seconds, "End after so long")->check(positive_check());
+  command.add_option("--rate", arguments.rate_hz, "Frames a second; otherwise the world's rate")
+      ->check(positive_check());
+  command.add_option("--max-error", arguments.max_error_m, "No vertex is further off than this, in metres")
+      ->check(positive_check());
+}
+
 void add_watch(CLI::App& app, Work& work) {
   auto* command = app.add_subcommand("watch", "Print a world's frames as they come");
   auto arguments = std::make_shared<pneuma::client::WatchArguments>();
   command->add_option("WORLD", arguments->world)->required();
-  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check());
-  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check());
-  command->add_option("--rate", arguments->rate_hz, "Frames a second; otherwise the world's rate")
-      ->check(positive_check());
-  command->add_option("--max-error", arguments->max_error_m, "No vertex is further off than this, in metres")
-      ->check(positive_check());
+  add_stream_options(*command, *arguments);
   command->add_option("--obj", arguments->obj_folder, "Write each frame into this folder as a Wavefront file");
   command->callback([&work, arguments] {
     work = [arguments](Session& session) { return pneuma::client::watch(session, *arguments); };
@@ -89,12 +95,7 @@ void add_record(CLI::App& app, Work& work) {
   auto arguments = std::make_shared<pneuma::client::RecordArguments>();
   command->add_option("WORLD", arguments->world)->required();
   command->add_option("FILE", arguments->file)->required();
-  command->add_option("--frames", arguments->frames, "End after so many frames")->check(positive_check());
-  command->add_option("--seconds", arguments->seconds, "End after so long")->check(positive_check());
-  command->add_option("--rate", arguments->rate_hz, "Frames a second; otherwise the world's rate")
-      ->check(positive_check());
-  command->add_option("--max-error", arguments->max_error_m, "No vertex is further off than this, in metres")
-      ->check(positive_check());
+  add_stream_options(*command, *arguments);
   command
       ->add_option("--key-every", arguments->key_interval_s,
                    "Seconds between key frames: a seek decodes no more than this")
@@ -140,6 +141,7 @@ void add_export(CLI::App& app, FileWork& work) {
       ->required()
       ->check(CLI::IsMember({"obj", "gltf", "pc2", "usda"}));
   command->add_option("--out", arguments->out, "The folder or file")->required();
+  command->add_flag("--force", arguments->force, "Replace what is there");
   command->add_option("--body", range.body, "This soft body alone");
   command->add_option("--from", range.from_s, "Seconds into the recording")->check(not_negative_check());
   command->add_option("--to", range.to_s, "Seconds into the recording")->check(not_negative_check());

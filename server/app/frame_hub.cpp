@@ -186,10 +186,11 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
   std::vector<net::SessionId> due;
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (subscriber.key_interval_s == 0.0) continue;
+    const bool went_back = tick < subscriber.last_key_tick;  // a recording, by a seek
     const auto ticks_until_next = static_cast<double>(tick + rate_divisor - subscriber.last_key_tick);
     // A little more than none: an interval of 1 s at 60 Hz is 60 ticks, whatever a sixtieth is in binary.
     constexpr double rounding = 1e-9;
-    if (ticks_until_next * tick_period_s <= subscriber.key_interval_s * (1.0 + rounding)) continue;
+    if (!went_back && ticks_until_next * tick_period_s <= subscriber.key_interval_s * (1.0 + rounding)) continue;
     subscriber.last_key_tick = tick;
     due.push_back(id);
   }
@@ -224,7 +225,9 @@ void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divis
 void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   auto waiting = std::make_shared<std::vector<net::SessionId>>();
   for (auto& [id, subscriber] : quality_class.subscribers) {
-    if (std::exchange(subscriber.wants_key, false)) waiting->push_back(id);
+    if (!std::exchange(subscriber.wants_key, false)) continue;
+    subscriber.last_key_tick = *quality_class.encoder.last_tick();
+    waiting->push_back(id);
   }
   if (!waiting->empty()) outbox.publish(std::move(waiting), quality_class.encoder.last_as_key());
 }

@@ -247,14 +247,20 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
 ReplayedWorld::Answer ReplayedWorld::step(const v1::ClientMessage& message, app::Outbox& outbox) {
   const std::uint32_t ticks = message.step().ticks();
   if (!paused_) return Status(StatusCode::failed_precondition, "the recording plays; pause it first", "step.world");
-  if (ticks == 0 || ticks > base::step_ticks_max) {
-    return Status(StatusCode::limit_exceeded, "must be from 1 to " + std::to_string(base::step_ticks_max),
+  if (ticks == 0) return base::invalid("must be 1 or more", "step.ticks");
+  if (ticks > base::step_ticks_max) {
+    return Status(StatusCode::limit_exceeded,
+                  "is " + std::to_string(ticks) + "; may be at most " + std::to_string(base::step_ticks_max),
                   "step.ticks");
   }
   const std::uint64_t until = tick() + ticks;
-  while (next_ && next_->frame.tick <= until) {
+  std::uint64_t encoded = 0;
+  // A tick has one frame at most, whatever a file says.
+  for (std::uint32_t frames = 0; frames < ticks && next_ && next_->frame.tick <= until; ++frames) {
     advance(outbox);
-    if (until - tick() < step_frames_max) hub_.encode_tick(shown_, tick(), false, outbox);
+    if (until - tick() >= step_frames_max || encoded == step_frames_max) continue;
+    hub_.encode_tick(shown_, tick(), false, outbox);
+    ++encoded;
   }
   if (tick() < until && !next_) {
     return Status(StatusCode::failed_precondition, "the recording ends at tick " + std::to_string(tick()),

@@ -39,14 +39,16 @@ class FigureReporter : public benchmark::ConsoleReporter {
     }
   }
 
-  void print_figures() const {
+  /// Of what was run; with `all`, those that nothing measured too.
+  void print_figures(bool all) const {
     std::printf("\n%-64s %12s %12s  %s\n", "figure (median of repetitions)", "measured", "target", "held");
     for (const Figure& figure : figures()) {
-      const auto benchmark = values_.find(figure.benchmark);
-      if (benchmark == values_.end()) continue;
-      const auto counter = benchmark->second.find(figure.counter);
-      if (counter == benchmark->second.end()) continue;
-      const double measured = median(counter->second);
+      const std::vector<double>* values = values_of(figure);
+      if (values == nullptr) {
+        if (all) std::printf("%-64s %12s\n", figure.meaning.c_str(), "not measured");
+        continue;
+      }
+      const double measured = median(*values);
       const bool at_least = figure.bound == Bound::at_least;
       const bool held = at_least ? measured >= figure.target : measured <= figure.target;
       std::printf("%-64s %12.4g %s %10.4g  %s\n", figure.meaning.c_str(), measured,
@@ -55,6 +57,13 @@ class FigureReporter : public benchmark::ConsoleReporter {
   }
 
  private:
+  [[nodiscard]] const std::vector<double>* values_of(const Figure& figure) const {
+    const auto benchmark = values_.find(figure.benchmark);
+    if (benchmark == values_.end()) return nullptr;
+    const auto counter = benchmark->second.find(figure.counter);
+    return counter == benchmark->second.end() ? nullptr : &counter->second;
+  }
+
   std::map<std::string, std::map<std::string, std::vector<double>>> values_;
 };
 
@@ -87,7 +96,8 @@ int main(int argc, char** argv) {
     pneuma::bench::list_benchmarks(reporter);
     return 1;
   }
-  reporter.print_figures();
+  const std::string filter = benchmark::GetBenchmarkFilter();
+  reporter.print_figures(filter.empty() || filter == "." || filter == "all");
   benchmark::Shutdown();
   return 0;
 }

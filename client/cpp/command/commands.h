@@ -63,6 +63,7 @@ struct ExportArguments {
   std::string file;
   std::string format;  // obj, gltf, pc2 or usda
   std::string out;
+  bool force = false;  // replaces what is there
   SampleRange range;
 };
 

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <system_error>
 
 #include "command/commands.h"
 #include "command/interrupt.h"
@@ -37,6 +39,24 @@ Progress::State state_of(const ExportArguments& arguments, const char* type, std
   return state;
 }
 
+/// Nothing that is there is lost unasked, and never the recording itself.
+base::Status check_place(const ExportArguments& arguments) {
+  namespace fs = std::filesystem;
+  const fs::path out = arguments.out;
+  std::error_code error;
+  if (fs::equivalent(arguments.file, out, error)) return base::invalid("is the recording itself", "--out");
+  const bool is_folder = fs::is_directory(out, error);
+  const bool has_room = !fs::exists(out, error) || (is_folder && fs::is_empty(out, error));
+  if (!has_room && !arguments.force) {
+    return {base::StatusCode::already_exists, "is there already; --force replaces it", arguments.out};
+  }
+  if (arguments.format == "obj" || arguments.format == "pc2") return {};
+  if (is_folder) return base::invalid("is a folder", "--out");
+  const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, error)) return base::not_found("no such folder", folder.string());
+  return {};
+}
+
 /// As often as the recording's own frames, but no more than the format takes.
 base::Result<Sampler> start_sampler(Playback& playback, const ExportArguments& arguments) {
   SampleRange range = arguments.range;
@@ -60,6 +80,7 @@ base::Status export_recording(FileSession& session, const ExportArguments& argum
   auto playback = Playback::open(arguments.file);
   if (!playback.ok()) return playback.status();
   tell_damage(*playback);
+  if (base::Status wrong = check_place(arguments); !wrong.ok()) return wrong;
   auto sampler = start_sampler(*playback, arguments);
   if (!sampler.ok()) return sampler.status();
   auto exporter = make_exporter(arguments.format, {arguments.out, sampler->rate_hz(), sampler->count()});

@@ -270,6 +270,7 @@ base::Status GltfExporter::finish() {
   base::append_number(head, static_cast<std::uint32_t>(bytes_));
   base::append_number(head, chunk_bin);
   std::ofstream out(plan_.out, std::ios::binary);
+  if (!out) return write_failure(plan_.out);
   out << head;
   if (base::Status copied = numbers_.copy_to(out); !copied.ok()) return copied;
   out.close();

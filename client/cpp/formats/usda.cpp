@@ -36,7 +36,7 @@ std::string points_text(const std::vector<double>& positions_m) {
 /// own.
 class UsdaExporter final : public Exporter {
  public:
-  explicit UsdaExporter(const ExportPlan& plan) : plan_(plan), out_(plan.out) {}
+  explicit UsdaExporter(const ExportPlan& plan) : plan_(plan) {}
 
   base::Status add(const Sample& sample) override {
     if (sample.index == 0) {
@@ -54,6 +54,8 @@ class UsdaExporter final : public Exporter {
   }
 
   base::Status finish() override {
+    out_.open(plan_.out);
+    if (!out_) return write_failure(plan_.out);
     write_head();
     const std::vector<std::string> names = file_names(first_, "");
     for (std::size_t body = 0; body < first_.size(); ++body) {

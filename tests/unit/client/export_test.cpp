@@ -166,6 +166,35 @@ TEST_F(Export, WhatIsNotThereIsRefused) {
   EXPECT_EQ(run_export({"--format", "abc"}).exit_status, 2);
 }
 
+TEST_F(Export, NothingThatIsThereIsLostUnasked) {
+  const auto bytes = [](const std::string& path) {
+    std::ifstream in(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const std::string recording = bytes(file_);
+  for (const char* format : {"gltf", "usda", "obj", "pc2"}) {
+    const auto refused =
+        support::run_program("pneuma", {"export", file_, "--out", file_, "--force", "--format", format});
+    EXPECT_EQ(refused.exit_status, 1) << format;
+    EXPECT_EQ(bytes(file_), recording) << format;
+  }
+  ASSERT_EQ(run_export({"--format", "gltf"}).exit_status, 0);
+  const std::string whole = bytes(out_);
+  const auto refused = run_export({"--format", "usda"});
+  EXPECT_EQ(refused.exit_status, 1);
+  EXPECT_NE(refused.error_output.find("is there already"), std::string::npos) << refused.error_output;
+  EXPECT_EQ(bytes(out_), whole);
+  EXPECT_EQ(run_export({"--format", "usda", "--force"}).exit_status, 0);
+  EXPECT_NE(bytes(out_), whole);
+}
+
+TEST_F(Export, AFolderThatIsNotThereIsNamed) {
+  const auto refused =
+      support::run_program("pneuma", {"export", file_, "--format", "gltf", "--out", folder_ / "none" + "/a.glb"});
+  EXPECT_EQ(refused.exit_status, 1);
+  EXPECT_NE(refused.error_output.find("no such folder"), std::string::npos) << refused.error_output;
+}
+
 // A second body comes in the middle.
 TEST_F(Export, AChangeOfBodiesIsRefusedWhereTheFormatHasNone) {
   auto writer = RecordingWriter::create(file_, recording_header(), RecordingWriter::IfThere::replace);
