@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "physics/gas.h"
+
 namespace pneuma::physics {
 
 namespace {
@@ -49,7 +51,7 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
   }
   if (gas) {
     const StageTimer timer(profile, Stage::pressure);
-    update_pressure(body, surroundings.atmosphere);
+    update_pressure(body, surroundings.atmosphere.pressure_pa);
   }
   {
     const StageTimer timer(profile, Stage::integrate);

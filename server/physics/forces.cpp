@@ -157,11 +157,6 @@ double body_volume_m3(const SoftBody& body, std::span<const Vec3<Real>> x) {
 }
 
 template <class Real>
-void update_pressure(SoftState<Real>& body, const Atmosphere& atmosphere) {
-  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - atmosphere.pressure_pa;
-}
-
-template <class Real>
 void add_pressure(SoftState<Real>& body, double pressure_pa, std::span<const Vec3<Real>> x,
                   std::span<Vec3<Real>> force) {
   if (body.body.pressure_spread == PressureSpread::faces) {
@@ -186,7 +181,7 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
     }
     // 3: pressure
     const StageTimer timer(profile, Stage::pressure);
-    update_pressure(body, surroundings.atmosphere);
+    update_pressure(body, surroundings.atmosphere.pressure_pa);
     add_pressure<Real>(body, body.pressure_pa, x, force);
   }
   if (has_wind(body.body, surroundings.atmosphere)) {
@@ -205,8 +200,7 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
                                std::span<const Vec3<Real>>, std::span<Vec3<Real>>);                                \
   template void add_pressure<Real>(SoftState<Real>&, double, std::span<const Vec3<Real>>, std::span<Vec3<Real>>);  \
   template void add_other_forces<Real>(SoftState<Real>&, std::span<const Vec3<Real>>, std::span<const Vec3<Real>>, \
-                                       const Surroundings&, double, bool, std::span<Vec3<Real>>, Profile*);        \
-  template void update_pressure<Real>(SoftState<Real>&, const Atmosphere&);
+                                       const Surroundings&, double, bool, std::span<Vec3<Real>>, Profile*);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

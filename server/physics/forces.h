@@ -27,10 +27,6 @@ void add_other_forces(SoftState<Real>& body, std::span<const Vec3<Real>> x, std:
                       const Surroundings& surroundings, double dt_s, bool with_gas, std::span<Vec3<Real>> force,
                       Profile* profile);
 
-/// Sets the pressure of the body's gas to what it is at body.volume_m3.
-template <class Real>
-void update_pressure(SoftState<Real>& body, const Atmosphere& atmosphere);
-
 /// Whether the air acts on the body.
 [[nodiscard]] bool has_wind(const SoftBody& body, const Atmosphere& atmosphere);
 

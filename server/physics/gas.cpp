@@ -7,14 +7,6 @@
 
 namespace pneuma::physics {
 
-namespace {
-
-double floored(const GasState& state, double volume_m3) {
-  return std::max(volume_m3, gas_volume_floor * state.volume_ref_m3);
-}
-
-}  // namespace
-
 GasState make_gas_state(const Gas& gas, double volume_m3) {
   return {gas.moles, gas.temperature_k, volume_m3};
 }
@@ -22,7 +14,8 @@ GasState make_gas_state(const Gas& gas, double volume_m3) {
 GasState make_gas_state(const Gas& gas, double volume_m3, double rest_volume_m3) {
   GasState state = make_gas_state(gas, rest_volume_m3);
   if (gas.law == GasLaw::adiabatic) {
-    state.temperature_ref_k *= portable_pow(floored(state, volume_m3) / rest_volume_m3, gas.heat_capacity_ratio - 1.0);
+    state.temperature_ref_k *=
+        portable_pow(floored_volume_m3(state, volume_m3) / rest_volume_m3, gas.heat_capacity_ratio - 1.0);
   }
   return state;
 }
@@ -30,11 +23,7 @@ GasState make_gas_state(const Gas& gas, double volume_m3, double rest_volume_m3)
 double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3) {
   if (gas.law == GasLaw::isothermal) return state.temperature_ref_k;
   return state.temperature_ref_k *
-         portable_pow(state.volume_ref_m3 / floored(state, volume_m3), gas.heat_capacity_ratio - 1.0);
-}
-
-double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3) {
-  return state.moles * gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3) / floored(state, volume_m3);
+         portable_pow(state.volume_ref_m3 / floored_volume_m3(state, volume_m3), gas.heat_capacity_ratio - 1.0);
 }
 
 double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3) {
@@ -50,7 +39,7 @@ void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure
   if (leaked != 0.0) {
     const double molar_energy_j_mol = gas_constant_j_mol_k * gas_temperature_k(state, gas, volume_m3);
     // So many are too many, or lacking.
-    const double to_balance = state.moles - outside_pa * floored(state, volume_m3) / molar_energy_j_mol;
+    const double to_balance = state.moles - outside_pa * floored_volume_m3(state, volume_m3) / molar_energy_j_mol;
     leaked = std::clamp(leaked, std::min(to_balance, 0.0), std::max(to_balance, 0.0));
   }
   state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);

@@ -1,6 +1,8 @@
 // The ideal gas inside a body (the paper's equations 4 and 5), isothermal or adiabatic.
 #pragma once
 
+#include <algorithm>
+
 #include "physics/state.h"
 
 namespace pneuma::physics {
@@ -19,8 +21,17 @@ inline constexpr double gas_recovered_share = 0.01;
 
 [[nodiscard]] double gas_temperature_k(const GasState& state, const Gas& gas, double volume_m3);
 
+/// The volume that the gas presses as if it had: not below the floor.
+[[nodiscard]] inline double floored_volume_m3(const GasState& state, double volume_m3) {
+  return std::max(volume_m3, gas_volume_floor * state.volume_ref_m3);
+}
+
 /// Absolute pressure P = n R T / V.
-[[nodiscard]] double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3);
+[[nodiscard]] inline double gas_pressure_pa(const GasState& state, const Gas& gas, double volume_m3) {
+  const double temperature_k =
+      gas.law == GasLaw::isothermal ? state.temperature_ref_k : gas_temperature_k(state, gas, volume_m3);
+  return state.moles * gas_constant_j_mol_k * temperature_k / floored_volume_m3(state, volume_m3);
+}
 
 /// -dP/dV: P / V, and the heat capacity ratio times that where adiabatic; 0 below the floor.
 [[nodiscard]] double gas_stiffness_pa_m3(const GasState& state, const Gas& gas, double volume_m3);
@@ -54,6 +65,12 @@ template <class Real>
 /// gone then, and the body an open skin), and notes a volume of 0 or below, once until note_recovery has seen it back.
 template <class Real>
 void advance_gas(SoftState<Real>& body, double outside_pa, double dt_s);
+
+/// Sets the pressure over the outside from the volume. The body has gas.
+template <class Real>
+void update_pressure(SoftState<Real>& body, double outside_pa) {
+  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - outside_pa;
+}
 
 /// Between two ticks, so that a body is told of as inverted at most once in each.
 template <class Real>

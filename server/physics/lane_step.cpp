@@ -298,28 +298,31 @@ class LaneStep {
   }
 
   void set_pressures() {
+    std::array<double, pack_slots> volumes_m3;  // here too: the next evaluation waits for what becomes of them
     {
       const StageTimer timer(profile_, Stage::volume);
       for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-        double volume_18_m3 = 0.0;
-        if (team_ != nullptr) {
-          volume_18_m3 = team_->volume_18_m3();
-        } else {
-          for (const PerLane<Real>& block : scratch_.block_volumes) {
-            volume_18_m3 += static_cast<double>(block.lanes[lane]);
-          }
-        }
-        bodies_[lane].volume_m3 = volume_18_m3 / 18.0;
+        volumes_m3[lane] = (team_ == nullptr ? volume_18_m3(lane) : team_->volume_18_m3()) / 18.0;
       }
     }
     const StageTimer timer(profile_, Stage::pressure);
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      update_pressure(bodies_[lane], settings_.surroundings.atmosphere);
-      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane].pressure_pa / 6.0);
+      SoftState<Real>& body = bodies_[lane];
+      const double pressure_pa =
+          gas_pressure_pa(*body.gas, *body.body.gas, volumes_m3[lane]) - settings_.surroundings.atmosphere.pressure_pa;
+      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(pressure_pa / 6.0);
+      body.volume_m3 = volumes_m3[lane];
+      body.pressure_pa = pressure_pa;
     }
     if (layout_ == LaneLayout::alone) return;
     std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),
               update_.pressure_sixth_pa.lanes[bodies_.size() - 1]);
+  }
+
+  [[nodiscard]] double volume_18_m3(std::size_t lane) const {
+    double sum = 0.0;
+    for (const PerLane<Real>& block : scratch_.block_volumes) sum += static_cast<double>(block.lanes[lane]);
+    return sum;
   }
 
   void list_points(const LaneArray<Real>& x, const LaneArray<Real>& v) {
