@@ -56,5 +56,6 @@ struct Part {
 [[nodiscard]] Part stability_map();
 [[nodiscard]] Part extreme_cases();
 [[nodiscard]] Part left_out();
+[[nodiscard]] Part frames();
 
 }  // namespace pneuma::report

@@ -1,0 +1,121 @@
+#include "bench/frame_costs.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/codec_peers.h"
+#include "codec/frame_codec.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::bench {
+
+namespace {
+
+using support::Recording;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t length_prefix_bytes = 4;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+double since_ns(Clock::time_point start) {
+  return std::chrono::duration<double, std::nano>(Clock::now() - start).count();
+}
+
+/// Of a delta frame, as it is sent.
+std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
+  v1::ServerMessage message;
+  v1::Frame& frame = *message.mutable_frame();
+  frame.set_stream_id(1);
+  frame.set_layout_id(1);
+  frame.set_tick(tick);
+  frame.set_time_s(static_cast<double>(tick) / 60.0);
+  frame.set_base_tick(tick - 1);
+  frame.set_payload(payload);
+  return length_prefix_bytes + message.ByteSizeLong();
+}
+
+double furthest_m(const Recording& recording, std::size_t tick, const codec::FrameReader& reader, double step_m) {
+  double furthest_m = 0.0;
+  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
+    const std::vector<double>& true_m = recording.frames_m[tick][body];
+    std::vector<double> read_m(true_m.size());
+    reader.positions(body, step_m, read_m);
+    for (std::size_t i = 0; i < true_m.size(); i += 3) {
+      furthest_m = std::max(
+          furthest_m, std::hypot(read_m[i] - true_m[i], read_m[i + 1] - true_m[i + 1], read_m[i + 2] - true_m[i + 2]));
+    }
+  }
+  return furthest_m;
+}
+
+}  // namespace
+
+FrameCost frame_cost(const Recording& recording, double max_error_m) {
+  codec::FrameWriter writer(recording.orders, max_error_m);
+  codec::FrameReader reader(recording.orders);
+  std::string payload;
+  const auto read = [&](bool key) {
+    if (!reader.read(payload, key).ok()) throw std::runtime_error("a frame does not read back");
+  };
+  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
+    writer.place_body(body, recording.frames_m[0][body]);
+  }
+  writer.write_key(payload);
+  read(true);
+  FrameCost cost;
+  std::vector<double> write_ns;
+  std::vector<double> read_ns;
+  double bytes = 0.0;
+  for (std::size_t tick = 1; tick < recording.frames_m.size(); ++tick) {
+    payload.clear();
+    const auto start = Clock::now();
+    writer.begin_delta();
+    for (std::size_t body = 0; body < recording.orders.size(); ++body) {
+      writer.move_body(body, recording.frames_m[tick][body]);
+    }
+    writer.take_delta(payload);
+    write_ns.push_back(since_ns(start));
+    const auto written = Clock::now();
+    read(false);
+    read_ns.push_back(since_ns(written));
+    bytes += static_cast<double>(message_bytes(payload, tick));
+    cost.error_max_m = std::max(cost.error_max_m, furthest_m(recording, tick, reader, writer.grid_step_m()));
+  }
+  const auto vertices = static_cast<double>(recording.vertex_count());
+  cost.bits = 8.0 * bytes / (vertices * static_cast<double>(write_ns.size()));
+  cost.write_ns = median(std::move(write_ns)) / vertices;
+  cost.read_ns = median(std::move(read_ns)) / vertices;
+  return cost;
+}
+
+PeerBits peer_bits(const Recording& recording, double max_error_m) {
+  const double step_m = 2.0 * max_error_m / std::sqrt(3.0);
+  PeerBytes sum;
+  for (std::size_t tick = 2; tick < recording.frames_m.size(); ++tick) {
+    std::vector<std::int32_t> residuals;
+    for (std::size_t body = 0; body < recording.orders.size(); ++body) {
+      for (std::size_t i = 0; i < recording.frames_m[tick][body].size(); ++i) {
+        const auto cell = [&](std::size_t at) { return std::llround(recording.frames_m[at][body][i] / step_m); };
+        residuals.push_back(static_cast<std::int32_t>(cell(tick) - 2 * cell(tick - 1) + cell(tick - 2)));
+      }
+    }
+    const PeerBytes bytes = peer_bytes(residuals);
+    sum.zstd += bytes.zstd;
+    sum.meshoptimizer += bytes.meshoptimizer;
+    sum.draco += bytes.draco;
+  }
+  const double vertex_frames =
+      static_cast<double>(recording.frames_m.size() - 2) * static_cast<double>(recording.vertex_count());
+  const auto bits = [&](std::size_t bytes) { return 8.0 * static_cast<double>(bytes) / vertex_frames; };
+  return {bits(sum.zstd), bits(sum.meshoptimizer), bits(sum.draco)};
+}
+
+}  // namespace pneuma::bench
