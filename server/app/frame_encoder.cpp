@@ -40,10 +40,12 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t t
   last_tick_ = tick;
   layout_id_ = layout.id();
   time_s_ = source.time_s();
+  vertices_ = layout.vertex_count();
 
   net::StreamFrame out;
   out.stream_id = stream_id_;
   out.tick = tick;
+  out.vertices = vertices_;
   if (delta) {
     out.base_tick = *base_tick;
     v1::ServerMessage message = header();
@@ -74,6 +76,7 @@ net::StreamFrame FrameEncoder::last_as_key() const {
   net::StreamFrame out;
   out.stream_id = stream_id_;
   out.tick = *last_tick_;
+  out.vertices = vertices_;
   out.key = key();
   return out;
 }

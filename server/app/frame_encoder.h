@@ -42,6 +42,7 @@ class FrameEncoder {
   std::optional<std::uint64_t> last_tick_;
   std::uint32_t layout_id_ = 0;
   double time_s_ = 0.0;
+  std::size_t vertices_ = 0;
   std::optional<codec::FrameWriter> writer_;
   std::vector<physics::Pose> poses_;  // rigid bodies, then colliders
 

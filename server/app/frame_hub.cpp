@@ -1,6 +1,7 @@
 #include "app/frame_hub.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <utility>
@@ -54,7 +55,7 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                           "subscribe");
     }
     const std::uint32_t stream_id = take_stream_id_();
-    found = classes_.emplace(quality, QualityClass{stream_id, FrameEncoder(stream_id, max_error_m), {}, {}}).first;
+    found = classes_.emplace(quality, QualityClass{stream_id, FrameEncoder(stream_id, max_error_m), {}, {}, 0.0}).first;
   }
   QualityClass& quality_class = found->second;
   for (const std::string& hash : request.known_topologies()) {
@@ -211,7 +212,10 @@ void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divis
     quality_class.sessions = std::move(sessions);
   }
   auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
+  const auto start = std::chrono::steady_clock::now();
   net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_, with_key || !keyed.empty());
+  quality_class.encode_time_us =
+      std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
   // A session takes the delta where it can, so those whose key is due are not offered it.
   net::StreamFrame key = frame;
@@ -257,6 +261,29 @@ void FrameHub::send_to_all(const v1::ServerMessage& message, Outbox& outbox) con
   }
   const net::SharedBytes bytes = serialise(message);
   for (const net::SessionId session : sessions) outbox.send(session, bytes);
+}
+
+void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& reader, double world_rate_hz,
+                                v1::Stats& out) const {
+  for (const auto& [quality, quality_class] : classes_) {
+    if (!quality_class.subscribers.contains(session)) continue;
+    v1::Stats::Stream& stream = *out.add_streams();
+    stream.set_stream_id(quality_class.stream_id);
+    stream.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+    stream.set_max_error_m(quality.max_error_m);
+    stream.set_encode_time_us(quality_class.encode_time_us);
+    stream.set_drain_bytes_s(reader.drain_bytes_s);
+    const auto read = std::ranges::find(reader.streams, quality_class.stream_id, &net::StreamStats::stream_id);
+    if (read == reader.streams.end()) continue;  // no frame of it was made yet
+    const net::FrameTotals& totals = read->totals;
+    stream.set_frames_sent(totals.frames_sent);
+    stream.set_frames_dropped(totals.frames_dropped);
+    if (totals.vertices_sent > 0) {
+      stream.set_bits_per_vertex(8.0 * static_cast<double>(totals.bytes_sent) /
+                                 static_cast<double>(totals.vertices_sent));
+    }
+    stream.set_queue_age_ms(std::chrono::duration<double, std::milli>(read->queue_age).count());
+  }
 }
 
 std::size_t FrameHub::streams_of(net::SessionId session) const {

@@ -58,6 +58,10 @@ class FrameHub {
   /// Sends a message to every session that has a stream here, once.
   void send_to_all(const v1::ServerMessage& message, Outbox& outbox) const;
 
+  /// The session's streams and how it reads them.
+  void describe_streams(net::SessionId session, const net::ReaderStats& reader, double world_rate_hz,
+                        v1::Stats& out) const;
+
   [[nodiscard]] std::size_t subscriber_count() const;
   [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
 
@@ -79,7 +83,8 @@ class FrameHub {
     std::uint32_t stream_id;
     FrameEncoder encoder;
     std::map<net::SessionId, Subscriber> subscribers;
-    SessionIds sessions;  // of all subscribers; null where they changed
+    SessionIds sessions;          // of all subscribers; null where they changed
+    double encode_time_us = 0.0;  // of the last frame
   };
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;

@@ -99,7 +99,7 @@ class HostedWorld {
   void release(std::uint64_t grab_id, Outbox& outbox);
   /// Appends a change that was carried out to the log, and tells the subscribers who wish to know.
   void note(const v1::ClientMessage& message, Outbox& outbox);
-  [[nodiscard]] v1::ServerMessage stats(TimePoint now) const;
+  [[nodiscard]] v1::ServerMessage stats(const Request& request, TimePoint now) const;
 
   /// What became of bodies in the tick, to the log and to all who watch.
   void send_events(Outbox& outbox);

@@ -75,8 +75,7 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     case v1::ClientMessage::kStep:
       return step_on(request);
     case v1::ClientMessage::kGetStats: {
-      v1::ServerMessage reply = stats(now);
-      reply.set_request_id(message.request_id());
+      v1::ServerMessage reply = stats(request, now);
       return Answer(std::move(reply));
     }
     case v1::ClientMessage::kGetScene: {
@@ -226,8 +225,8 @@ void HostedWorld::note(const v1::ClientMessage& message, Outbox& outbox) {
   hub_.applied(live_.tick(), message, outbox);
 }
 
-v1::ServerMessage HostedWorld::stats(TimePoint now) const {
-  v1::ServerMessage message;
+v1::ServerMessage HostedWorld::stats(const Request& request, TimePoint now) const {
+  v1::ServerMessage message = reply_to(request.message);
   v1::Stats& out = *message.mutable_stats();
   describe(live_.physics(), out);
   const TickSummary summary = window_.summary(now);
@@ -242,6 +241,7 @@ v1::ServerMessage HostedWorld::stats(TimePoint now) const {
   out.set_due_error_ms_p99(summary.due_error_ms_p99);
   out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));
+  hub_.describe_streams(request.session->id(), request.reader, out.rate_hz(), out);
   return message;
 }
 

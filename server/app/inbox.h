@@ -19,6 +19,7 @@ namespace pneuma::app {
 struct Request {
   std::shared_ptr<Session> session;
   v1::ClientMessage message;
+  net::ReaderStats reader = {};  // of GetStats: how the session reads
 };
 struct KeyWanted {
   net::SessionId session;

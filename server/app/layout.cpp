@@ -65,4 +65,10 @@ v1::ServerMessage WorldLayout::message(std::uint32_t stream_id) const {
   return message;
 }
 
+std::size_t WorldLayout::vertex_count() const {
+  std::size_t count = 0;
+  for (const codec::MeshOrderPtr& order : orders_) count += order->size();
+  return count;
+}
+
 }  // namespace pneuma::app

@@ -32,6 +32,7 @@ class WorldLayout {
   [[nodiscard]] std::vector<TopologyMessage> topologies() const;
   /// One a soft body.
   [[nodiscard]] const std::vector<codec::MeshOrderPtr>& orders() const { return orders_; }
+  [[nodiscard]] std::size_t vertex_count() const;
   [[nodiscard]] v1::ServerMessage message(std::uint32_t stream_id) const;
 
  private:

@@ -37,6 +37,14 @@ Metrics::Metrics()
       queue_bytes(gauge(registry_, "pneuma_queue_bytes", "Bytes waiting to be sent, all sessions.")),
       frames_sent(counter(registry_, "pneuma_frames_sent_total", "Frames sent.")),
       frames_dropped(counter(registry_, "pneuma_frames_dropped_total", "Frames left out for slow readers.")),
+      frame_bytes(counter(registry_, "pneuma_frame_bytes_total", "Bytes of the frames sent.")),
+      frame_vertices(counter(registry_, "pneuma_frame_vertices_total", "Vertices that the frames sent show.")),
+      queue_seconds(prometheus::BuildHistogram()
+                        .Name("pneuma_frame_queue_seconds")
+                        .Help("How long frames waited before they were sent.")
+                        .Register(registry_)
+                        .Add({}, prometheus::Histogram::BucketBoundaries(net::QueueAges::bounds_s.begin(),
+                                                                         net::QueueAges::bounds_s.end()))),
       bytes_sent(counter(registry_, "pneuma_sent_bytes_total", "Bytes sent.")),
       bytes_received(counter(registry_, "pneuma_received_bytes_total", "Bytes received.")),
       disk_errors(counter(registry_, "pneuma_disk_errors_total", "Checkpoints and log records that failed.")) {}
@@ -46,8 +54,15 @@ void Metrics::count_command(std::string_view kind, std::string_view result) {
 }
 
 void Metrics::count_session(const net::SessionStats& before, const net::SessionStats& now) {
-  frames_sent.Increment(static_cast<double>(now.frames_sent - before.frames_sent));
-  frames_dropped.Increment(static_cast<double>(now.frames_dropped - before.frames_dropped));
+  frames_sent.Increment(static_cast<double>(now.frames.frames_sent - before.frames.frames_sent));
+  frames_dropped.Increment(static_cast<double>(now.frames.frames_dropped - before.frames.frames_dropped));
+  frame_bytes.Increment(static_cast<double>(now.frames.bytes_sent - before.frames.bytes_sent));
+  frame_vertices.Increment(static_cast<double>(now.frames.vertices_sent - before.frames.vertices_sent));
+  std::vector<double> waited;
+  for (std::size_t i = 0; i < now.queue_ages.counts.size(); ++i) {
+    waited.push_back(static_cast<double>(now.queue_ages.counts[i] - before.queue_ages.counts[i]));
+  }
+  queue_seconds.ObserveMultiple(waited, now.queue_ages.sum_s - before.queue_ages.sum_s);
   bytes_sent.Increment(static_cast<double>(now.bytes_sent - before.bytes_sent));
   bytes_received.Increment(static_cast<double>(now.bytes_received - before.bytes_received));
 }

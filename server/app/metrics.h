@@ -31,6 +31,9 @@ class Metrics {
   prometheus::Gauge& queue_bytes;
   prometheus::Counter& frames_sent;
   prometheus::Counter& frames_dropped;
+  prometheus::Counter& frame_bytes;
+  prometheus::Counter& frame_vertices;
+  prometheus::Histogram& queue_seconds;
   prometheus::Counter& bytes_sent;
   prometheus::Counter& bytes_received;
   prometheus::Counter& disk_errors;

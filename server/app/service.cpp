@@ -151,7 +151,9 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
     }
     default: {
       const std::string world = *world_of(message);
-      if (host_->ask(world, {guest.session, std::move(message)})) remember(guest, world);
+      Request request{guest.session, std::move(message)};
+      if (request.message.has_get_stats()) request.reader = server_.reader_stats(guest.session->id());
+      if (host_->ask(world, std::move(request))) remember(guest, world);
       return;
     }
   }

@@ -72,14 +72,15 @@ class WebSocketTransport final : public Transport {
     co_return std::optional<std::string>(beast::buffers_to_string(buffer.data()));
   }
 
-  asio::awaitable<error_code> write(std::vector<SharedBytes> messages, std::function<void()> progressed) override {
+  asio::awaitable<error_code> write(std::vector<SharedBytes> messages,
+                                    std::function<void(std::size_t)> progressed) override {
     error_code error;
     for (const SharedBytes& message : messages) {
       for (std::size_t at = 0; at < message->size() && !error; at += websocket_part_bytes) {
         const std::size_t size = std::min(websocket_part_bytes, message->size() - at);
         co_await socket_.async_write_some(at + size == message->size(), asio::buffer(message->data() + at, size),
                                           into(error));
-        progressed();
+        progressed(size);
       }
     }
     co_return error;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "net/framing.h"
+
 namespace pneuma::net {
 
 bool OutputQueue::push_reply(SharedBytes message) {
@@ -14,28 +16,30 @@ bool OutputQueue::push_reply(SharedBytes message) {
 
 void OutputQueue::push_goodbye(SharedBytes message) {
   reply_bytes_ += message->size();
-  push({std::move(message), std::nullopt, 0, false});
+  push({.message = std::move(message), .stream_id = std::nullopt});
 }
 
-void OutputQueue::offer(const StreamFrame& frame) {
+void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   Stream& stream = streams_[frame.stream_id];
   const bool has_room = stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
   if (has_room && frame.delta != nullptr && stream.last_tick == frame.base_tick) {
-    return push_frame(frame.delta, frame, stream);
+    return push_frame(frame.delta, frame, stream, now);
   }
   if (!has_room) drop_unsent(frame.stream_id, stream);
   if (frame.key != nullptr) stream.key_asked_for = false;  // where it finds no room, another has to be asked for
   // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
   if (frame.key != nullptr && bytes() < bytes_max_) {
     if (stream.missing_from && stream.was_sent) {
-      push({std::make_shared<const std::string>(make_gap_(frame.stream_id, *stream.missing_from, stream.missing_to)),
-            frame.stream_id, *stream.missing_from, false});
+      push({.message = std::make_shared<const std::string>(
+                make_gap_(frame.stream_id, *stream.missing_from, stream.missing_to)),
+            .stream_id = frame.stream_id,
+            .tick = *stream.missing_from});
     }
     stream.missing_from.reset();
     stream.missing_to = 0;
-    return push_frame(frame.key, frame, stream);
+    return push_frame(frame.key, frame, stream, now);
   }
-  if (stream.was_queued) skip(stream, frame.tick);
+  if (stream.was_queued) skip(stream, frame.tick, (frame.delta != nullptr ? frame.delta : frame.key)->size());
   stream.last_tick.reset();
 }
 
@@ -56,7 +60,7 @@ void OutputQueue::end_stream(std::uint32_t stream_id) {
   streams_.erase(found);
 }
 
-std::vector<SharedBytes> OutputQueue::take(std::size_t bytes) {
+std::vector<SharedBytes> OutputQueue::take(std::size_t bytes, TimePoint now) {
   std::vector<SharedBytes> messages;
   while (!entries_.empty() && (messages.empty() || writing_bytes_ + entries_.front().message->size() <= bytes)) {
     Entry& entry = entries_.front();
@@ -64,12 +68,7 @@ std::vector<SharedBytes> OutputQueue::take(std::size_t bytes) {
     bytes_ -= size;
     writing_bytes_ += size;
     if (!entry.stream_id) reply_bytes_ -= size;
-    if (entry.counts_as_frame) {
-      ++frames_sent_;
-      Stream& stream = streams_[*entry.stream_id];
-      --stream.unsent;
-      stream.was_sent = true;
-    }
+    if (entry.counts_as_frame) count_sent(entry, now);
     messages.push_back(std::move(entry.message));
     entries_.pop_front();
   }
@@ -78,6 +77,19 @@ std::vector<SharedBytes> OutputQueue::take(std::size_t bytes) {
 
 void OutputQueue::written() {
   writing_bytes_ = 0;
+  for (auto& [stream_id, stream] : streams_) stream.writing_from.reset();
+}
+
+std::vector<StreamStats> OutputQueue::stream_stats(TimePoint now) const {
+  std::vector<StreamStats> all;
+  for (const auto& [stream_id, stream] : streams_) {
+    const auto unsent = std::ranges::find_if(
+        entries_, [id = stream_id](const Entry& entry) { return entry.counts_as_frame && entry.stream_id == id; });
+    std::optional<TimePoint> oldest = stream.writing_from;
+    if (!oldest && unsent != entries_.end()) oldest = unsent->queued_at;
+    all.push_back({stream_id, stream.totals, oldest ? now - *oldest : Duration::zero()});
+  }
+  return all;
 }
 
 void OutputQueue::push(Entry entry) {
@@ -85,17 +97,33 @@ void OutputQueue::push(Entry entry) {
   entries_.push_back(std::move(entry));
 }
 
-void OutputQueue::push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream) {
-  push({message, frame.stream_id, frame.tick, true});
+void OutputQueue::push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream, TimePoint now) {
+  push({message, frame.stream_id, frame.tick, true, frame.vertices, now});
   stream.last_tick = frame.tick;
   stream.was_queued = true;
   ++stream.unsent;
 }
 
-void OutputQueue::skip(Stream& stream, std::uint64_t tick) {
+void OutputQueue::count_sent(const Entry& entry, TimePoint now) {
+  Stream& stream = streams_[*entry.stream_id];
+  --stream.unsent;
+  stream.was_sent = true;
+  if (!stream.writing_from) stream.writing_from = entry.queued_at;
+  ages_.add(now - entry.queued_at);
+  for (FrameTotals* totals : {&totals_, &stream.totals}) {
+    ++totals->frames_sent;
+    totals->bytes_sent += length_prefix_bytes + entry.message->size();
+    totals->vertices_sent += entry.vertices;
+  }
+}
+
+void OutputQueue::skip(Stream& stream, std::uint64_t tick, std::size_t bytes) {
   stream.missing_from = std::min(stream.missing_from.value_or(tick), tick);
   stream.missing_to = std::max(stream.missing_to, tick);
-  ++frames_dropped_;
+  for (FrameTotals* totals : {&totals_, &stream.totals}) {
+    ++totals->frames_dropped;
+    totals->bytes_dropped += bytes;
+  }
 }
 
 // Oldest first, so that the gap begins with the first tick that is lost; an unsent gap's own ticks are part of the new
@@ -105,7 +133,7 @@ void OutputQueue::drop_unsent(std::uint32_t stream_id, Stream& stream) {
     if (entry.stream_id != stream_id) return false;
     bytes_ -= entry.message->size();
     if (entry.counts_as_frame) {
-      skip(stream, entry.tick);
+      skip(stream, entry.tick, entry.message->size());
     } else {
       stream.missing_from = std::min(stream.missing_from.value_or(entry.tick), entry.tick);
     }

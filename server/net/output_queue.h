@@ -31,7 +31,7 @@ class OutputQueue {
   /// Queues the frame as delta where its base is the last frame queued of the stream and there is room; else as key,
   /// after a gap that spans what was skipped; else skips it, and the stream waits for a key. A stream with too much
   /// unsent loses all that is unsent.
-  void offer(const StreamFrame& frame);
+  void offer(const StreamFrame& frame, TimePoint now);
 
   /// The streams that wait for a key which could be queued now, each once until a key was offered. A client that takes
   /// nothing is asked for nothing: its key would be out of date before it left.
@@ -42,13 +42,15 @@ class OutputQueue {
 
   /// Takes the next messages for one write, at most `bytes` of them where the first is smaller; they count until
   /// written() is called.
-  [[nodiscard]] std::vector<SharedBytes> take(std::size_t bytes);
+  [[nodiscard]] std::vector<SharedBytes> take(std::size_t bytes, TimePoint now);
   void written();
 
   [[nodiscard]] bool empty() const { return entries_.empty(); }
   [[nodiscard]] std::size_t bytes() const { return bytes_ + writing_bytes_; }
-  [[nodiscard]] std::uint64_t frames_sent() const { return frames_sent_; }
-  [[nodiscard]] std::uint64_t frames_dropped() const { return frames_dropped_; }
+  /// Of all streams, those that ended included.
+  [[nodiscard]] const FrameTotals& totals() const { return totals_; }
+  [[nodiscard]] const QueueAges& ages() const { return ages_; }
+  [[nodiscard]] std::vector<StreamStats> stream_stats(TimePoint now) const;
 
  private:
   struct Entry {
@@ -56,6 +58,8 @@ class OutputQueue {
     std::optional<std::uint32_t> stream_id;  // none: a reply
     std::uint64_t tick = 0;
     bool counts_as_frame = false;  // a gap belongs to its stream but is no frame
+    std::size_t vertices = 0;
+    TimePoint queued_at{};
   };
   struct Stream {
     std::optional<std::uint64_t> last_tick;     // of the frame that a delta may build on; none: a key is needed
@@ -65,11 +69,14 @@ class OutputQueue {
     bool was_queued = false;  // it has had a frame in the queue: what it misses from now on counts as dropped
     bool was_sent = false;    // it has had a frame written: what it misses from now on is a gap
     std::size_t unsent = 0;
+    std::optional<TimePoint> writing_from;  // when the oldest frame of the write under way was queued
+    FrameTotals totals;
   };
 
   void push(Entry entry);
-  void push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream);
-  void skip(Stream& stream, std::uint64_t tick);
+  void push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream, TimePoint now);
+  void skip(Stream& stream, std::uint64_t tick, std::size_t bytes);
+  void count_sent(const Entry& entry, TimePoint now);
   void drop_unsent(std::uint32_t stream_id, Stream& stream);
 
   std::size_t bytes_max_;
@@ -79,8 +86,8 @@ class OutputQueue {
   std::size_t bytes_ = 0;
   std::size_t reply_bytes_ = 0;
   std::size_t writing_bytes_ = 0;
-  std::uint64_t frames_sent_ = 0;
-  std::uint64_t frames_dropped_ = 0;
+  FrameTotals totals_;
+  QueueAges ages_;
 };
 
 }  // namespace pneuma::net

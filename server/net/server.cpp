@@ -239,4 +239,9 @@ std::optional<SessionStats> Server::stats(SessionId session) const {
   return found->second->stats();
 }
 
+ReaderStats Server::reader_stats(SessionId session) const {
+  const auto found = impl_->sessions.find(session);
+  return found == impl_->sessions.end() ? ReaderStats() : found->second->reader_stats();
+}
+
 }  // namespace pneuma::net

@@ -13,6 +13,7 @@
 
 #include "base/limits.h"
 #include "base/status.h"
+#include "net/reader_stats.h"
 
 namespace pneuma::net {
 
@@ -32,6 +33,7 @@ struct StreamFrame {
   std::uint64_t base_tick = 0;  // what `delta` builds on
   SharedBytes delta;            // null: only a key frame this time
   SharedBytes key;              // null: nobody was known to want one
+  std::size_t vertices = 0;     // that it shows
 };
 
 struct HttpReply {
@@ -43,8 +45,8 @@ struct HttpReply {
 /// How a session stands; for stats and metrics.
 struct SessionStats {
   std::size_t queue_bytes = 0;
-  std::uint64_t frames_sent = 0;
-  std::uint64_t frames_dropped = 0;
+  FrameTotals frames;
+  QueueAges queue_ages;
   std::uint64_t bytes_sent = 0;
   std::uint64_t bytes_received = 0;
 };
@@ -107,6 +109,7 @@ class Server {
 
   /// Network thread only.
   [[nodiscard]] std::optional<SessionStats> stats(SessionId session) const;
+  [[nodiscard]] ReaderStats reader_stats(SessionId session) const;
 
  private:
   struct Impl;

@@ -75,7 +75,7 @@ void Session::send(SharedBytes message) {
 
 void Session::offer(const StreamFrame& frame) {
   if (closing_ || over_) return;
-  queue_.offer(frame);
+  queue_.offer(frame, now());
   ask_for_keys();
   wake_writer();
 }
@@ -115,7 +115,12 @@ void Session::say_closed(const base::Status& why) {
 }
 
 SessionStats Session::stats() const {
-  return {queue_.bytes(), queue_.frames_sent(), queue_.frames_dropped(), bytes_sent_, bytes_received_};
+  return {queue_.bytes(), queue_.totals(), queue_.ages(), bytes_sent_, bytes_received_};
+}
+
+ReaderStats Session::reader_stats() const {
+  const TimePoint time = now();
+  return {time, drain_.bytes_s(time), queue_.stream_stats(time)};
 }
 
 asio::awaitable<void> Session::open() {
@@ -160,11 +165,14 @@ asio::awaitable<void> Session::write_queue() {
       co_await writer_wake_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
       continue;
     }
-    std::vector<SharedBytes> messages = queue_.take(write_bytes);
+    std::vector<SharedBytes> messages = queue_.take(write_bytes, now());
     for (const SharedBytes& message : messages) bytes_sent_ += message->size();
     timers_.write_progressed(now());
-    const error_code error =
-        co_await transport_->write(std::move(messages), [this] { timers_.write_progressed(now()); });
+    const error_code error = co_await transport_->write(std::move(messages), [this](std::size_t bytes) {
+      const TimePoint time = now();
+      timers_.write_progressed(time);
+      drain_.add(time, bytes);
+    });
     timers_.write_done();
     queue_.written();
     if (error) break;

@@ -35,6 +35,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void abort();
 
   [[nodiscard]] SessionStats stats() const;
+  [[nodiscard]] ReaderStats reader_stats() const;
 
  private:
   void spawn(asio::awaitable<void> (Session::*coroutine)());
@@ -45,7 +46,7 @@ class Session : public std::enable_shared_from_this<Session> {
   asio::awaitable<void> write_queue();
   asio::awaitable<void> keep_time();
   void wake_writer() { writer_wake_.cancel(); }
-  [[nodiscard]] static SessionTimers::TimePoint now() { return std::chrono::steady_clock::now(); }
+  [[nodiscard]] static TimePoint now() { return std::chrono::steady_clock::now(); }
 
   SessionId id_;
   PeerInfo peer_;
@@ -54,6 +55,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const Callbacks& callbacks_;
   std::function<void(SessionId)> ended_;
   OutputQueue queue_;
+  DrainMeter drain_;
   SessionTimers timers_;
   asio::steady_timer writer_wake_;
   asio::steady_timer time_keeper_;

@@ -106,7 +106,8 @@ class StreamTransport final : public Transport {
     }
   }
 
-  asio::awaitable<error_code> write(std::vector<SharedBytes> messages, std::function<void()> progressed) override {
+  asio::awaitable<error_code> write(std::vector<SharedBytes> messages,
+                                    std::function<void(std::size_t)> progressed) override {
     std::vector<std::array<char, length_prefix_bytes>> prefixes;
     prefixes.reserve(messages.size());
     std::vector<asio::const_buffer> parts;
@@ -131,7 +132,7 @@ class StreamTransport final : public Transport {
         taken = co_await stream_.async_write_some(rest, into(error));
       }
       if (error) co_return error;
-      progressed();
+      progressed(taken);
       while (first < parts.size() && taken >= parts[first].size()) taken -= parts[first++].size();
       if (first < parts.size()) parts[first] += taken;
     }

@@ -31,9 +31,9 @@ class Transport {
   /// inside one, are malformed.
   virtual asio::awaitable<base::Result<std::optional<std::string>>> read(
       std::function<void(bool in_message)> progressed) = 0;
-  /// Writes all of them; `progressed` after each part that the peer took. An error ends the connection.
+  /// Writes all of them; `progressed` after each part that the peer took, with its size. An error ends the connection.
   virtual asio::awaitable<boost::system::error_code> write(std::vector<SharedBytes> messages,
-                                                           std::function<void()> progressed) = 0;
+                                                           std::function<void(std::size_t bytes)> progressed) = 0;
   virtual void set_limit(std::size_t message_bytes_max) = 0;
   /// Ends the connection in its protocol's own way; abort() may interrupt it.
   virtual asio::awaitable<void> shut_down() = 0;

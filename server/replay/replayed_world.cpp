@@ -197,11 +197,8 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
       if (Status found = go_to(message.seek().time_s(), now); !found.ok()) return found;
       return done(message);
     }
-    case v1::ClientMessage::kGetStats: {
-      v1::ServerMessage reply = stats();
-      reply.set_request_id(message.request_id());
-      return reply;
-    }
+    case v1::ClientMessage::kGetStats:
+      return stats(request);
     case v1::ClientMessage::kGetScene: {
       v1::ServerMessage reply;
       reply.set_request_id(message.request_id());
@@ -303,9 +300,10 @@ void ReplayedWorld::publish_status(TimePoint now) {
 }
 
 // What frames tell: of forces, energies and gas they know nothing.
-v1::ServerMessage ReplayedWorld::stats() const {
+v1::ServerMessage ReplayedWorld::stats(const app::Request& request) const {
   const client::DecodedFrame& frame = shown_.frame();
   v1::ServerMessage message;
+  message.set_request_id(request.message.request_id());
   v1::Stats& out = *message.mutable_stats();
   out.set_world(name_);
   out.set_tick(frame.tick);
@@ -314,6 +312,7 @@ v1::ServerMessage ReplayedWorld::stats() const {
   out.set_rate_hz(playback_.header().world_rate_hz());
   out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));
+  hub_.describe_streams(request.session->id(), request.reader, out.rate_hz(), out);
   return message;
 }
 

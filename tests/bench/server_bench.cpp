@@ -13,6 +13,7 @@
 #include <benchmark/benchmark.h>
 #include <unistd.h>
 
+#include "bench/crowd.h"
 #include "bench/figures.h"
 #include "pneuma_client/client.h"
 #include "support/server_process.h"
@@ -234,6 +235,113 @@ BENCHMARK(twenty_worlds)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime()
     expect({"twenty_worlds/", "slipped_s", Bound::at_most, 0.0, "20 worlds: real time fallen behind in all, s"}) &&
     expect({"twenty_worlds/", "growth_mib", Bound::at_most, 1.0,
             "20 worlds: resident memory gained after the first 10 s, MiB"});
+
+// A crowd on one core, the server on another.
+constexpr std::size_t server_core = 0;
+constexpr std::size_t crowd_core = 1;
+constexpr double crowd_rate_hz = 30.0;
+constexpr std::size_t crowd_size = 500;
+constexpr seconds crowd_settles{2};
+
+struct CrowdRun {
+  std::vector<double> ages_ms;  // of the prompt clients' frames: from when the tick was due, which is before its end
+  double encode_us = 0.0;       // median
+  double tick_late_ms = 0.0;    // p99 of a tick's end after it was due
+  double slipped_s = 0.0;
+};
+
+// Five balls, watched by a client that asks for stats and `prompt` others at 30 Hz, and where `slow` is set by one that
+// reads a byte a second and one that reads nothing.
+base::Result<CrowdRun> watch_five_balls(std::size_t prompt, bool slow, seconds watched) {
+  const std::string connections = std::to_string(prompt + 8);
+  base::Result<support::ServerProcess> server = [&] {
+    const OnCore core(server_core);
+    return support::ServerProcess::start(
+        {"--connections-max", connections, "--connections-per-address-max", connections, "--log-level", "warn"});
+  }();
+  if (!server.ok()) return server.status();
+  const OnCore core(crowd_core);
+  auto control = client::Client::connect(server->tcp_address());
+  if (!control.ok()) return control.status();
+  if (auto done = control->create_builtin("five-balls", "w", true); !done.ok()) return done.status();
+  if (auto stream = control->subscribe("w", {.rate_hz = crowd_rate_hz}); !stream.ok()) return stream.status();
+  Crowd crowd(server->tcp_address(), "w", crowd_rate_hz);
+  if (auto joined = crowd.add(Crowd::Pace::prompt, prompt); !joined.ok()) return joined;
+  if (slow) {
+    if (auto joined = crowd.add(Crowd::Pace::byte_a_second, 1); !joined.ok()) return joined;
+    if (auto joined = crowd.add(Crowd::Pace::stuck, 1); !joined.ok()) return joined;
+  }
+  const auto resumed = Clock::now();  // tick 1 is due when the server takes the request: after this
+  if (auto done = control->resume("w"); !done.ok()) return done.status();
+  std::vector<double> encode_us;
+  base::Result<v1::Stats> stats = v1::Stats();
+  while (Clock::now() < resumed + crowd_settles + watched) {
+    std::this_thread::sleep_for(milliseconds(97));
+    stats = control->stats("w");
+    if (!stats.ok()) return stats.status();
+    for (const v1::Stats::Stream& stream : stats->streams()) encode_us.push_back(stream.encode_time_us());
+  }
+  auto arrivals = crowd.leave();
+  if (!arrivals.ok()) return arrivals.status();
+
+  CrowdRun run;
+  run.encode_us = percentile(encode_us, 0.5);
+  run.tick_late_ms = stats->due_error_ms_p99();
+  run.slipped_s = stats->slipped_s();
+  const duration<double, std::milli> period(1e3 / stats->rate_hz());
+  for (const Crowd::Arrival& arrival : *arrivals) {
+    const duration<double, std::milli> due = static_cast<double>(arrival.tick - 1) * period;
+    if (arrival.tick > 0 && due > crowd_settles)
+      run.ages_ms.push_back(duration<double, std::milli>(arrival.at - resumed - due).count());
+  }
+  return run;
+}
+
+void five_hundred_clients(benchmark::State& bench) {
+  for ([[maybe_unused]] auto _ : bench) {
+    auto alone = watch_five_balls(0, false, seconds(5));
+    if (!alone.ok()) return bench.SkipWithError(alone.status().message().c_str());
+    auto run = watch_five_balls(crowd_size - 1, false, seconds(12));
+    if (!run.ok()) return bench.SkipWithError(run.status().message().c_str());
+    bench.counters["encode_us_of_1"] = alone->encode_us;
+    bench.counters["encode_us"] = run->encode_us;
+    bench.counters["encode_ratio"] = run->encode_us / alone->encode_us;
+    bench.counters["frames"] = static_cast<double>(run->ages_ms.size());
+    bench.counters["p50_age_ms"] = percentile(run->ages_ms, 0.5);
+    bench.counters["p99_age_ms"] = percentile(run->ages_ms, 0.99);
+    bench.counters["tick_p99_late_ms"] = run->tick_late_ms;
+    bench.counters["slipped_s"] = run->slipped_s;
+  }
+}
+BENCHMARK(five_hundred_clients)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
+
+// In turns, so that what else the machine does falls on both alike.
+void two_slow_of_a_hundred(benchmark::State& bench) {
+  constexpr int turns = 11;
+  for ([[maybe_unused]] auto _ : bench) {
+    std::vector<double> alone_ms;
+    std::vector<double> beside_ms;
+    for (int turn = 0; turn < turns; ++turn) {
+      for (const bool slow : {false, true}) {
+        auto run = watch_five_balls(97, slow, seconds(5));
+        if (!run.ok()) return bench.SkipWithError(run.status().message().c_str());
+        (slow ? beside_ms : alone_ms).push_back(percentile(run->ages_ms, 0.99));
+      }
+    }
+    bench.counters["alone_p99_age_ms"] = percentile(alone_ms, 0.5);
+    bench.counters["beside_p99_age_ms"] = percentile(beside_ms, 0.5);
+    bench.counters["p99_ratio"] = percentile(beside_ms, 0.5) / percentile(alone_ms, 0.5);
+  }
+}
+BENCHMARK(two_slow_of_a_hundred)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
+
+[[maybe_unused]] const bool crowd_listed =
+    expect({"five_hundred_clients/", "p99_age_ms", Bound::at_most, 20.0,
+            "500 clients at 30 Hz, server on one core: p99 age of a frame, ms"}) &&
+    expect({"five_hundred_clients/", "encode_ratio", Bound::at_most, 1.2,
+            "500 clients: time to encode a frame, over that for 1 client"}) &&
+    expect({"two_slow_of_a_hundred/", "p99_ratio", Bound::at_most, 1.1,
+            "98 clients' p99 age beside two that hardly read, over without"});
 
 }  // namespace
 

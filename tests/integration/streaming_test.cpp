@@ -52,6 +52,39 @@ TEST_F(Streaming, ALateJoinerStartsWithAKeyAndSeesTheSame) {
   EXPECT_EQ(seen_by_ann->bodies[1].positions_m, seen_by_bob->bodies[1].positions_m);
 }
 
+TEST_F(Streaming, AReaderIsToldOfItsOwnStreamsAlone) {
+  client::Client ann = connect();
+  client::Client bob = connect();
+  create(ann, two_balls(), "w", true);
+  const auto fine = ann.subscribe("w", {.max_error_m = 1e-4});
+  const auto coarse = ann.subscribe("w", {.rate_hz = 20.0, .max_error_m = 1e-2});
+  ASSERT_TRUE(fine.ok() && coarse.ok());
+  ASSERT_TRUE(ann.step("w", 30).ok());
+  std::size_t bytes = 0;
+  std::uint64_t frames = 0;
+  const auto seen = await_frame(ann, [&](const auto& frame) {
+    if (frame.stream_id != fine->stream_id()) return false;
+    bytes += frame.bytes;
+    ++frames;
+    return frame.tick == 30;
+  });
+  ASSERT_TRUE(seen);
+  const auto stats = ann.stats("w");
+  ASSERT_TRUE(stats.ok());
+  ASSERT_EQ(stats->streams_size(), 2);
+  for (const auto& stream : stats->streams()) {
+    const bool is_fine = stream.stream_id() == fine->stream_id();
+    EXPECT_EQ(stream.rate_hz(), is_fine ? 60.0 : 20.0);
+    EXPECT_EQ(stream.max_error_m(), is_fine ? 1e-4 : 1e-2);
+    EXPECT_GT(stream.encode_time_us(), 0.0);
+    EXPECT_GT(stream.drain_bytes_s(), 0.0);
+    if (!is_fine) continue;
+    EXPECT_EQ(stream.frames_sent(), frames);
+    EXPECT_DOUBLE_EQ(stream.bits_per_vertex(), 8.0 * static_cast<double>(bytes) / static_cast<double>(frames * 324));
+  }
+  EXPECT_EQ(bob.stats("w")->streams_size(), 0);
+}
+
 TEST_F(Streaming, AJoinerOfAPausedWorldGetsAKeyWithoutAStep) {
   client::Client ann = connect();
   create(ann, two_balls(), "w", true);

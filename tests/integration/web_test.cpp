@@ -84,6 +84,7 @@ TEST_F(Web, MetricsCountWhatHappens) {
   for (const char* line :
        {"pneuma_worlds 1", "pneuma_sessions 1", "pneuma_ticks_total", "pneuma_step_seconds_bucket",
         "pneuma_queue_bytes", "pneuma_slipped_seconds_total", "pneuma_frames_sent_total", "pneuma_frames_dropped_total",
+        "pneuma_frame_bytes_total", "pneuma_frame_vertices_total", "pneuma_frame_queue_seconds",
         "pneuma_encode_seconds_sum", "pneuma_commands_total{kind=\"subscribe\",result=\"ok\"} 1",
         "pneuma_commands_total{kind=\"get_stats\",result=\"NOT_FOUND\"} 1"}) {
     EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;

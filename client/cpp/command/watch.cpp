@@ -17,6 +17,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::chrono::seconds stats_interval{1};
+
 struct Extent {
   std::array<double, 3> centre{};
   std::array<double, 3> min{};
@@ -115,11 +117,14 @@ class Watch {
   base::Status take(const v1::Gap& gap);
   base::Status take(const v1::Event& event);
   base::Status take(const v1::Applied&) { return {}; }  // not asked for
+  base::Status tell_stats();
   base::Status summarise();
 
   Session& session_;
   const WatchArguments& arguments_;
   Clock::time_point start_;
+  Clock::time_point stats_due_ = start_ + stats_interval;
+  std::uint32_t stream_id_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t gaps_ = 0;
   std::uint64_t bytes_ = 0;
@@ -129,6 +134,7 @@ class Watch {
 base::Status Watch::run() {
   auto subscribed = session_.client.subscribe(arguments_.world, {arguments_.rate_hz, arguments_.max_error_m});
   if (!subscribed.ok()) return subscribed.status();
+  stream_id_ = subscribed->stream_id();
   base::Status status;
   while (status.ok() && !is_enough()) {
     auto update = session_.client.next_update(patience());
@@ -137,6 +143,7 @@ base::Status Watch::run() {
     } else if (*update) {
       status = std::visit([this](const auto& one) { return take(one); }, **update);
     }
+    if (status.ok() && arguments_.stats && (Clock::now() >= stats_due_ || is_enough())) status = tell_stats();
   }
   if (session_.output.is_closed()) return {};
   const base::Status summarised = summarise();
@@ -196,6 +203,27 @@ base::Status Watch::take(const v1::Event& event) {
   }
   if (event.kind() == v1::Event::WORLD_DESTROYED && event.world() == arguments_.world) {
     return base::not_found("the world was destroyed", event.world());
+  }
+  return {};
+}
+
+base::Status Watch::tell_stats() {
+  stats_due_ = Clock::now() + stats_interval;
+  const auto stats = session_.client.stats(arguments_.world);
+  if (!stats.ok()) return stats.status();
+  for (const v1::Stats::Stream& stream : stats->streams()) {
+    if (stream.stream_id() != stream_id_) continue;
+    if (session_.json) {
+      return session_.output.line(JsonObject().add("type", "stats").add("stream", reply_json(stream)).text());
+    }
+    std::array<char, 192> text{};
+    std::snprintf(text.data(), text.size(),
+                  "stats: %llu frames sent, %llu dropped, %.2f bits a vertex, encoded in %.0f us, queued for %.1f ms, "
+                  "drains %.0f B/s",
+                  static_cast<unsigned long long>(stream.frames_sent()),
+                  static_cast<unsigned long long>(stream.frames_dropped()), stream.bits_per_vertex(),
+                  stream.encode_time_us(), stream.queue_age_ms(), stream.drain_bytes_s());
+    return session_.output.line(text.data());
   }
   return {};
 }

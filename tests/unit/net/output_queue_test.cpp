@@ -34,7 +34,7 @@ StreamFrame frame(std::uint32_t stream, std::uint64_t tick, std::uint64_t base_t
 
 std::vector<std::string> take_words(OutputQueue& queue, std::size_t bytes = 1'000'000) {
   std::vector<std::string> words;
-  for (const SharedBytes& message : queue.take(bytes))
+  for (const SharedBytes& message : queue.take(bytes, TimePoint()))
     words.push_back(message->substr(0, message->find_last_not_of(' ') + 1));
   queue.written();
   return words;
@@ -45,77 +45,77 @@ using Streams = std::vector<std::uint32_t>;
 
 TEST(OutputQueue, AJoinerGetsAKeyWithoutGapThenDeltas) {
   OutputQueue queue(1000, gap);
-  queue.offer(frame(1, 5, 4, false));
+  queue.offer(frame(1, 5, 4, false), TimePoint());
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
-  queue.offer(frame(1, 6, 5, false));
+  queue.offer(frame(1, 6, 5, false), TimePoint());
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{}) << "it was asked for";
-  queue.offer(frame(1, 7, 6, true));
-  queue.offer(frame(1, 8, 7, true));
+  queue.offer(frame(1, 7, 6, true), TimePoint());
+  queue.offer(frame(1, 8, 7, true), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"key 1 7", "delta 1 8 7"}));
-  EXPECT_EQ(queue.frames_dropped(), 0U) << "a joiner misses nothing";
+  EXPECT_EQ(queue.totals().frames_dropped, 0U) << "a joiner misses nothing";
 }
 
 TEST(OutputQueue, TheBufferIsShared) {
   OutputQueue queue(1000, gap);
   const StreamFrame key = frame(1, 1, 0, true);
-  queue.offer(key);
-  EXPECT_EQ(queue.take(1000).front().get(), key.key.get());
+  queue.offer(key, TimePoint());
+  EXPECT_EQ(queue.take(1000, TimePoint()).front().get(), key.key.get());
 }
 
 TEST(OutputQueue, TooManyUnsentFramesAreReplacedByAGapAndAKey) {
   OutputQueue queue(1'000'000, gap);
-  queue.offer(frame(1, 1, 0, true));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
   EXPECT_EQ(take_words(queue), Words{"key 1 1"});
   for (std::uint64_t tick = 2; tick <= stream_frames_queued_max + 2; ++tick)
-    queue.offer(frame(1, tick, tick - 1, false));
+    queue.offer(frame(1, tick, tick - 1, false), TimePoint());
   EXPECT_TRUE(queue.empty());
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
-  queue.offer(frame(1, 7, 6, true));
+  queue.offer(frame(1, 7, 6, true), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"gap 1 2 6", "key 1 7"}));
-  EXPECT_EQ(queue.frames_dropped(), 5U);
-  EXPECT_EQ(queue.frames_sent(), 2U);
+  EXPECT_EQ(queue.totals().frames_dropped, 5U);
+  EXPECT_EQ(queue.totals().frames_sent, 2U);
 }
 
 TEST(OutputQueue, AnUnsentGapIsPartOfTheNextOne) {
   OutputQueue queue(1'000'000, gap);
-  queue.offer(frame(1, 1, 0, true));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
   EXPECT_EQ(take_words(queue).size(), 1U);
-  queue.offer(frame(1, 3, 2, false));  // its base never came
-  queue.offer(frame(1, 4, 3, true));
-  for (std::uint64_t tick = 5; tick <= 8; ++tick) queue.offer(frame(1, tick, tick - 1, tick == 8));
+  queue.offer(frame(1, 3, 2, false), TimePoint());  // its base never came
+  queue.offer(frame(1, 4, 3, true), TimePoint());
+  for (std::uint64_t tick = 5; tick <= 8; ++tick) queue.offer(frame(1, tick, tick - 1, tick == 8), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"gap 1 3 7", "key 1 8"}));
 }
 
 TEST(OutputQueue, AGapBeginsWithTheOldestLossWhateverTheOrderOfLosing) {
   OutputQueue queue(100, gap);
-  queue.offer(frame(1, 1, 0, true));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
   EXPECT_EQ(take_words(queue), Words{"key 1 1"});
-  queue.offer(frame(1, 2, 1, false));
-  queue.offer(frame(1, 4, 3, false));  // skipped while tick 2 still waits
+  queue.offer(frame(1, 2, 1, false), TimePoint());
+  queue.offer(frame(1, 4, 3, false), TimePoint());  // skipped while tick 2 still waits
   EXPECT_TRUE(queue.push_reply(text("reply", 200)));
-  queue.offer(frame(1, 5, 4, false));  // the queue is full: tick 2 goes too
+  queue.offer(frame(1, 5, 4, false), TimePoint());  // the queue is full: tick 2 goes too
   EXPECT_EQ(take_words(queue), Words{"reply"});
-  queue.offer(frame(1, 6, 5, true));
+  queue.offer(frame(1, 6, 5, true), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"gap 1 2 5", "key 1 6"}));
 }
 
 TEST(OutputQueue, AKeyWithoutDeltaReplacesTheChain) {
   OutputQueue queue(1000, gap);
-  queue.offer(frame(1, 1, 0, true));
-  queue.offer({1, 1, 0, nullptr, text("key 1 1")});  // an edit of a paused world
-  queue.offer(frame(1, 2, 1, false));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
+  queue.offer({1, 1, 0, nullptr, text("key 1 1")}, TimePoint());  // an edit of a paused world
+  queue.offer(frame(1, 2, 1, false), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"key 1 1", "key 1 1", "delta 1 2 1"}));
 }
 
 TEST(OutputQueue, NothingIsAskedForWhileTheClientTakesNothing) {
   OutputQueue queue(100, gap);
-  queue.offer(frame(1, 1, 0, true, 150));
-  const auto writing = queue.take(1);  // and the write does not end
-  queue.offer(frame(1, 2, 1, true));
+  queue.offer(frame(1, 1, 0, true, 150), TimePoint());
+  const auto writing = queue.take(1, TimePoint());  // and the write does not end
+  queue.offer(frame(1, 2, 1, true), TimePoint());
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{});
   queue.written();
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
-  queue.offer(frame(1, 3, 2, true));
+  queue.offer(frame(1, 3, 2, true), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"gap 1 2 2", "key 1 3"}));
 }
 
@@ -130,20 +130,51 @@ TEST(OutputQueue, RepliesAreRefusedPastTheLimitAlone) {
 
 TEST(OutputQueue, FramesNeverPushOutReplies) {
   OutputQueue queue(100, gap);
-  queue.offer(frame(1, 1, 0, true, 200));
+  queue.offer(frame(1, 1, 0, true, 200), TimePoint());
   EXPECT_TRUE(queue.push_reply(text("reply", 50)));
-  queue.offer(frame(2, 1, 0, true, 200));
+  queue.offer(frame(2, 1, 0, true, 200), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"key 1 1", "reply"}));
 }
 
 TEST(OutputQueue, AnEndedStreamIsForgotten) {
   OutputQueue queue(1000, gap);
-  queue.offer(frame(1, 1, 0, true));
-  queue.offer(frame(2, 1, 0, true));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
+  queue.offer(frame(2, 1, 0, true), TimePoint());
   queue.end_stream(1);
   EXPECT_EQ(take_words(queue), Words{"key 2 1"});
-  queue.offer(frame(1, 2, 1, true));
+  queue.offer(frame(1, 2, 1, true), TimePoint());
   EXPECT_EQ(take_words(queue), Words{"key 1 2"}) << "a joiner again: no delta, no gap";
+}
+
+TEST(OutputQueue, TellsHowAStreamIsRead) {
+  using namespace std::chrono_literals;
+  const TimePoint start;
+  OutputQueue queue(1'000'000, gap);
+  const auto offer = [&](std::uint64_t tick, Duration at) {
+    StreamFrame next = frame(1, tick, tick - 1, tick == 1, 100);
+    next.vertices = 42;
+    queue.offer(next, start + at);
+  };
+  offer(1, 0ms);
+  offer(2, 10ms);
+  EXPECT_EQ(queue.stream_stats(start + 25ms).at(0).queue_age, 25ms);
+  const auto writing = queue.take(100, start + 30ms);  // the first alone
+  ASSERT_EQ(writing.size(), 1U);
+  EXPECT_EQ(queue.stream_stats(start + 35ms).at(0).queue_age, 35ms) << "it is not written yet";
+  queue.written();
+  EXPECT_EQ(queue.stream_stats(start + 35ms).at(0).queue_age, 25ms);
+  for (std::uint64_t tick = 3; tick <= 6; ++tick) offer(tick, 40ms);
+  const StreamStats stats = queue.stream_stats(start + 50ms).at(0);
+  EXPECT_EQ(stats.queue_age, 0ms) << "none waits: the last one found no room, and took the others along";
+  EXPECT_EQ(stats.totals.frames_sent, 1U);
+  EXPECT_EQ(stats.totals.vertices_sent, 42U);
+  EXPECT_EQ(stats.totals.bytes_sent, 104U) << "its length counts";
+  EXPECT_EQ(stats.totals.frames_dropped, 5U);
+  EXPECT_EQ(stats.totals.bytes_dropped, 500U);
+  EXPECT_NEAR(queue.ages().sum_s, 0.03, 1e-9);
+  queue.end_stream(1);
+  EXPECT_TRUE(queue.stream_stats(start).empty());
+  EXPECT_EQ(queue.totals().frames_dropped, 5U) << "what was, stays counted";
 }
 
 // What a client knows, checked at each message.
@@ -215,13 +246,13 @@ TEST(OutputQueue, EveryInterleavingIsDecodable) {
         const std::uint32_t stream = 1 + below(3);
         const std::uint64_t tick = ++ticks[stream];
         const bool with_key = wanted.erase(stream) > 0 || tick == 1 || chance(3);
-        queue.offer(frame(stream, tick, tick - 1, with_key, 20 + below(400)));
+        queue.offer(frame(stream, tick, tick - 1, with_key, 20 + below(400)), TimePoint());
         keys += with_key ? 1U : 0U;
       } else if (chance(20)) {
         if (queue.push_reply(text("reply " + std::to_string(replies + 1), below(200)))) ++replies;
       } else if (chance(drain_percent)) {
         finish_write();
-        writing = queue.take(1 + below(600));
+        writing = queue.take(1 + below(600), TimePoint());
       }
       for (const std::uint32_t stream : queue.keys_to_ask_for())
         EXPECT_TRUE(wanted.insert(stream).second) << "asked for once";
@@ -229,7 +260,7 @@ TEST(OutputQueue, EveryInterleavingIsDecodable) {
     }
     do {
       finish_write();
-      writing = queue.take(500);
+      writing = queue.take(500, TimePoint());
     } while (!writing.empty());
     finish_write();
     EXPECT_EQ(client.replies(), replies);
