@@ -1,0 +1,114 @@
+// The heads of a payload's blocks: proto/WIRE.md, "Layout of a payload".
+import { PneumaError } from "../errors.js";
+import type { DriftWeights, Neighbours } from "./move_reader.js";
+import { levelMax } from "./residual_tables.js";
+
+const format = 3;
+/** Points that are larger are refused, so that a double counts any point a stream can reach. */
+export const pointMax = 2 ** 45;
+/** Of a list of moves: all are 0. */
+export const levelOfRest = 255;
+
+/** How one body's block is told. */
+export type BlockHead =
+  | { readonly mode: "still" }
+  /** Points of all slots, x y z of each. */
+  | { readonly mode: "plain"; readonly points: Float64Array; readonly moveLevel: number; readonly beforeLevel: number }
+  /** `points`: of slot 0 alone. */
+  | {
+      readonly mode: "key";
+      readonly points: Float64Array;
+      readonly level: number;
+      readonly moveLevel: number;
+      readonly beforeLevel: number;
+    }
+  | { readonly mode: "moved"; readonly neighbours: Neighbours; readonly level: number; readonly weights: DriftWeights };
+
+const neighboursOfMode: readonly Neighbours[] = ["none", "mean", "parallelogram"];
+
+export function malformed(what: string, body?: number): PneumaError {
+  return new PneumaError("MALFORMED", what, body === undefined ? "payload" : `payload.bodies[${body}]`);
+}
+
+class HeadReader {
+  private readonly view: DataView;
+  private at = 1;
+
+  constructor(private readonly bytes: Uint8Array) {
+    this.view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  }
+
+  rest(): Uint8Array {
+    return this.bytes.subarray(this.at);
+  }
+
+  head(body: number, vertexCount: number, isKey: boolean): BlockHead {
+    this.need(1, body);
+    const mode = this.view.getUint8(this.at++);
+    if (mode > 5) throw malformed(`mode ${mode} is none of 0 to 5`, body);
+    if (isKey && mode !== 1 && mode !== 2) throw malformed("a block of a key frame builds on a base", body);
+    if (mode === 0) return { mode: "still" };
+    if (mode === 1) {
+      const points = this.points(vertexCount, body);
+      return { mode: "plain", points, moveLevel: this.restLevel(body), beforeLevel: this.restLevel(body) };
+    }
+    if (mode === 2) {
+      const points = this.points(1, body);
+      const level = this.level(body);
+      return { mode: "key", points, level, moveLevel: this.restLevel(body), beforeLevel: this.restLevel(body) };
+    }
+    const level = this.level(body);
+    this.need(4, body);
+    const weight = () => this.view.getInt8(this.at++);
+    return {
+      mode: "moved",
+      neighbours: neighboursOfMode[mode - 3]!,
+      level,
+      weights: [weight(), weight(), weight(), weight()],
+    };
+  }
+
+  private need(count: number, body: number): void {
+    if (this.at + count > this.bytes.length) throw malformed("the payload ends in this body's head", body);
+  }
+
+  private level(body: number): number {
+    const level = this.restLevel(body);
+    if (level > levelMax) throw malformed(`level ${level} is past ${levelMax}`, body);
+    return level;
+  }
+
+  private restLevel(body: number): number {
+    this.need(1, body);
+    const level = this.view.getUint8(this.at++);
+    if (level > levelMax && level !== levelOfRest) throw malformed(`level ${level} is past ${levelMax}`, body);
+    return level;
+  }
+
+  private points(count: number, body: number): Float64Array {
+    this.need(24 * count, body);
+    const points = new Float64Array(3 * count);
+    for (let i = 0; i < points.length; ++i) {
+      const low = this.view.getUint32(this.at, true);
+      const high = this.view.getInt32(this.at + 4, true);
+      this.at += 8;
+      const point = high * 2 ** 32 + low;
+      if (Math.abs(point) > pointMax) throw malformed("a point is further away than any server's", body);
+      points[i] = point;
+    }
+    return points;
+  }
+}
+
+/** The heads, and the bytes of the residuals behind them. Throws PneumaError MALFORMED. */
+export function takeHeads(
+  payload: Uint8Array,
+  isKey: boolean,
+  vertexCounts: readonly number[],
+): { heads: BlockHead[]; residuals: Uint8Array } {
+  if (payload.length === 0) throw malformed("the payload is empty");
+  if (payload[0] !== format) throw malformed(`format ${payload[0]}; this client reads ${format}`);
+  const reader = new HeadReader(payload);
+  const heads = vertexCounts.map((count, body) => reader.head(body, count, isKey));
+  return { heads, residuals: reader.rest() };
+}

@@ -1,0 +1,188 @@
+// One connection to a server: requests that wait for their replies, and what comes unasked. proto/WIRE.md says in which
+// order.
+import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
+import {
+  type ClientMessage,
+  ClientMessageSchema,
+  type Error as ErrorReply,
+  Error_Code,
+  type ServerMessage,
+  ServerMessageSchema,
+  type Welcome,
+} from "../proto/pneuma/v1/session_pb.js";
+import { type ErrorCode, PneumaError } from "./errors.js";
+import { openSocket, type Socket } from "./socket.js";
+
+export const protocolVersion = 1;
+// The server pings every 15 s: two are missing.
+const silenceMs = 40_000;
+
+type Message<T extends { case: unknown }> = Exclude<T, { case: undefined }>;
+type Value<T, Case> = Extract<T, { case: Case }> extends { value: infer V } ? V : never;
+/** A request's kind, the name of its field in ClientMessage. */
+export type RequestKind = Message<ClientMessage["request"]>["case"];
+export type Request = Message<NonNullable<MessageInitShape<typeof ClientMessageSchema>["request"]>>;
+export type ReplyKind = Message<ServerMessage["message"]>["case"];
+export type Reply<Kind extends ReplyKind> = Value<ServerMessage["message"], Kind>;
+/** What comes unasked. */
+export type Update = Message<ServerMessage["message"]>;
+
+export interface ConnectionOptions {
+  readonly token: string;
+  readonly clientName: string;
+  readonly connectTimeoutMs: number;
+  readonly replyTimeoutMs: number;
+  /** Called in the order of arrival, with the size of the message. */
+  readonly update: (message: Update, bytes: number) => void;
+  /** Called once when the connection has ended, with why. */
+  readonly ended: (error: PneumaError) => void;
+}
+
+interface Waiting {
+  settle(message: Update): void;
+  reject(error: PneumaError): void;
+  timer?: ReturnType<typeof setTimeout>;
+}
+
+function errorOf(reply: ErrorReply): PneumaError {
+  const code = reply.code === Error_Code.CODE_UNSPECIFIED ? "INTERNAL" : (Error_Code[reply.code] ?? "INTERNAL");
+  return new PneumaError(code as ErrorCode, reply.what, reply.where, reply.retryAfterS || undefined);
+}
+
+export class Connection {
+  private readonly waiting = new Map<bigint, Waiting>();
+  private nextId = 1n;
+  private heardAt = Date.now();
+  private readonly watch: ReturnType<typeof setInterval>;
+  private error: PneumaError | undefined;
+  welcome!: Welcome;
+
+  private constructor(
+    private readonly socket: Socket,
+    private readonly options: ConnectionOptions,
+  ) {
+    this.watch = setInterval(() => {
+      if (Date.now() - this.heardAt > silenceMs) this.end(new PneumaError("UNAVAILABLE", "the server has gone silent"));
+    }, silenceMs / 4);
+  }
+
+  /** Connects and says hello. Throws PneumaError; `ended` is not called then. */
+  static async open(url: string, options: ConnectionOptions): Promise<Connection> {
+    const socket = await openSocket(url);
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    try {
+      await new Promise<void>((resolve, reject) => {
+        const fail = () => reject(new PneumaError("UNAVAILABLE", `cannot connect to ${url}`));
+        socket.onopen = resolve;
+        socket.onerror = fail;
+        socket.onclose = fail;
+        timer = setTimeout(fail, options.connectTimeoutMs);
+      });
+    } catch (error) {
+      socket.close();
+      throw error;
+    } finally {
+      clearTimeout(timer);
+    }
+    let isWelcome = false;
+    const connection = new Connection(socket, {
+      ...options,
+      ended: (error) => {
+        if (isWelcome) options.ended(error);
+      },
+    });
+    socket.onerror = null;
+    socket.onclose = () => connection.end(new PneumaError("UNAVAILABLE", "the connection broke"));
+    socket.onmessage = ({ data }) => connection.take(data);
+    try {
+      const hello = { protocolVersion, token: options.token, clientName: options.clientName };
+      connection.welcome = await connection.call({ case: "hello", value: hello }, "welcome");
+      isWelcome = true;
+      return connection;
+    } catch (error) {
+      connection.end(error as PneumaError);
+      throw error;
+    }
+  }
+
+  /**
+   * Sends a request and waits for its reply.
+   * @param accepted takes the reply before any message that comes after it
+   * @param timeoutMs 0: as long as the connection lasts
+   */
+  call<Kind extends ReplyKind>(
+    request: Request,
+    expected: Kind,
+    accepted?: (reply: Reply<Kind>) => void,
+    timeoutMs = this.options.replyTimeoutMs,
+  ): Promise<Reply<Kind>> {
+    if (this.error) return Promise.reject(this.error);
+    const requestId = this.nextId++;
+    return new Promise((resolve, reject) => {
+      const settle = (message: Update) => {
+        if (message.case === "error") return reject(errorOf(message.value));
+        if (message.case !== expected) {
+          return reject(new PneumaError("MALFORMED", `a reply of the kind ${message.case}`, request.case));
+        }
+        const reply = message.value as Reply<Kind>;
+        accepted?.(reply);
+        resolve(reply);
+      };
+      const waiting: Waiting = { settle, reject };
+      if (timeoutMs > 0) {
+        waiting.timer = setTimeout(() => {
+          this.waiting.delete(requestId);
+          reject(new PneumaError("UNAVAILABLE", `no reply in ${timeoutMs / 1000} s`, request.case));
+        }, timeoutMs);
+      }
+      this.waiting.set(requestId, waiting);
+      this.send(requestId, request);
+    });
+  }
+
+  /** Ends the connection; what still waits is rejected with `error`. */
+  end(error: PneumaError): void {
+    if (this.error) return;
+    this.error = error;
+    clearInterval(this.watch);
+    this.socket.onclose = null;
+    this.socket.onmessage = null;
+    this.socket.close();
+    for (const { reject, timer } of this.waiting.values()) {
+      clearTimeout(timer);
+      reject(error);
+    }
+    this.waiting.clear();
+    this.options.ended(error);
+  }
+
+  private send(requestId: bigint, request: Request): void {
+    this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { requestId, request })));
+  }
+
+  private take(data: unknown): void {
+    this.heardAt = Date.now();
+    if (!(data instanceof ArrayBuffer)) return this.end(new PneumaError("MALFORMED", "a message of text"));
+    let message: ServerMessage;
+    try {
+      message = fromBinary(ServerMessageSchema, new Uint8Array(data));
+    } catch {
+      return this.end(new PneumaError("MALFORMED", "bytes that are no message"));
+    }
+    const update = message.message;
+    if (update.case === undefined) return; // of a kind that a later server knows
+    if (message.requestId !== 0n) {
+      const waiting = this.waiting.get(message.requestId);
+      this.waiting.delete(message.requestId);
+      clearTimeout(waiting?.timer);
+      waiting?.settle(update);
+    } else if (update.case === "ping") {
+      this.send(this.nextId++, { case: "pong", value: { nonce: update.value.nonce } });
+    } else if (update.case === "goodbye") {
+      const { reason } = update.value;
+      this.end(reason ? errorOf(reason) : new PneumaError("UNAVAILABLE", "the server said goodbye"));
+    } else {
+      this.options.update(update, data.byteLength);
+    }
+  }
+}

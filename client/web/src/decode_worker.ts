@@ -1,0 +1,26 @@
+// Runs in a web worker: decodes what a WorkerDecoder sends.
+import { StreamReaders } from "./decoder.js";
+import { PneumaError } from "./errors.js";
+import type { DecodeReply, DecodeRequest } from "./worker_decoder.js";
+
+const readers = new StreamReaders();
+
+function decode(stream: number, payload: Uint8Array, isKey: boolean): DecodeReply {
+  try {
+    return { positions: readers.decode(stream, payload, isKey) };
+  } catch (error) {
+    if (!(error instanceof PneumaError)) return { code: "INTERNAL", what: String(error), where: "" };
+    return { code: error.code, what: error.what, where: error.where };
+  }
+}
+
+self.onmessage = ({ data }: MessageEvent<DecodeRequest>) => {
+  if (data.kind === "begin") {
+    readers.begin(data.stream, data.meshes, data.gridStepM);
+  } else if (data.kind === "end") {
+    readers.end(data.stream);
+  } else {
+    const reply = decode(data.stream, data.payload, data.isKey);
+    self.postMessage(reply, { transfer: "positions" in reply ? [reply.positions.buffer] : [] });
+  }
+};

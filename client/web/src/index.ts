@@ -1,0 +1,30 @@
+// @pneuma/client: a client of pneuma-server for browsers and Node.
+export { Client, type ClientOptions, type ClientState, Grab, type Point } from "./client.js";
+export type { ReplyKind, Reply, Request, RequestKind } from "./connection.js";
+export type { Triangles } from "./codec/mesh_order.js";
+export { type FrameDecoder, InlineDecoder } from "./decoder.js";
+export { type ErrorCode, PneumaError } from "./errors.js";
+export {
+  type Frame,
+  type Layout,
+  type Mesh,
+  type SolidPose,
+  Stream,
+  type StreamListener,
+  type SubscribeOptions,
+} from "./stream.js";
+export { WorkerDecoder } from "./worker_decoder.js";
+export * from "../proto/pneuma/v1/scene_pb.js";
+export { Event_Kind } from "../proto/pneuma/v1/session_pb.js";
+export type {
+  Applied,
+  Done,
+  Event,
+  Grabbed,
+  MendedMesh,
+  Stats,
+  Stats_Body,
+  Subscribed,
+  Welcome,
+  WorldList_World,
+} from "../proto/pneuma/v1/session_pb.js";

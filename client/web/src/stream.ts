@@ -1,0 +1,236 @@
+// A subscription: what is in its world, and its frames.
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
+import type {
+  Frame as FrameMessage,
+  Gap,
+  Layout as LayoutMessage,
+  Scalars,
+  Topology,
+} from "../proto/pneuma/v1/frame_pb.js";
+import { QuaternionSchema, type Quaternion, type Shape, type Vec3, Vec3Schema } from "../proto/pneuma/v1/scene_pb.js";
+import type { Applied, Subscribed, SubscribeSchema } from "../proto/pneuma/v1/session_pb.js";
+import type { Triangles } from "./codec/mesh_order.js";
+import type { FrameDecoder } from "./decoder.js";
+import { PneumaError } from "./errors.js";
+
+/** The fields of `Subscribe` but those that the library sets; proto/pneuma/v1/session.proto says what each is. */
+export type SubscribeOptions = Omit<
+  MessageInitShape<typeof SubscribeSchema>,
+  "$typeName" | "world" | "knownTopologies"
+>;
+
+export interface Mesh extends Triangles {
+  /** Of its content, in hexadecimal. */
+  readonly hash: string;
+  readonly vertexCount: number;
+  /** Three a face, counter-clockwise seen from outside. */
+  readonly indices: Uint32Array;
+}
+
+/** What a stream's frames speak of; a new one comes when something is added or removed. */
+export interface Layout {
+  readonly softBodies: readonly { readonly name: string; readonly mesh: Mesh }[];
+  /** Rigid bodies and colliders. */
+  readonly solids: readonly { readonly name: string; readonly shape: Shape | undefined; readonly isDynamic: boolean }[];
+}
+
+export interface SolidPose {
+  readonly position: Vec3; // m
+  readonly orientation: Quaternion;
+}
+
+export interface Frame {
+  readonly layout: Layout;
+  readonly tick: number;
+  readonly timeS: number;
+  readonly isKey: boolean;
+  /** Size of the message on the wire. */
+  readonly bytes: number;
+  /** By soft body of the layout: x y z of each vertex, in metres, within the stream's `maxErrorM` of its true place. */
+  readonly positions: readonly Float64Array[];
+  /** By solid of the layout. */
+  readonly poses: readonly SolidPose[];
+  /** With `scalars` asked for: lists with one number a soft body. */
+  readonly scalars: Scalars | undefined;
+}
+
+export interface StreamListener {
+  /** Frames come in order; those of a Gap do not come. */
+  frame(frame: Frame): void;
+  /** Frames of these ticks were not sent, because this client read too slowly; a key frame follows. */
+  gap?(fromTick: number, toTick: number): void;
+  /** With `commands` asked for: a change of the world was carried out. */
+  applied?(applied: Applied): void;
+  /** The stream is over: its world is gone, or it was closed. */
+  ended?(error: PneumaError): void;
+}
+
+// As the server's own, which no sound stream is past: proto/WIRE.md, "Limits".
+const meshVerticesMax = 65_536;
+const meshIndicesMax = 3 * 262_144;
+const worldVerticesMax = 262_144;
+
+function hexadecimal(bytes: Uint8Array): string {
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
+
+/** The meshes that a client holds, by their hash, over all its streams and connections. */
+export class MeshStore {
+  private readonly meshes = new Map<string, { mesh: Mesh; hash: Uint8Array }>();
+
+  /** Throws PneumaError MALFORMED for what is no mesh. */
+  add({ hash, vertexCount, indices }: Topology): void {
+    if (vertexCount > meshVerticesMax || indices.length > meshIndicesMax) {
+      throw new PneumaError("MALFORMED", "larger than any mesh may be", "topology");
+    }
+    if (indices.length % 3 !== 0 || indices.some((index) => index >= vertexCount)) {
+      throw new PneumaError("MALFORMED", "indices that are no faces of its vertices", "topology.indices");
+    }
+    const name = hexadecimal(hash);
+    this.meshes.set(name, { mesh: { hash: name, vertexCount, indices: Uint32Array.from(indices) }, hash });
+  }
+
+  get(hash: Uint8Array): Mesh {
+    const held = this.meshes.get(hexadecimal(hash));
+    if (!held) throw new PneumaError("MALFORMED", "a mesh that was never sent", "layout");
+    return held.mesh;
+  }
+
+  hashes(): Uint8Array[] {
+    return [...this.meshes.values()].map(({ hash }) => hash);
+  }
+}
+
+function positionsOf(layout: Layout, all: Float64Array): Float64Array[] {
+  let begin = 0;
+  return layout.softBodies.map(({ mesh }) => {
+    const end = begin + 3 * mesh.vertexCount;
+    const positions = all.subarray(begin, end);
+    begin = end;
+    return positions;
+  });
+}
+
+const noLayout: Layout = { softBodies: [], solids: [] };
+
+/** Of Client.subscribe. It outlives a connection that is restored: its next frame is then a key frame. */
+export class Stream {
+  private layoutId = 0;
+  private lastTick: bigint | undefined;
+  private poses: SolidPose[] = [];
+  private layout_ = noLayout;
+  private info: Subscribed | undefined;
+  private isOver = false;
+  private told: Promise<unknown> = Promise.resolve();
+
+  /** @param key names it in the decoder */
+  constructor(
+    readonly world: string,
+    readonly options: SubscribeOptions,
+    readonly listener: StreamListener,
+    private readonly key: number,
+    private readonly decoder: FrameDecoder,
+    private readonly meshes: MeshStore,
+    /** Called when what came cannot be read. */
+    private readonly failed: (error: PneumaError) => void,
+  ) {}
+
+  /** What the server has agreed to: rate, error bound. */
+  get subscribed(): Subscribed {
+    if (!this.info) throw new PneumaError("FAILED_PRECONDITION", "not subscribed");
+    return this.info;
+  }
+
+  get layout(): Layout {
+    return this.layout_;
+  }
+
+  /** It was accepted: the frames of `info.streamId` are its own. */
+  begin(info: Subscribed): void {
+    this.info = info;
+    this.lastTick = undefined;
+  }
+
+  setRate(rateHz: number): void {
+    if (this.info) this.info.rateHz = rateHz;
+  }
+
+  takeLayout(message: LayoutMessage): void {
+    const softBodies = message.softBodies.map(({ name, topologyHash }) => ({
+      name,
+      mesh: this.meshes.get(topologyHash),
+    }));
+    if (softBodies.reduce((sum, { mesh }) => sum + mesh.vertexCount, 0) > worldVerticesMax) {
+      throw new PneumaError("MALFORMED", "more vertices than any world may hold", "layout");
+    }
+    const solids = message.solids.map(({ name, shape, dynamic }) => ({ name, shape, isDynamic: dynamic }));
+    this.layout_ = { softBodies, solids };
+    this.layoutId = message.layoutId;
+    this.lastTick = undefined;
+    const nowhere = { position: create(Vec3Schema), orientation: create(QuaternionSchema, { w: 1 }) };
+    this.poses = solids.map(() => nowhere);
+    this.decoder.begin(
+      this.key,
+      softBodies.map(({ mesh }) => mesh),
+      this.subscribed.gridStepM,
+    );
+  }
+
+  takeFrame(message: FrameMessage, bytes: number): void {
+    const { layoutId, tick, timeS, baseTick, payload, scalars } = message;
+    if (layoutId !== this.layoutId) throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
+    if (baseTick !== undefined && baseTick !== this.lastTick) {
+      throw new PneumaError("MALFORMED", `a frame on top of tick ${baseTick}, which is not the last one`);
+    }
+    this.lastTick = tick;
+    this.takePoses(message);
+    const layout = this.layout_;
+    const { poses } = this;
+    const isKey = baseTick === undefined;
+    const decoded = this.decoder.decode(this.key, payload, isKey).then(
+      (all) => () => {
+        const positions = positionsOf(layout, all);
+        this.listener.frame({ layout, tick: Number(tick), timeS, isKey, bytes, positions, poses, scalars });
+      },
+      (error: PneumaError) => () => this.failed(error),
+    );
+    this.tell(decoded);
+  }
+
+  takeGap({ fromTick, toTick }: Gap): void {
+    this.lastTick = undefined;
+    this.tell(() => this.listener.gap?.(Number(fromTick), Number(toTick)));
+  }
+
+  takeApplied(applied: Applied): void {
+    this.tell(() => this.listener.applied?.(applied));
+  }
+
+  end(error: PneumaError): void {
+    this.isOver = true;
+    this.decoder.end(this.key);
+    this.listener.ended?.(error);
+  }
+
+  /** Calls the listener in the order of these calls, whenever what there is to tell is ready. */
+  private tell(notice: (() => void) | Promise<() => void>): void {
+    const turn = this.told.then(() => notice);
+    void turn.then((notify) => {
+      if (!this.isOver) notify();
+    });
+    this.told = turn;
+  }
+
+  private takePoses({ poses }: FrameMessage): void {
+    if (poses.length === 0) return;
+    const next = this.poses.slice();
+    for (const { solid, position, orientation } of poses) {
+      if (solid >= next.length) throw new PneumaError("MALFORMED", `a pose of solid ${solid}, which there is not`);
+      next[solid] = {
+        position: position ?? create(Vec3Schema),
+        orientation: orientation ?? create(QuaternionSchema, { w: 1 }),
+      };
+    }
+    this.poses = next;
+  }
+}

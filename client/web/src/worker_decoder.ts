@@ -1,0 +1,60 @@
+// Frames decoded in a web worker, off the page's own thread. decode_worker.ts is what runs there.
+import type { Triangles } from "./codec/mesh_order.js";
+import type { FrameDecoder } from "./decoder.js";
+import { type ErrorCode, PneumaError } from "./errors.js";
+
+/** To the worker, answered in order; only `decode` has an answer. */
+export type DecodeRequest =
+  | { kind: "begin"; stream: number; meshes: readonly Triangles[]; gridStepM: number }
+  | { kind: "decode"; stream: number; payload: Uint8Array; isKey: boolean }
+  | { kind: "end"; stream: number };
+
+export type DecodeReply = { positions: Float64Array } | { code: ErrorCode; what: string; where: string };
+
+interface Waiting {
+  resolve(positions: Float64Array): void;
+  reject(error: PneumaError): void;
+}
+
+export class WorkerDecoder implements FrameDecoder {
+  private readonly waiting: Waiting[] = [];
+  private broken: PneumaError | undefined;
+
+  /** @param worker runs `@pneuma/client/decode-worker` as a module */
+  constructor(private readonly worker: Worker) {
+    worker.onmessage = ({ data }: MessageEvent<DecodeReply>) => {
+      const waiting = this.waiting.shift();
+      if ("positions" in data) waiting?.resolve(data.positions);
+      else waiting?.reject(new PneumaError(data.code, data.what, data.where));
+    };
+    worker.onerror = (event) => {
+      this.broken = new PneumaError("INTERNAL", event.message || "the decoding worker cannot be loaded");
+      for (const waiting of this.waiting.splice(0)) waiting.reject(this.broken);
+    };
+  }
+
+  begin(stream: number, meshes: readonly Triangles[], gridStepM: number): void {
+    this.post({ kind: "begin", stream, meshes, gridStepM });
+  }
+
+  decode(stream: number, payload: Uint8Array, isKey: boolean): Promise<Float64Array> {
+    if (this.broken) return Promise.reject(this.broken);
+    return new Promise((resolve, reject) => {
+      this.waiting.push({ resolve, reject });
+      const own = payload.slice(); // a view of a message takes all of it along
+      this.post({ kind: "decode", stream, payload: own, isKey }, [own.buffer]);
+    });
+  }
+
+  end(stream: number): void {
+    this.post({ kind: "end", stream });
+  }
+
+  close(): void {
+    this.worker.terminate();
+  }
+
+  private post(request: DecodeRequest, transfer: Transferable[] = []): void {
+    this.worker.postMessage(request, transfer);
+  }
+}

@@ -1,0 +1,165 @@
+// The client against a real server: frames, changes of the world, refusals, and a connection that is lost and restored.
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { after, before, test } from "node:test";
+import { promisify } from "node:util";
+import { Client, type ClientState, type Frame, PneumaError, type StreamListener } from "../../src/index.js";
+import { Server } from "../server.js";
+
+/** Hands frames to whoever waits for one. */
+class Frames implements StreamListener {
+  private waiting: { isWanted: (frame: Frame) => boolean; resolve: (frame: Frame) => void }[] = [];
+
+  frame(frame: Frame): void {
+    const wanted = this.waiting.filter(({ isWanted }) => isWanted(frame));
+    this.waiting = this.waiting.filter(({ isWanted }) => !isWanted(frame));
+    for (const { resolve } of wanted) resolve(frame);
+  }
+
+  /** The first frame to come of which `isWanted` is true. */
+  next(isWanted: (frame: Frame) => boolean = () => true): Promise<Frame> {
+    return new Promise((resolve) => this.waiting.push({ isWanted, resolve }));
+  }
+}
+
+function refusal(code: string, where: string) {
+  return (error: unknown) => error instanceof PneumaError && error.code === code && error.where === where;
+}
+
+let server: Server;
+let client: Client;
+
+before(async () => {
+  server = await Server.start(["--scene", "five-balls", "--scene", "hanging-ball"]);
+  client = await Client.connect(server.url);
+});
+after(async () => {
+  client.close();
+  await server.kill();
+});
+
+test("worlds are listed", async () => {
+  const worlds = await client.worlds();
+  assert.deepEqual(worlds.map(({ name }) => name).sort(), ["five-balls", "hanging-ball"]);
+  assert.equal(worlds.find(({ name }) => name === "five-balls")?.vertices, 810);
+});
+
+test("a stream begins with a key frame and goes on tick by tick", async () => {
+  const frames = new Frames();
+  const stream = await client.subscribe("five-balls", { maxErrorM: 0.002 }, frames);
+  assert.equal(stream.subscribed.maxErrorM, 0.002);
+  const first = await frames.next();
+  assert.ok(first.isKey);
+  assert.equal(first.layout.softBodies.length, 5);
+  assert.ok(first.positions.every((points) => points.length === 3 * 162 && points.every(Number.isFinite)));
+  const later = await frames.next(({ tick }) => tick >= first.tick + 3);
+  assert.ok(!later.isKey);
+  assert.notDeepEqual(later.positions, first.positions);
+  await client.unsubscribe(stream);
+});
+
+test("a second stream of the same kind is refused, and the first goes on", async () => {
+  const frames = new Frames();
+  const stream = await client.subscribe("five-balls", { maxErrorM: 0.003 }, frames);
+  const again = client.subscribe("five-balls", { maxErrorM: 0.003 }, new Frames());
+  await assert.rejects(again, refusal("FAILED_PRECONDITION", ""));
+  await frames.next(({ isKey }) => !isKey);
+  await client.unsubscribe(stream);
+});
+
+test("a paused world steps as asked, and an edit shows in its scene", async () => {
+  await client.createWorld({ name: "paused", source: { case: "builtin", value: "bouncing-ball" }, paused: true });
+  const { tick } = await client.step("paused", 5);
+  assert.equal(tick, 5n);
+  await client.edit("paused", { changes: [{ change: { case: "setGravity", value: { y: -1.5 } } }] });
+  assert.equal((await client.scene("paused")).gravity?.y, -1.5);
+  await client.reset("paused");
+  assert.equal((await client.stats("paused")).timeS, 0);
+  await client.destroyWorld("paused");
+});
+
+test("a grabbed vertex follows its point, and a released one is free", async () => {
+  const frames = new Frames();
+  const stream = await client.subscribe("hanging-ball", {}, frames);
+  const { layout, positions } = await frames.next();
+  const body = layout.softBodies[0]!.name;
+  const [x, y, z] = [positions[0]![300]!, positions[0]![301]!, positions[0]![302]!];
+  const grab = await client.grab("hanging-ball", {
+    body,
+    at: { case: "vertex", value: 100 },
+    target: { x, y, z },
+    stiffnessNM: 1000,
+  });
+  assert.equal(grab.grabbed.vertex, 100);
+  const target = { x: x + 0.5, y, z };
+  await Promise.all(
+    [0.1, 0.2, 0.3, 0.4, 0.5].map((far) => new Promise((resolve) => resolve(grab.moveTo({ ...target, x: x + far })))),
+  );
+  await frames.next((frame) => Math.hypot(frame.positions[0]![300]! - target.x, frame.positions[0]![301]! - y) < 0.4);
+  await grab.release();
+  await assert.rejects(grab.release(), refusal("NOT_FOUND", "release_grab.grab_id"));
+  await client.unsubscribe(stream);
+});
+
+test("an impulse answers with what was hit, a refusal with what and where", async () => {
+  const impulse = { x: 0, y: 1, z: 0 };
+  const { detail } = await client.impulse("five-balls", { body: "ball-1", impulse });
+  assert.match(detail, /ball-1/);
+  await assert.rejects(client.impulse("five-balls", { body: "ball-9", impulse }), refusal("NOT_FOUND", "impulse.body"));
+  await assert.rejects(client.editJson("five-balls", "{"), (error: PneumaError) => error.code === "INVALID_ARGUMENT");
+  const listener = new Frames();
+  await assert.rejects(client.subscribe("no-world", {}, listener), refusal("NOT_FOUND", "subscribe.world"));
+});
+
+test("the end of a world ends its streams", async () => {
+  await client.createWorld({ name: "short", source: { case: "builtin", value: "bouncing-ball" } });
+  const ended = new Promise<PneumaError>((resolve, reject) => {
+    client.subscribe("short", {}, { frame: () => {}, ended: resolve }).catch(reject);
+  });
+  await client.destroyWorld("short");
+  assert.equal((await ended).code, "NOT_FOUND");
+});
+
+test("a wrong token is refused for good", async () => {
+  const guarded = await Server.start(["--scene", "bouncing-ball"], "secret-of-this-test");
+  await assert.rejects(Client.connect(guarded.url), (error: PneumaError) => error.code === "UNAUTHENTICATED");
+  const welcome = await Client.connect(guarded.url, { token: "secret-of-this-test" });
+  assert.equal((await welcome.worlds()).length, 1);
+  welcome.close();
+  await guarded.kill();
+});
+
+test("a lost connection comes back with its streams", async () => {
+  const flags = ["--scene", "bouncing-ball"];
+  const first = await Server.start(flags);
+  const states: ClientState[] = [];
+  const frames = new Frames();
+  const lasting = await Client.connect(first.url, { stateChanged: (state) => states.push(state) });
+  await lasting.subscribe("bouncing-ball", {}, frames);
+  await frames.next(({ isKey }) => !isKey);
+  await first.kill();
+  const second = await Server.start([...flags, "--http", first.http]);
+  await frames.next(({ isKey }) => isKey);
+  assert.deepEqual(states, ["open", "lost", "open"]);
+  assert.equal((await lasting.worlds()).length, 1);
+  lasting.close();
+  await second.kill();
+});
+
+test("where nothing listens, connecting says so", async () => {
+  const gone = await Server.start([]);
+  await gone.kill();
+  await assert.rejects(Client.connect(gone.url), (error: PneumaError) => error.code === "UNAVAILABLE");
+});
+
+test("the example prints frames and ends", async () => {
+  const { stdout } = await promisify(execFile)(process.execPath, [
+    "dist/examples/watch.js",
+    server.url,
+    "five-balls",
+    "3",
+  ]);
+  const lines = stdout.trimEnd().split("\n");
+  assert.equal(lines.length, 3);
+  for (const line of lines) assert.match(line, /^tick \d+  \d+\.\d{3} s  (key|delta)  \d+ B  ball-1 \(/);
+});
