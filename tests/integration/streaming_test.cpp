@@ -96,6 +96,32 @@ TEST_F(Streaming, AJoinerOfAPausedWorldGetsAKeyWithoutAStep) {
   EXPECT_EQ(ann.stats("w")->tick(), 0U);
 }
 
+TEST_F(Streaming, AJoinerSeesItsFirstFrameWithinTwoTicks) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w");
+  v1::ClientMessage ask;
+  ask.set_request_id(2);
+  ask.mutable_get_stats()->set_world("w");
+  v1::ClientMessage join;
+  join.set_request_id(3);
+  join.mutable_subscribe()->set_world("w");
+  const std::string both =
+      RawConnection::envelope(ask.SerializeAsString()) + RawConnection::envelope(join.SerializeAsString());
+  for (int i = 0; i < 10; ++i) {
+    RawConnection raw(server_->tcp_address());
+    ASSERT_TRUE(raw.say_hello());
+    ASSERT_TRUE(raw.send(both));
+    const auto stats = raw.receive_reply(2);
+    ASSERT_TRUE(stats && stats->has_stats());
+    auto message = raw.receive();
+    while (message && !message->has_frame()) message = raw.receive();
+    ASSERT_TRUE(message);
+    EXPECT_FALSE(message->frame().has_base_tick());
+    EXPECT_GE(message->frame().tick(), stats->stats().tick());
+    EXPECT_LE(message->frame().tick(), stats->stats().tick() + 2);
+  }
+}
+
 TEST_F(Streaming, AReconnectingClientIsNotSentItsTopologiesAgain) {
   client::Client first = connect();
   create(first, two_balls(), "w", true);
