@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "base/limits.h"
@@ -19,6 +20,13 @@ std::string stream_name(std::uint32_t stream_id) {
   return "stream " + std::to_string(stream_id);
 }
 
+/// Which vertices of a mesh the `count` of a topology are; nothing where they are all.
+bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
+  if (kept.empty()) return true;
+  return kept.size() == count && kept.back() < base::mesh_vertices_max &&
+         std::ranges::adjacent_find(kept, std::greater_equal<>()) == kept.end();
+}
+
 }  // namespace
 
 StreamDecoder::StreamDecoder(const std::vector<TopologyPtr>& known) {
@@ -28,10 +36,15 @@ StreamDecoder::StreamDecoder(const std::vector<TopologyPtr>& known) {
 base::Status StreamDecoder::add_stream(const v1::Subscribed& subscribed) {
   const double step_m = subscribed.grid_step_m();
   if (!std::isfinite(step_m) || step_m <= 0.0) return malformed("the grid step is not a length", "grid_step_m");
+  const double velocity_step_m_s = subscribed.velocity_grid_step_m_s();
+  if (!std::isfinite(velocity_step_m_s) || velocity_step_m_s < 0.0) {
+    return malformed("the grid step is not a speed", "velocity_grid_step_m_s");
+  }
   if (has_stream(subscribed.stream_id())) return {};  // asked for twice: it goes on as it was
   Stream stream;
   stream.world = subscribed.world();
   stream.grid_step_m = step_m;
+  stream.velocity_grid_step_m_s = velocity_step_m_s;
   streams_.emplace(subscribed.stream_id(), std::move(stream));
   return {};
 }
@@ -79,7 +92,11 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
     if (vertices > base::world_vertices_max || bodies.size() >= base::world_bodies_max) {
       return malformed("more than any world may hold", "layout");
     }
-    bodies.push_back({soft.name(), topology->second});
+    auto kept = std::make_shared<std::vector<std::uint32_t>>(soft.kept_vertices().begin(), soft.kept_vertices().end());
+    if (!is_subset(*kept, topology->second->vertex_count)) {
+      return malformed("the vertices kept are not one a vertex, ascending", "soft_bodies." + soft.name());
+    }
+    bodies.push_back({soft.name(), topology->second, std::move(kept)});
     orders.push_back(topology->second->order);
   }
   std::vector<SolidFrame> solids;
@@ -94,12 +111,13 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   stream.layout_id = message.layout_id();
   stream.bodies = std::move(bodies);
   stream.solids = std::move(solids);
+  if (stream.velocity_grid_step_m_s > 0.0) stream.velocity_reader = codec::FrameReader(orders);
   stream.reader = codec::FrameReader(std::move(orders));
   stream.tick.reset();
   return {};
 }
 
-base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& message) const {
+base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& message) {
   const std::string where = stream_name(message.stream_id());
   if (stream.layout_id != message.layout_id()) {
     return malformed("a frame of layout " + std::to_string(message.layout_id()) + ", which was not sent", where);
@@ -113,6 +131,56 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
       return malformed("a pose of solid " + std::to_string(pose.solid()) + ", which is not in the layout", where);
     }
   }
+  const auto has_one_a_body = [&](int count) { return static_cast<std::size_t>(count) == stream.bodies.size(); };
+  const v1::Scalars& scalars = message.scalars();
+  if (message.has_scalars() &&
+      !(has_one_a_body(scalars.volume_m3_size()) && has_one_a_body(scalars.pressure_pa_size()) &&
+        has_one_a_body(scalars.kinetic_j_size()) && has_one_a_body(scalars.elastic_j_size()) &&
+        has_one_a_body(scalars.asleep_size()))) {
+    return malformed("the scalars are not one a body", where);
+  }
+  return {};
+}
+
+/// A failure may come with the positions read already: the stream then waits for a key frame.
+base::Status StreamDecoder::read_vectors(Stream& stream, const v1::Frame& message) {
+  const bool key = !message.has_base_tick();
+  base::Status read = stream.reader.read(message.payload(), key);
+  if (!read.ok() || stream.velocity_grid_step_m_s == 0.0) return read;
+  read = stream.velocity_reader.read(message.velocities(), key);
+  if (read.ok()) return read;
+  stream.tick.reset();
+  return read.inside("velocities");
+}
+
+base::Status StreamDecoder::fill_bodies(const Stream& stream, const v1::Frame& message, DecodedFrame& frame) {
+  constexpr double furthest = base::coordinate_max_m + base::max_error_max_m;
+  const auto are_near = [](const std::vector<double>& vectors) {
+    return std::ranges::all_of(vectors, [](double x) { return std::abs(x) <= furthest; });
+  };
+  frame.has_velocities = stream.velocity_grid_step_m_s > 0.0;
+  frame.has_scalars = message.has_scalars();
+  frame.bodies.reserve(stream.bodies.size());
+  for (std::size_t i = 0; i < stream.bodies.size(); ++i) {
+    SoftBodyFrame& body = frame.bodies.emplace_back();
+    body.name = stream.bodies[i].name;
+    body.topology = stream.bodies[i].topology;
+    body.kept_vertices = stream.bodies[i].kept_vertices;
+    body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
+    stream.reader.positions(i, stream.grid_step_m, body.positions_m);
+    if (!are_near(body.positions_m)) return malformed("a vertex past the largest coordinate", "payload");
+    if (frame.has_velocities) {
+      body.velocities_m_s.resize(body.positions_m.size());
+      stream.velocity_reader.positions(i, stream.velocity_grid_step_m_s, body.velocities_m_s);
+      if (!are_near(body.velocities_m_s)) return malformed("a vertex past the largest velocity", "velocities");
+    }
+    if (frame.has_scalars) {
+      const v1::Scalars& scalars = message.scalars();
+      const int at = static_cast<int>(i);
+      body.scalars = {scalars.volume_m3(at), scalars.pressure_pa(at), scalars.kinetic_j(at), scalars.elastic_j(at),
+                      scalars.asleep(at)};
+    }
+  }
   return {};
 }
 
@@ -123,7 +191,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   const bool key = !message.has_base_tick();
   const base::Status checked = check_frame(stream, message);
   if (!checked.ok()) return checked;
-  const base::Status decoded = stream.reader.read(message.payload(), key);
+  const base::Status decoded = read_vectors(stream, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
   stream.tick = message.tick();
@@ -137,18 +205,13 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
                      .time_s = message.time_s(),
                      .key = key,
                      .bytes = bytes,
+                     .has_velocities = false,
+                     .has_scalars = false,
                      .bodies = {},
                      .solids = stream.solids};
-  frame.bodies.reserve(stream.bodies.size());
-  for (std::size_t i = 0; i < stream.bodies.size(); ++i) {
-    SoftBodyFrame& body = frame.bodies.emplace_back(stream.bodies[i].name, stream.bodies[i].topology);
-    body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
-    stream.reader.positions(i, stream.grid_step_m, body.positions_m);
-    constexpr double furthest_m = base::coordinate_max_m + base::max_error_max_m;
-    if (!std::ranges::all_of(body.positions_m, [](double x_m) { return std::abs(x_m) <= furthest_m; })) {
-      stream.tick.reset();  // what builds on it is no better
-      return malformed("a vertex past the largest coordinate", "payload");
-    }
+  if (const base::Status filled = fill_bodies(stream, message, frame); !filled.ok()) {
+    stream.tick.reset();  // what builds on it is no better
+    return filled;
   }
   return std::optional(std::move(frame));
 }

@@ -73,10 +73,14 @@ template <class Arguments>
 void add_stream_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--frames", arguments.frames, "End after so many frames")->check(positive_check());
   command.add_option("--seconds", arguments.seconds, "End after so long")->check(positive_check());
-  command.add_option("--rate", arguments.rate_hz, "Frames a second; otherwise the world's rate")
+  auto& stream = arguments.stream;
+  command.add_option("--rate", stream.rate_hz, "Frames a second; otherwise the world's rate")->check(positive_check());
+  command.add_option("--max-error", stream.max_error_m, "No vertex is further off than this, in metres")
       ->check(positive_check());
-  command.add_option("--max-error", arguments.max_error_m, "No vertex is further off than this, in metres")
-      ->check(positive_check());
+  command.add_option("--body", stream.bodies, "Only this soft body; may be given for several")->allow_extra_args(false);
+  command.add_option("--level", stream.level_of_detail, "Coarser meshes: a quarter of the vertices each level");
+  command.add_flag("--velocities", stream.velocities, "The vertices' velocities, too");
+  command.add_flag("--scalars", stream.scalars, "Each body's volume, pressure and energies, and whether it sleeps");
 }
 
 void add_watch(CLI::App& app, Work& work) {
@@ -98,7 +102,7 @@ void add_record(CLI::App& app, Work& work) {
   command->add_option("FILE", arguments->file)->required();
   add_stream_options(*command, *arguments);
   command
-      ->add_option("--key-every", arguments->key_interval_s,
+      ->add_option("--key-every", arguments->stream.key_interval_s,
                    "Seconds between key frames: a seek decodes no more than this")
       ->check(positive_check())
       ->capture_default_str();

@@ -59,6 +59,10 @@ base::Result<v1::Subscribed> Client::subscribe(const std::string& world, const S
   subscribe.set_max_error_m(options.max_error_m);
   subscribe.set_commands(options.commands);
   subscribe.set_key_interval_s(options.key_interval_s);
+  for (const std::string& body : options.bodies) subscribe.add_bodies(body);
+  subscribe.set_level_of_detail(options.level_of_detail);
+  subscribe.set_velocities(options.velocities);
+  subscribe.set_scalars(options.scalars);
   for (const TopologyPtr& topology : topologies()) subscribe.add_known_topologies(topology->hash);
   return take(call(std::move(request)), &ServerMessage::has_subscribed, &ServerMessage::mutable_subscribed);
 }

@@ -1,5 +1,6 @@
 #include "app/frame_encoder.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -27,48 +28,95 @@ void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
 
 }  // namespace
 
-FrameEncoder::FrameEncoder(std::uint32_t stream_id, double max_error_m)
-    : stream_id_(stream_id), max_error_m_(max_error_m) {}
+const std::optional<BodyScalars>& MeasuredScalars::of(std::size_t body) {
+  measured_.resize(source_.soft_body_count());
+  std::optional<BodyScalars>& measured = measured_[body];
+  if (!measured && source_.has_scalars()) measured = source_.scalars(body);
+  return measured;
+}
 
-net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t tick, const WorldLayout& layout,
-                                      bool with_key) {
+FrameEncoder::FrameEncoder(std::uint32_t stream_id, const FrameContents& contents)
+    : stream_id_(stream_id), contents_(contents) {}
+
+net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
+                                      const WorldLayout& layout, bool with_key) {
   const bool same_layout = writer_ && layout_id_ == layout.id();
   const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
   const std::optional<std::uint64_t> base_tick = last_tick_;
   const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
-  if (!same_layout) writer_.emplace(layout.orders(), max_error_m_);
+  if (!same_layout) begin_layout(layout);
   last_tick_ = tick;
-  layout_id_ = layout.id();
   time_s_ = source.time_s();
   vertices_ = layout.vertex_count();
+  if (contents_.scalars) take_scalars(scalars, layout);
 
   net::StreamFrame out;
   out.stream_id = stream_id_;
   out.tick = tick;
   out.vertices = vertices_;
+  v1::ServerMessage message = header();
+  v1::Frame& frame = *message.mutable_frame();
+  write(source, &FrameSource::copy_positions, layout, *writer_, delta ? frame.mutable_payload() : nullptr);
+  if (velocity_writer_) {
+    write(source, &FrameSource::copy_velocities, layout, *velocity_writer_,
+          delta ? frame.mutable_velocities() : nullptr);
+  }
   if (delta) {
     out.base_tick = *base_tick;
-    v1::ServerMessage message = header();
-    v1::Frame& frame = *message.mutable_frame();
     frame.set_base_tick(*base_tick);
-    writer_->begin_delta();
-    for (std::size_t i = 0; i < source.soft_body_count(); ++i) writer_->move_body(i, positions_of(source, i));
-    writer_->take_delta(*frame.mutable_payload());
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!same(poses_[i], base_poses[i])) add_pose(frame, i, poses_[i]);
     }
     out.delta = serialise(message);
-  } else {
-    for (std::size_t i = 0; i < source.soft_body_count(); ++i) writer_->place_body(i, positions_of(source, i));
   }
   if (with_key || !delta) out.key = key();
   return out;
 }
 
-std::span<const double> FrameEncoder::positions_of(const FrameSource& source, std::size_t body) {
-  positions_m_.resize(3 * source.mesh(body)->positions_m.size());
-  source.copy_positions(body, positions_m_);
-  return positions_m_;
+void FrameEncoder::begin_layout(const WorldLayout& layout) {
+  layout_id_ = layout.id();
+  std::vector<codec::MeshOrderPtr> orders;
+  for (const WorldLayout::Body& body : layout.bodies()) orders.push_back(body.topology->order);
+  if (contents_.max_velocity_error_m_s > 0.0) velocity_writer_.emplace(orders, contents_.max_velocity_error_m_s);
+  writer_.emplace(std::move(orders), contents_.max_error_m);
+}
+
+void FrameEncoder::write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,
+                         std::string* payload) {
+  const std::vector<WorldLayout::Body>& bodies = layout.bodies();
+  if (payload == nullptr) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) writer.place_body(i, vectors_of(source, copy, bodies[i]));
+    return;
+  }
+  writer.begin_delta();
+  for (std::size_t i = 0; i < bodies.size(); ++i) writer.move_body(i, vectors_of(source, copy, bodies[i]));
+  writer.take_delta(*payload);
+}
+
+/// Three numbers of each vertex that the stream shows of the body.
+std::span<const double> FrameEncoder::vectors_of(const FrameSource& source, Copy copy, const WorldLayout::Body& body) {
+  vectors_.resize(3 * source.mesh(body.index)->positions_m.size());
+  (source.*copy)(body.index, vectors_);
+  const std::vector<std::uint32_t>& kept = body.topology->kept;
+  if (kept.empty()) return vectors_;
+  for (std::size_t i = 0; i < kept.size(); ++i) {  // ascending, so none is written over before it is read
+    std::copy_n(vectors_.begin() + 3 * static_cast<std::ptrdiff_t>(kept[i]), 3,
+                vectors_.begin() + 3 * static_cast<std::ptrdiff_t>(i));
+  }
+  return std::span<const double>(vectors_).first(3 * kept.size());
+}
+
+void FrameEncoder::take_scalars(MeasuredScalars& scalars, const WorldLayout& layout) {
+  scalars_.emplace();
+  for (const WorldLayout::Body& body : layout.bodies()) {
+    const std::optional<BodyScalars>& measured = scalars.of(body.index);
+    if (!measured) return scalars_.reset();
+    scalars_->add_volume_m3(static_cast<float>(measured->volume_m3));
+    scalars_->add_pressure_pa(static_cast<float>(measured->pressure_pa));
+    scalars_->add_kinetic_j(static_cast<float>(measured->kinetic_j));
+    scalars_->add_elastic_j(static_cast<float>(measured->elastic_j));
+    scalars_->add_asleep(measured->asleep);
+  }
 }
 
 net::StreamFrame FrameEncoder::last_as_key() const {
@@ -88,6 +136,7 @@ v1::ServerMessage FrameEncoder::header() const {
   frame.set_layout_id(layout_id_);
   frame.set_tick(*last_tick_);
   frame.set_time_s(time_s_);
+  if (scalars_) *frame.mutable_scalars() = *scalars_;
   return message;
 }
 
@@ -95,6 +144,7 @@ net::SharedBytes FrameEncoder::key() const {
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
   writer_->write_key(*frame.mutable_payload());
+  if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());
   for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);
   return serialise(message);
 }

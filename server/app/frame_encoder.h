@@ -16,27 +16,53 @@
 
 namespace pneuma::app {
 
+/// The scalars of a source's bodies, each measured once for all streams that want it.
+class MeasuredScalars {
+ public:
+  explicit MeasuredScalars(const FrameSource& source) : source_(source) {}
+  /// Nothing where the source has none.
+  [[nodiscard]] const std::optional<BodyScalars>& of(std::size_t body);
+
+ private:
+  const FrameSource& source_;
+  std::vector<std::optional<BodyScalars>> measured_;  // empty before the first is asked for
+};
+
+/// What the frames of a stream hold.
+struct FrameContents {
+  double max_error_m;
+  double max_velocity_error_m_s = 0.0;  // 0: no velocities
+  bool scalars = false;
+};
+
 class FrameEncoder {
  public:
-  FrameEncoder(std::uint32_t stream_id, double max_error_m);
+  FrameEncoder(std::uint32_t stream_id, const FrameContents& contents);
 
-  [[nodiscard]] double grid_step_m() const { return codec::grid_step_m(max_error_m_); }
+  [[nodiscard]] const FrameContents& contents() const { return contents_; }
   [[nodiscard]] const std::optional<std::uint64_t>& last_tick() const { return last_tick_; }
 
-  /// Takes the source's positions as the stream's next frame. The delta is there where the frame before had the same
-  /// layout and an earlier tick; the key where there is no delta, or `with_key` is set.
-  [[nodiscard]] net::StreamFrame encode(const FrameSource& source, std::uint64_t tick, const WorldLayout& layout,
-                                        bool with_key);
+  /// Takes the source's state as the stream's next frame; `scalars` are of the same source. The delta is there where
+  /// the frame before had the same layout and an earlier tick; the key where there is no delta, or `with_key` is set.
+  [[nodiscard]] net::StreamFrame encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
+                                        const WorldLayout& layout, bool with_key);
   /// The last frame once more, as a key. Only after encode().
   [[nodiscard]] net::StreamFrame last_as_key() const;
 
  private:
-  std::span<const double> positions_of(const FrameSource& source, std::size_t body);
+  using Copy = void (FrameSource::*)(std::size_t, std::span<double>) const;
+
+  void begin_layout(const WorldLayout& layout);
+  /// A delta goes to `payload`; null: the stream begins anew.
+  void write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,
+             std::string* payload);
+  std::span<const double> vectors_of(const FrameSource& source, Copy copy, const WorldLayout::Body& body);
+  void take_scalars(MeasuredScalars& scalars, const WorldLayout& layout);
   [[nodiscard]] v1::ServerMessage header() const;
   [[nodiscard]] net::SharedBytes key() const;
 
   std::uint32_t stream_id_;
-  double max_error_m_;
+  FrameContents contents_;
 
   // The last frame:
   std::optional<std::uint64_t> last_tick_;
@@ -44,9 +70,11 @@ class FrameEncoder {
   double time_s_ = 0.0;
   std::size_t vertices_ = 0;
   std::optional<codec::FrameWriter> writer_;
+  std::optional<codec::FrameWriter> velocity_writer_;
+  std::optional<v1::Scalars> scalars_;
   std::vector<physics::Pose> poses_;  // rigid bodies, then colliders
 
-  std::vector<double> positions_m_;  // of a body; kept for its memory
+  std::vector<double> vectors_;  // of a body; kept for its memory
 };
 
 }  // namespace pneuma::app

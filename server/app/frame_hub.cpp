@@ -12,8 +12,44 @@
 
 namespace pneuma::app {
 
-FrameHub::FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id)
-    : take_stream_id_(std::move(take_stream_id)), drop_stream_id_(std::move(drop_stream_id)) {}
+namespace {
+
+View view_of(const v1::Subscribe& request) {
+  View view{{request.bodies().begin(), request.bodies().end()}, request.level_of_detail()};
+  std::ranges::sort(view.bodies);
+  const auto repeated = std::ranges::unique(view.bodies);
+  view.bodies.erase(repeated.begin(), repeated.end());
+  return view;
+}
+
+/// A velocity that is carried on for the time between two frames puts a vertex no further off than the frame does.
+double max_velocity_error_m_s(double max_error_m, double rate_hz) {
+  return std::clamp(max_error_m * rate_hz, base::max_error_min_m, base::max_error_max_m);
+}
+
+}  // namespace
+
+FrameHub::FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id,
+                   MeshTopologies::Defer defer)
+    : take_stream_id_(std::move(take_stream_id)),
+      drop_stream_id_(std::move(drop_stream_id)),
+      topologies_(std::move(defer)) {}
+
+base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSource& source) {
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < source.soft_body_count(); ++i) names.insert(source.soft_body_name(i));
+  for (int i = 0; i < request.bodies_size(); ++i) {
+    if (names.contains(request.bodies(i))) continue;
+    return base::not_found("no soft body \"" + request.bodies(i) + "\"", "subscribe.bodies[" + std::to_string(i) + "]");
+  }
+  if (request.velocities() && !source.has_velocities()) {
+    return {base::StatusCode::failed_precondition, "the recording holds no velocities", "subscribe.velocities"};
+  }
+  if (request.scalars() && !source.has_scalars()) {
+    return {base::StatusCode::failed_precondition, "the recording holds no scalars", "subscribe.scalars"};
+  }
+  return {};
+}
 
 base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>& session, const v1::Subscribe& request,
                                                  double world_rate_hz) {
@@ -34,10 +70,18 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   if (!std::isfinite(request.key_interval_s()) || request.key_interval_s() < 0.0) {
     return base::invalid("must be 0 or more", "subscribe.key_interval_s");
   }
+  if (request.level_of_detail() > base::level_of_detail_max) {
+    return base::Status(base::StatusCode::limit_exceeded,
+                        "is " + std::to_string(request.level_of_detail()) + "; may be at most " +
+                            std::to_string(base::level_of_detail_max),
+                        "subscribe.level_of_detail");
+  }
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
   // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
   constexpr double divisor_max = 86'400.0 * base::rate_hz_max;
-  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m};
+  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m,
+                        view_of(request), request.velocities(), request.scalars()};
+  const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
 
   auto found = classes_.find(quality);
   const bool joined = found != classes_.end() && found->second.subscribers.contains(session->id());
@@ -51,11 +95,16 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     if (classes_.size() >= base::world_quality_classes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
                           "the world has its " + std::to_string(base::world_quality_classes_max) +
-                              " qualities (pairs of rate and error) already",
+                              " qualities (of rate, error and contents) already",
                           "subscribe");
     }
     const std::uint32_t stream_id = take_stream_id_();
-    found = classes_.emplace(quality, QualityClass{stream_id, FrameEncoder(stream_id, max_error_m), {}, {}, 0.0}).first;
+    const FrameContents contents{
+        .max_error_m = max_error_m,
+        .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(max_error_m, rate_hz) : 0.0,
+        .scalars = quality.scalars};
+    QualityClass made{stream_id, FrameEncoder(stream_id, contents), WorldLayout(quality.view), {}, {}, 0.0};
+    found = classes_.emplace(quality, std::move(made)).first;
   }
   QualityClass& quality_class = found->second;
   for (const std::string& hash : request.known_topologies()) {
@@ -72,9 +121,13 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   v1::Subscribed subscribed;
   subscribed.set_stream_id(quality_class.stream_id);
   subscribed.set_world(request.world());
-  subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+  subscribed.set_rate_hz(rate_hz);
   subscribed.set_max_error_m(max_error_m);
-  subscribed.set_grid_step_m(quality_class.encoder.grid_step_m());
+  subscribed.set_grid_step_m(codec::grid_step_m(max_error_m));
+  if (const double max_error_m_s = quality_class.encoder.contents().max_velocity_error_m_s; max_error_m_s > 0.0) {
+    subscribed.set_max_velocity_error_m_s(max_error_m_s);
+    subscribed.set_velocity_grid_step_m_s(codec::grid_step_m(max_error_m_s));
+  }
   return subscribed;
 }
 
@@ -137,12 +190,16 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
 }
 
 void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox) {
-  if (classes_.empty()) return;
-  const bool new_layout = refresh_layout(source);
+  const auto updates = update_layouts(source);
+  MeasuredScalars scalars(source);
+  auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
+    const WorldLayout::Update came = *update++;
+    if (came == WorldLayout::Update::waits) continue;
     introduce(quality_class, outbox);
-    if (all || new_layout || !quality_class.encoder.last_tick() || tick % quality.rate_divisor == 0) {
-      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
+    const bool due = tick % quality.rate_divisor == 0 || !quality_class.encoder.last_tick();
+    if (all || due || came == WorldLayout::Update::changed) {
+      publish_new(quality_class, quality.rate_divisor, source, scalars, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -150,34 +207,46 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
 }
 
 void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox) {
-  if (classes_.empty()) return;
-  const bool edited = edited_;
-  refresh_layout(source);
+  const auto updates = update_layouts(source);
+  MeasuredScalars scalars(source);
+  auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
+    const WorldLayout::Update came = *update++;
+    if (came == WorldLayout::Update::waits) continue;
     introduce(quality_class, outbox);
-    if (edited || quality_class.encoder.last_tick() != tick) {
-      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
+    if (came != WorldLayout::Update::none || quality_class.encoder.last_tick() != tick) {
+      publish_new(quality_class, quality.rate_divisor, source, scalars, tick, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
   }
 }
 
-bool FrameHub::refresh_layout(const FrameSource& source) {
-  return std::exchange(edited_, false) && layout_.update(source);
+void FrameHub::edited() {
+  for (auto& [quality, quality_class] : classes_) quality_class.layout.edited();
+}
+
+std::vector<WorldLayout::Update> FrameHub::update_layouts(const FrameSource& source) {
+  std::vector<WorldLayout::Update> updates;
+  bool any = false;
+  for (auto& [quality, quality_class] : classes_) {
+    updates.push_back(quality_class.layout.update(source, topologies_));
+    any = any || updates.back() != WorldLayout::Update::none;
+  }
+  if (any) topologies_.drop_unused();
+  return updates;
 }
 
 // Topologies and the layout go before the first frame that needs them.
 void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
   net::SharedBytes layout;
   for (auto& [id, subscriber] : quality_class.subscribers) {
-    if (subscriber.layout_id == layout_.id()) continue;
-    for (const TopologyMessage& topology : layout_.topologies()) {
-      outbox.send_topology(subscriber.session, topology);
-    }
-    if (layout == nullptr) layout = serialise(layout_.message(quality_class.stream_id));
+    const WorldLayout& now = quality_class.layout;
+    if (subscriber.layout_id == now.id()) continue;
+    for (const TopologyMessagePtr& topology : now.topologies()) outbox.send_topology(subscriber.session, *topology);
+    if (layout == nullptr) layout = serialise(now.message(quality_class.stream_id));
     outbox.send(id, layout);
-    subscriber.layout_id = layout_.id();
+    subscriber.layout_id = now.id();
   }
 }
 
@@ -199,7 +268,7 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
 }
 
 void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                           std::uint64_t tick, Outbox& outbox) {
+                           MeasuredScalars& scalars, std::uint64_t tick, Outbox& outbox) {
   bool with_key = false;
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (!std::exchange(subscriber.wants_key, false)) continue;
@@ -213,7 +282,8 @@ void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divis
   }
   auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
   const auto start = std::chrono::steady_clock::now();
-  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_, with_key || !keyed.empty());
+  net::StreamFrame frame =
+      quality_class.encoder.encode(source, scalars, tick, quality_class.layout, with_key || !keyed.empty());
   quality_class.encode_time_us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));

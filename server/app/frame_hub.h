@@ -25,8 +25,13 @@ namespace pneuma::app {
 class FrameHub {
  public:
   /// `take_stream_id` gives an id that no other stream of the server has; `drop_stream_id` hears of the ones that
-  /// ended.
-  FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id);
+  /// ended; `defer` makes coarser meshes, by default at once.
+  FrameHub(
+      std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id,
+      MeshTopologies::Defer defer = [](const auto& make) { make(); });
+
+  /// Refuses what `source` cannot give: bodies that it does not hold, or what a recording lacks. Errors name the field.
+  [[nodiscard]] static base::Status check_asked(const v1::Subscribe& request, const FrameSource& source);
 
   /// Adds the session to the quality class that `request` asks for; a second time changes only its wish for commands
   /// and key frames. Errors name the field.
@@ -41,7 +46,7 @@ class FrameHub {
   void close(Outbox& outbox);
 
   /// The world was edited. Where that added or removed something, new layouts go out, then key frames.
-  void edited() { edited_ = true; }
+  void edited();
 
   /// The world's rate was edited: tells each stream's subscribers its new rate, the same whole division as before.
   void rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const;
@@ -69,6 +74,9 @@ class FrameHub {
   struct Quality {
     std::uint64_t rate_divisor;
     double max_error_m;
+    View view;
+    bool velocities;
+    bool scalars;
     auto operator<=>(const Quality&) const = default;
   };
   struct Subscriber {
@@ -82,25 +90,26 @@ class FrameHub {
   struct QualityClass {
     std::uint32_t stream_id;
     FrameEncoder encoder;
+    WorldLayout layout;
     std::map<net::SessionId, Subscriber> subscribers;
     SessionIds sessions;          // of all subscribers; null where they changed
     double encode_time_us = 0.0;  // of the last frame
   };
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
-  bool refresh_layout(const FrameSource& source);
+  /// Brings the layouts up to date, and tells of each class, in order, what came of it.
+  [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source);
   void introduce(QualityClass& quality_class, Outbox& outbox);
   [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
                                                                  std::uint64_t rate_divisor, std::uint64_t tick,
                                                                  double tick_period_s);
   void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                   std::uint64_t tick, Outbox& outbox);
+                   MeasuredScalars& scalars, std::uint64_t tick, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 
   std::function<std::uint32_t()> take_stream_id_;
   std::function<void(std::uint32_t)> drop_stream_id_;
-  WorldLayout layout_;
-  bool edited_ = true;
+  MeshTopologies topologies_;
   std::map<Quality, QualityClass> classes_;
 };
 

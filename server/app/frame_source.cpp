@@ -15,6 +15,15 @@ void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape
 
 }  // namespace
 
+BodyScalars LiveFrames::scalars(std::size_t index) const {
+  const physics::BodyMeasures measures = world_.measure(index);
+  return {.volume_m3 = measures.volume_m3,
+          .pressure_pa = measures.pressure_pa,
+          .kinetic_j = measures.kinetic_j,
+          .elastic_j = measures.elastic_j,
+          .asleep = world_.is_asleep(index)};
+}
+
 void LiveFrames::describe_solids(v1::Layout& layout) const {
   for (const auto& rigid : world_.rigid_bodies()) add_solid(layout, rigid.body.name, rigid.body.shape, true);
   for (const auto& collider : world_.colliders()) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -13,6 +14,15 @@
 
 namespace pneuma::app {
 
+/// One number each of a soft body, as v1::Scalars tells them.
+struct BodyScalars {
+  double volume_m3 = 0.0;
+  double pressure_pa = 0.0;
+  double kinetic_j = 0.0;
+  double elastic_j = 0.0;
+  bool asleep = false;
+};
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -20,10 +30,17 @@ class FrameSource {
   [[nodiscard]] virtual double tick_period_s() const = 0;
   [[nodiscard]] virtual std::size_t soft_body_count() const = 0;
   [[nodiscard]] virtual const std::string& soft_body_name(std::size_t index) const = 0;
-  /// Of its mesh the vertex count and the faces are asked for.
+  /// The faces, and where their vertices are in some shape of the body, from which coarser versions are made.
   [[nodiscard]] virtual std::shared_ptr<const physics::Mesh> mesh(std::size_t index) const = 0;
   /// Writes x, y, z of each vertex in order.
   virtual void copy_positions(std::size_t index, std::span<double> out_m) const = 0;
+  /// Where the mesh is itself a coarser version: which of the other one's vertices its own are. Otherwise empty.
+  [[nodiscard]] virtual const std::vector<std::uint32_t>& kept_vertices(std::size_t index) const = 0;
+  /// A recording may have none, of velocities and of scalars.
+  [[nodiscard]] virtual bool has_velocities() const = 0;
+  virtual void copy_velocities(std::size_t index, std::span<double> out_m_s) const = 0;
+  [[nodiscard]] virtual bool has_scalars() const = 0;
+  [[nodiscard]] virtual BodyScalars scalars(std::size_t index) const = 0;
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
@@ -45,11 +62,19 @@ class LiveFrames final : public FrameSource {
   void copy_positions(std::size_t index, std::span<double> out_m) const override {
     world_.copy_positions(index, out_m);
   }
+  [[nodiscard]] const std::vector<std::uint32_t>& kept_vertices(std::size_t) const override { return all_vertices_; }
+  [[nodiscard]] bool has_velocities() const override { return true; }
+  void copy_velocities(std::size_t index, std::span<double> out_m_s) const override {
+    world_.copy_velocities(index, out_m_s);
+  }
+  [[nodiscard]] bool has_scalars() const override { return true; }
+  [[nodiscard]] BodyScalars scalars(std::size_t index) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 
  private:
   const physics::World& world_;
+  const std::vector<std::uint32_t> all_vertices_;  // none named
 };
 
 }  // namespace pneuma::app

@@ -42,7 +42,7 @@ HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::uni
     : name_(std::move(name)),
       wiring_(std::move(wiring)),
       live_(std::move(live)),
-      hub_(wiring_.take_stream_id, wiring_.drop_stream_id),
+      hub_(wiring_.take_stream_id, wiring_.drop_stream_id, wiring_.defer),
       journal_(std::move(journal)),
       paused_(paused) {
   // The sessions that held the grabs of a restored world are gone.

@@ -34,6 +34,7 @@ class HostedWorld {
     std::function<std::uint32_t()> take_stream_id;
     std::function<void(std::uint32_t)> drop_stream_id;
     Metrics* metrics = nullptr;
+    MeshTopologies::Defer defer = [](const auto& make) { make(); };
   };
 
   /// `journal` may be null: nothing of the world is kept.

@@ -54,6 +54,8 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
   const v1::ClientMessage& message = request.message;
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe: {
+      Status lacks = FrameHub::check_asked(message.subscribe(), LiveFrames(live_.physics()));
+      if (!lacks.ok()) return Answer(std::move(lacks));
       auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s());
       if (!subscribed.ok()) return Answer(subscribed.status());
       v1::ServerMessage reply = reply_to(message);

@@ -1,60 +1,72 @@
 #include "app/layout.h"
 
-#include <span>
+#include <algorithm>
 #include <utility>
-
-#include "app/protocol.h"
-#include "codec/topology_hash.h"
 
 namespace pneuma::app {
 
 namespace {
 
-TopologyMessage topology_of(const physics::Mesh& mesh) {
-  const auto vertex_count = static_cast<std::uint32_t>(mesh.positions_m.size());
-  const std::span<const std::uint32_t> indices(mesh.faces.empty() ? nullptr : mesh.faces.front().data(),
-                                               3 * mesh.faces.size());
-  TopologyMessage topology;
-  topology.hash = codec::topology_hash(vertex_count, indices);
-  v1::ServerMessage message;
-  v1::Topology& out = *message.mutable_topology();
-  out.set_hash(topology.hash);
-  out.set_vertex_count(vertex_count);
-  out.mutable_indices()->Add(indices.begin(), indices.end());
-  topology.message = serialise(message);
-  topology.order = std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(vertex_count, indices));
-  return topology;
+/// In the vertices of the mesh that the source's own is a coarser version of, if it is one.
+void describe_kept(const std::vector<std::uint32_t>& kept, const std::vector<std::uint32_t>& source_kept,
+                   v1::Layout::Soft& soft) {
+  if (kept.empty()) {
+    soft.mutable_kept_vertices()->Add(source_kept.begin(), source_kept.end());
+  } else if (source_kept.empty()) {
+    soft.mutable_kept_vertices()->Add(kept.begin(), kept.end());
+  } else {
+    for (const std::uint32_t vertex : kept) soft.add_kept_vertices(source_kept[vertex]);
+  }
 }
 
 }  // namespace
 
-bool WorldLayout::update(const FrameSource& source) {
-  v1::Layout layout;
-  std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies;
-  orders_.clear();
-  for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
-    const std::shared_ptr<const physics::Mesh> mesh = source.mesh(i);
-    auto& topology = topologies[mesh];
-    if (const auto known = topologies_.find(mesh); known != topologies_.end()) topology = known->second;
-    if (topology.message == nullptr) topology = topology_of(*mesh);
-    orders_.push_back(topology.order);
-    v1::Layout::Soft& soft = *layout.add_soft_bodies();
-    soft.set_name(source.soft_body_name(i));
-    soft.set_topology_hash(topology.hash);
-  }
-  source.describe_solids(layout);
-
-  topologies_ = std::move(topologies);
-  layout.set_layout_id(layout_.layout_id());
-  if (layout.layout_id() != 0 && layout.SerializeAsString() == layout_.SerializeAsString()) return false;
-  layout.set_layout_id(layout_.layout_id() + 1);
-  layout_ = std::move(layout);
-  return true;
+bool View::shows(const std::string& body) const {
+  return bodies.empty() || std::ranges::binary_search(bodies, body);
 }
 
-std::vector<TopologyMessage> WorldLayout::topologies() const {
-  std::vector<TopologyMessage> out;
-  for (const auto& [mesh, topology] : topologies_) out.push_back(topology);
+WorldLayout::Update WorldLayout::update(const FrameSource& source, MeshTopologies& topologies) {
+  if (current_) return Update::none;
+  if (!find_bodies(source, topologies)) {
+    topologies.make_missing();
+    if (!find_bodies(source, topologies)) return Update::waits;
+  }
+  current_ = true;
+
+  v1::Layout layout;
+  for (const Body& body : bodies_) {
+    v1::Layout::Soft& soft = *layout.add_soft_bodies();
+    soft.set_name(source.soft_body_name(body.index));
+    soft.set_topology_hash(body.topology->hash);
+    describe_kept(body.topology->kept, source.kept_vertices(body.index), soft);
+  }
+  source.describe_solids(layout);
+  layout.set_layout_id(layout_.layout_id());
+  if (layout.layout_id() != 0 && layout.SerializeAsString() == layout_.SerializeAsString()) return Update::renewed;
+  layout.set_layout_id(layout_.layout_id() + 1);
+  layout_ = std::move(layout);
+  return Update::changed;
+}
+
+/// False where a topology is not there yet.
+bool WorldLayout::find_bodies(const FrameSource& source, MeshTopologies& topologies) {
+  std::vector<Body> bodies;
+  bool all_there = true;
+  for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
+    if (!view_.shows(source.soft_body_name(i))) continue;
+    TopologyMessagePtr topology = topologies.find(source.mesh(i), view_.level);
+    all_there = all_there && topology != nullptr;
+    bodies.push_back({i, std::move(topology)});
+  }
+  bodies_ = std::move(bodies);  // those that wait hold what they have
+  return all_there;
+}
+
+std::vector<TopologyMessagePtr> WorldLayout::topologies() const {
+  std::vector<TopologyMessagePtr> out;
+  for (const Body& body : bodies_) {
+    if (std::ranges::find(out, body.topology) == out.end()) out.push_back(body.topology);
+  }
   return out;
 }
 
@@ -67,7 +79,7 @@ v1::ServerMessage WorldLayout::message(std::uint32_t stream_id) const {
 
 std::size_t WorldLayout::vertex_count() const {
   std::size_t count = 0;
-  for (const codec::MeshOrderPtr& order : orders_) count += order->size();
+  for (const Body& body : bodies_) count += body.topology->order->size();
   return count;
 }
 

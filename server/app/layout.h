@@ -1,44 +1,63 @@
-// What a subscriber must know before it can read a world's frames: its bodies' topologies and their order.
+// What a subscriber must know before it can read a stream's frames: its bodies' topologies and their order.
 #pragma once
 
+#include <compare>
+#include <cstddef>
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "app/frame_source.h"
-#include "codec/frame_codec.h"
-#include "net/server.h"
+#include "app/mesh_topologies.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
 
-/// A mesh's topology, named and ready to be sent.
-struct TopologyMessage {
-  std::string hash;
-  codec::MeshOrderPtr order;  // of its vertices in the frames
-  net::SharedBytes message;
+/// What of a world a stream shows.
+struct View {
+  std::vector<std::string> bodies;  // the soft bodies of these names, sorted; none: all
+  std::uint32_t level = 0;          // of detail
+  auto operator<=>(const View&) const = default;
+
+  [[nodiscard]] bool shows(const std::string& body) const;
 };
 
-/// The layout of a world, and the topologies that it names. Meshes that stay over a change are not hashed again.
+/// The layout of a stream, and the topologies that it names.
 class WorldLayout {
  public:
-  /// Takes the world's bodies as they are now. True where that changed the layout, which then has a new id.
-  bool update(const FrameSource& source);
+  /// A soft body of the layout.
+  struct Body {
+    std::size_t index;  // in the source
+    TopologyMessagePtr topology;
+  };
+  enum class Update {
+    none,     // as it was, and current
+    waits,    // for a topology; until it is there, the layout is of what was
+    renewed,  // current again, and says the same
+    changed,  // current, with a new id
+  };
+
+  explicit WorldLayout(View view) : view_(std::move(view)) {}
+
+  /// What is shown was edited.
+  void edited() { current_ = false; }
+  /// Takes the world's bodies as they are now where they were edited.
+  [[nodiscard]] Update update(const FrameSource& source, MeshTopologies& topologies);
 
   [[nodiscard]] std::uint32_t id() const { return layout_.layout_id(); }
-  /// One a mesh in use.
-  [[nodiscard]] std::vector<TopologyMessage> topologies() const;
-  /// One a soft body.
-  [[nodiscard]] const std::vector<codec::MeshOrderPtr>& orders() const { return orders_; }
+  /// Each once.
+  [[nodiscard]] std::vector<TopologyMessagePtr> topologies() const;
+  [[nodiscard]] const std::vector<Body>& bodies() const { return bodies_; }
   [[nodiscard]] std::size_t vertex_count() const;
   [[nodiscard]] v1::ServerMessage message(std::uint32_t stream_id) const;
 
  private:
+  [[nodiscard]] bool find_bodies(const FrameSource& source, MeshTopologies& topologies);
+
+  View view_;
+  bool current_ = false;
   v1::Layout layout_;
-  std::map<std::shared_ptr<const physics::Mesh>, TopologyMessage> topologies_;
-  std::vector<codec::MeshOrderPtr> orders_;
+  std::vector<Body> bodies_;
 };
 
 }  // namespace pneuma::app

@@ -205,6 +205,12 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
   wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
   wiring.metrics = &metrics_;
+  wiring.defer = [this, name](std::function<void()> make) {
+    builder_.post([this, name, make = std::move(make)] {
+      make();
+      if (const auto entry = registry_.find(name); entry.world != nullptr) scheduler_.wake(entry.task);
+    });
+  };
   auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring));
   auto task = scheduler_.add([this, world] { return run_guarded(*world); });
   registry_.put({world, task});

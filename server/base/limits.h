@@ -73,6 +73,10 @@ inline constexpr std::size_t message_bytes_max_before_hello = 4 * 1024;
 inline constexpr double max_error_min_m = 1e-6;
 inline constexpr double max_error_max_m = 10.0;
 inline constexpr double max_error_default_m = 1e-3;
+// A quarter of the vertices a level: the largest mesh is down to coarse_vertices_min in seven.
+inline constexpr std::uint32_t level_of_detail_max = 8;
+// As many as an icosahedron has: fewer show no shape.
+inline constexpr std::size_t coarse_vertices_min = 12;
 // Replies that a world makes in one go before it hands them to the network, where the sessions' own limits count.
 inline constexpr std::size_t drain_reply_bytes_max = 1024 * 1024;
 // Worlds that wait to be built: what a room full of people asks for at once.
@@ -82,7 +86,7 @@ inline constexpr std::size_t world_builds_waiting_bytes_max = 64 * 1024 * 1024; 
 // Ten minutes at 60 Hz, for all the steps together that wait on a paused world; a pause ends them sooner.
 inline constexpr std::uint32_t step_ticks_max = 36'000;
 
-// Each quality (a pair of rate and error bound) of a world costs an encoding a tick.
+// Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
 // No client takes them all.
 inline constexpr std::size_t session_streams_per_world_max = 8;

@@ -186,6 +186,18 @@ void World::copy_positions(std::size_t soft_index, std::span<double> out_m) cons
   });
 }
 
+void World::copy_velocities(std::size_t soft_index, std::span<double> out_m_s) const {
+  simulation_->visit([&](const auto& bodies) {
+    const auto& body = bodies.states[soft_index];
+    assert(out_m_s.size() == 3 * body.v.size());
+    for (std::size_t i = 0; i < body.v.size(); ++i) {
+      for (int axis = 0; axis < 3; ++axis) {
+        out_m_s[3 * i + static_cast<std::size_t>(axis)] = static_cast<double>(body.v[i][axis]);
+      }
+    }
+  });
+}
+
 BodyMeasures World::measure(std::size_t soft_index) const {
   const Scene& scene = simulation_->scene;
   return simulation_->visit([&](const auto& bodies) {

@@ -93,6 +93,8 @@ class World {
   [[nodiscard]] bool is_asleep(std::size_t soft_index) const;  // sleep.h
   /// Writes x, y, z of each vertex in order; `out` has 3 * vertex count elements.
   void copy_positions(std::size_t soft_index, std::span<double> out_m) const;
+  /// Likewise, of each vertex at the end of the last substep.
+  void copy_velocities(std::size_t soft_index, std::span<double> out_m_s) const;
   [[nodiscard]] BodyMeasures measure(std::size_t soft_index) const;
   [[nodiscard]] const std::vector<RigidState>& rigid_bodies() const;
   [[nodiscard]] const std::vector<ColliderState>& colliders() const;

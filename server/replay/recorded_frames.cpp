@@ -7,10 +7,14 @@ namespace pneuma::replay {
 
 namespace {
 
-/// Faces, and as many vertices as they speak of: nobody asks where those were at rest.
-std::shared_ptr<const physics::Mesh> mesh_of(const client::Topology& topology) {
+/// Its faces, and where the vertices are now; a recording does not know where they were at rest.
+std::shared_ptr<const physics::Mesh> mesh_of(const client::SoftBodyFrame& body) {
+  const client::Topology& topology = *body.topology;
   auto mesh = std::make_shared<physics::Mesh>();
-  mesh->positions_m.resize(topology.vertex_count, Eigen::Vector3d::Zero());
+  mesh->positions_m.reserve(topology.vertex_count);
+  for (std::size_t i = 0; i + 2 < body.positions_m.size(); i += 3) {
+    mesh->positions_m.emplace_back(body.positions_m[i], body.positions_m[i + 1], body.positions_m[i + 2]);
+  }
   mesh->faces.reserve(topology.indices.size() / 3);
   for (std::size_t i = 0; i + 2 < topology.indices.size(); i += 3) {
     mesh->faces.push_back({topology.indices[i], topology.indices[i + 1], topology.indices[i + 2]});
@@ -21,7 +25,8 @@ std::shared_ptr<const physics::Mesh> mesh_of(const client::Topology& topology) {
 bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
   return std::ranges::equal(a.bodies, b.bodies,
                             [](const auto& one, const auto& other) {
-                              return one.name == other.name && one.topology->hash == other.topology->hash;
+                              return one.name == other.name && one.topology->hash == other.topology->hash &&
+                                     *one.kept_vertices == *other.kept_vertices;
                             }) &&
          std::ranges::equal(a.solids, b.solids, [](const auto& one, const auto& other) {
            return one.name == other.name && one.dynamic == other.dynamic &&
@@ -36,7 +41,7 @@ bool RecordedFrames::show(client::DecodedFrame frame) {
   frame_ = std::move(frame);
   for (const client::SoftBodyFrame& body : frame_.bodies) {
     auto& mesh = meshes_[body.topology->hash];
-    if (mesh == nullptr) mesh = mesh_of(*body.topology);
+    if (mesh == nullptr) mesh = mesh_of(body);
   }
   return changed;
 }
@@ -47,6 +52,23 @@ std::shared_ptr<const physics::Mesh> RecordedFrames::mesh(std::size_t index) con
 
 void RecordedFrames::copy_positions(std::size_t index, std::span<double> out_m) const {
   std::ranges::copy(frame_.bodies[index].positions_m, out_m.begin());
+}
+
+const std::vector<std::uint32_t>& RecordedFrames::kept_vertices(std::size_t index) const {
+  return *frame_.bodies[index].kept_vertices;
+}
+
+void RecordedFrames::copy_velocities(std::size_t index, std::span<double> out_m_s) const {
+  std::ranges::copy(frame_.bodies[index].velocities_m_s, out_m_s.begin());
+}
+
+app::BodyScalars RecordedFrames::scalars(std::size_t index) const {
+  const client::BodyScalars& scalars = frame_.bodies[index].scalars;
+  return {.volume_m3 = scalars.volume_m3,
+          .pressure_pa = scalars.pressure_pa,
+          .kinetic_j = scalars.kinetic_j,
+          .elastic_j = scalars.elastic_j,
+          .asleep = scalars.asleep};
 }
 
 void RecordedFrames::describe_solids(v1::Layout& layout) const {

@@ -27,13 +27,18 @@ class RecordedFrames final : public app::FrameSource {
   }
   [[nodiscard]] std::shared_ptr<const physics::Mesh> mesh(std::size_t index) const override;
   void copy_positions(std::size_t index, std::span<double> out_m) const override;
+  [[nodiscard]] const std::vector<std::uint32_t>& kept_vertices(std::size_t index) const override;
+  [[nodiscard]] bool has_velocities() const override { return frame_.has_velocities; }
+  void copy_velocities(std::size_t index, std::span<double> out_m_s) const override;
+  [[nodiscard]] bool has_scalars() const override { return frame_.has_scalars; }
+  [[nodiscard]] app::BodyScalars scalars(std::size_t index) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 
  private:
   double tick_period_s_;
   client::DecodedFrame frame_;
-  std::map<std::string, std::shared_ptr<const physics::Mesh>> meshes_;  // by the hash of their topology
+  std::map<std::string, std::shared_ptr<const physics::Mesh>> meshes_;  // by the hash of their topology, as first shown
 };
 
 }  // namespace pneuma::replay

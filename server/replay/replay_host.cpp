@@ -12,7 +12,14 @@ using std::chrono::steady_clock;
 
 ReplayHost::ReplayHost(client::Playback playback, const PlayOptions& options, net::Server& server)
     : server_(server),
-      world_(std::move(playback), options, {[this] { return ++last_stream_id_; }, [](std::uint32_t) {}}) {}
+      world_(std::move(playback), options,
+             {[this] { return ++last_stream_id_; }, [](std::uint32_t) {},
+              [this](std::function<void()> make) {
+                coarsener_.post([this, make = std::move(make)] {
+                  make();
+                  wake();
+                });
+              }}) {}
 
 ReplayHost::~ReplayHost() {
   ReplayHost::close();

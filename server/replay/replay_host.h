@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/background_queue.h"
 #include "app/host.h"
 #include "net/server.h"
 #include "replay/replayed_world.h"
@@ -50,6 +51,7 @@ class ReplayHost final : public app::Host {
   bool woken_ = true;
   bool closed_ = false;
   std::thread thread_;
+  app::BackgroundQueue coarsener_;  // last: its jobs wake the thread
 };
 
 }  // namespace pneuma::replay

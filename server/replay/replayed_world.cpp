@@ -45,7 +45,7 @@ ReplayedWorld::ReplayedWorld(client::Playback playback, const PlayOptions& optio
       duration_s_(playback.index().duration_s()),
       playback_(std::move(playback)),
       shown_(1.0 / playback_.header().world_rate_hz()),
-      hub_(std::move(wiring.take_stream_id), std::move(wiring.drop_stream_id)),
+      hub_(std::move(wiring.take_stream_id), std::move(wiring.drop_stream_id), std::move(wiring.defer)),
       paused_(options.paused) {}
 
 Status ReplayedWorld::begin(TimePoint now) {
@@ -225,6 +225,7 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
                       base::number_text(recorded_error_m + least_m),
                   "subscribe.max_error_m");
   }
+  if (Status lacks = app::FrameHub::check_asked(asked, shown_); !lacks.ok()) return lacks;
   asked.set_max_error_m(left_m);
   // A whole division of the recording's rate, not of the world's alone.
   if (asked.rate_hz() > 0.0 && std::isfinite(asked.rate_hz())) {
@@ -235,6 +236,9 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
   auto subscribed = hub_.subscribe(request.session, asked, playback_.header().world_rate_hz());
   if (!subscribed.ok()) return subscribed.status();
   subscribed->set_max_error_m(recorded_error_m + left_m);
+  if (asked.velocities()) {
+    subscribed->set_max_velocity_error_m_s(recorded.max_velocity_error_m_s() + subscribed->max_velocity_error_m_s());
+  }
   v1::ServerMessage reply;
   reply.set_request_id(request.message.request_id());
   *reply.mutable_subscribed() = std::move(*subscribed);

@@ -179,6 +179,36 @@ TEST_F(Streaming, AHitShowsInTheFrameItsReplyNames) {
   EXPECT_GT(hit->bodies[0].positions_m[3 * 11], calm->bodies[0].positions_m[3 * 11] + 1e-3);
 }
 
+TEST_F(Streaming, AClientSeesOnlyWhatItAsksFor) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w", true);
+  const auto subscribed = ann.subscribe(
+      "w", {.max_error_m = 1e-4, .bodies = {"right"}, .level_of_detail = 1, .velocities = true, .scalars = true});
+  ASSERT_TRUE(subscribed.ok()) << subscribed.status().message();
+  const auto first = await_frame(ann);  // of a world at rest, when the coarser mesh is made
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->tick, 0U);
+  ASSERT_TRUE(ann.step("w", 30).ok());
+  const auto frame = await_frame(ann, [](const auto& candidate) { return candidate.tick == 30; });
+  ASSERT_TRUE(frame);
+  ASSERT_EQ(frame->bodies.size(), 1U);
+  const client::SoftBodyFrame& ball = frame->bodies[0];
+  EXPECT_EQ(ball.name, "right");
+  EXPECT_EQ(ball.kept_vertices->size(), 41U);
+  EXPECT_EQ(ball.topology->vertex_count, 41U);
+  EXPECT_EQ(frame->solids.size(), 2U);
+  const double fallen_m_s = -9.81 * 0.5;
+  EXPECT_NEAR(ball.velocities_m_s[1], fallen_m_s, 0.5);
+  const auto stats = ann.stats("w");
+  EXPECT_FLOAT_EQ(static_cast<float>(ball.scalars.volume_m3), static_cast<float>(stats->soft_bodies(1).volume_m3()));
+
+  client::SubscribeOptions unknown;
+  unknown.bodies = {"right", "wrong"};
+  const auto refused = ann.subscribe("w", unknown);
+  EXPECT_EQ(refused.status().code(), base::StatusCode::not_found);
+  EXPECT_EQ(refused.status().where(), "subscribe.bodies[1]");
+}
+
 // A reader that stalls while frames that do not fit its buffers come, then reads again.
 TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
   start({"--output-queue-bytes-max", "200000"});

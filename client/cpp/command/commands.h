@@ -38,8 +38,7 @@ struct WatchArguments {
   std::string world;
   std::optional<std::uint64_t> frames;
   std::optional<double> seconds;
-  double rate_hz = 0.0;
-  double max_error_m = 0.0;
+  SubscribeOptions stream;
   std::string obj_folder;  // empty: none
   bool stats = false;      // how the server sees this reader, once a second
 };
@@ -49,9 +48,7 @@ struct RecordArguments {
   std::string file;
   std::optional<std::uint64_t> frames;
   std::optional<double> seconds;
-  double rate_hz = 0.0;
-  double max_error_m = 0.0;
-  double key_interval_s = 1.0;
+  SubscribeOptions stream{.commands = true, .key_interval_s = 1.0};
   bool force = false;
 };
 

@@ -57,10 +57,7 @@ base::Result<v1::RecordingHeader> Record::describe() {
   if (!stats.ok()) return stats.status();
   auto scene = session_.client.scene(arguments_.world);
   if (!scene.ok()) return scene.status();
-  const auto subscribed = session_.client.subscribe(arguments_.world, {.rate_hz = arguments_.rate_hz,
-                                                                       .max_error_m = arguments_.max_error_m,
-                                                                       .commands = true,
-                                                                       .key_interval_s = arguments_.key_interval_s});
+  const auto subscribed = session_.client.subscribe(arguments_.world, arguments_.stream);
   if (!subscribed.ok()) return subscribed.status();
   v1::RecordingHeader header;
   header.set_world(arguments_.world);

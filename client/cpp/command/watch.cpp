@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <limits>
 #include <variant>
@@ -41,6 +42,24 @@ Extent extent_of(const SoftBodyFrame& body) {
   return extent;
 }
 
+struct Motion {
+  std::array<double, 3> mean_m_s{};
+  double fastest_m_s = 0.0;
+};
+
+/// Of the vertices.
+Motion motion_of(const SoftBodyFrame& body) {
+  Motion motion;
+  const std::vector<double>& v_m_s = body.velocities_m_s;
+  for (std::size_t i = 0; i < v_m_s.size(); i += 3) {
+    motion.fastest_m_s = std::max(motion.fastest_m_s, std::hypot(v_m_s[i], v_m_s[i + 1], v_m_s[i + 2]));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      motion.mean_m_s[axis] += v_m_s[i + axis] / static_cast<double>(v_m_s.size() / 3);
+    }
+  }
+  return motion;
+}
+
 std::size_t vertex_count(const DecodedFrame& frame) {
   std::size_t count = 0;
   for (const SoftBodyFrame& body : frame.bodies) count += body.positions_m.size() / 3;
@@ -63,6 +82,19 @@ std::string frame_text(const DecodedFrame& frame) {
     std::snprintf(centre.data(), centre.size(), " (%.3f, %.3f, %.3f)", extent.centre[0], extent.centre[1],
                   extent.centre[2]);
     text += "  " + body.name + centre.data();
+    if (frame.has_velocities) {
+      std::array<char, 48> speed{};
+      std::snprintf(speed.data(), speed.size(), " up to %.3g m/s", motion_of(body).fastest_m_s);
+      text += speed.data();
+    }
+    if (frame.has_scalars) {
+      const BodyScalars& scalars = body.scalars;
+      std::array<char, 128> measured{};
+      std::snprintf(measured.data(), measured.size(), " %.4g m3 %.4g Pa %.3g J moving %.3g J elastic%s",
+                    scalars.volume_m3, scalars.pressure_pa, scalars.kinetic_j, scalars.elastic_j,
+                    scalars.asleep ? " asleep" : "");
+      text += measured.data();
+    }
   }
   return text;
 }
@@ -71,12 +103,23 @@ std::string frame_json(const DecodedFrame& frame) {
   std::vector<JsonObject> bodies;
   for (const SoftBodyFrame& body : frame.bodies) {
     const Extent extent = extent_of(body);
-    bodies.emplace_back()
-        .add("name", body.name)
+    JsonObject& object = bodies.emplace_back();
+    object.add("name", body.name)
         .add("vertices", std::uint64_t{body.positions_m.size() / 3})
         .add("centre", extent.centre)
         .add("min", extent.min)
         .add("max", extent.max);
+    if (frame.has_velocities) {
+      const Motion motion = motion_of(body);
+      object.add("mean_velocity_m_s", motion.mean_m_s).add("max_speed_m_s", motion.fastest_m_s);
+    }
+    if (frame.has_scalars) {
+      object.add("volume_m3", body.scalars.volume_m3)
+          .add("pressure_pa", body.scalars.pressure_pa)
+          .add("kinetic_j", body.scalars.kinetic_j)
+          .add("elastic_j", body.scalars.elastic_j)
+          .add("asleep", body.scalars.asleep);
+    }
   }
   std::vector<JsonObject> solids;
   for (const SolidFrame& solid : frame.solids) {
@@ -132,7 +175,7 @@ class Watch {
 };
 
 base::Status Watch::run() {
-  auto subscribed = session_.client.subscribe(arguments_.world, {arguments_.rate_hz, arguments_.max_error_m});
+  auto subscribed = session_.client.subscribe(arguments_.world, arguments_.stream);
   if (!subscribed.ok()) return subscribed.status();
   stream_id_ = subscribed->stream_id();
   base::Status status;

@@ -33,6 +33,10 @@ struct SubscribeOptions {
   double max_error_m = 0.0;  // 0: the server's default
   bool commands = false;     // tell of each change of the world (v1::Applied)
   double key_interval_s = 0.0;
+  std::vector<std::string> bodies = {};  // the soft bodies of these names; none: all
+  std::uint32_t level_of_detail = 0;     // each level has a quarter of the vertices of the one below
+  bool velocities = false;
+  bool scalars = false;
 };
 
 /// What comes unasked, in the order of its arrival.

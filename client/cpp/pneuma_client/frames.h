@@ -25,10 +25,22 @@ struct Topology {
 };
 using TopologyPtr = std::shared_ptr<const Topology>;
 
+struct BodyScalars {
+  double volume_m3 = 0.0;    // 0 of an open skin
+  double pressure_pa = 0.0;  // of the gas, over the outside
+  double kinetic_j = 0.0;
+  double elastic_j = 0.0;
+  bool asleep = false;
+};
+
 struct SoftBodyFrame {
   std::string name;
   TopologyPtr topology;
-  std::vector<double> positions_m;  // x y z a vertex
+  // With a level of detail: which of the mesh's vertices these are, ascending; otherwise empty. Never null.
+  std::shared_ptr<const std::vector<std::uint32_t>> kept_vertices;
+  std::vector<double> positions_m;     // x y z a vertex
+  std::vector<double> velocities_m_s;  // likewise; empty where the stream has none
+  BodyScalars scalars;                 // zeros where the stream has none
 };
 
 struct SolidFrame {
@@ -47,6 +59,8 @@ struct DecodedFrame {
   double time_s = 0.0;  // simulated
   bool key = false;
   std::size_t bytes = 0;  // that the frame took on the wire, framing included
+  bool has_velocities = false;
+  bool has_scalars = false;
   std::vector<SoftBodyFrame> bodies;
   std::vector<SolidFrame> solids;
 };
@@ -74,18 +88,23 @@ class StreamDecoder {
   struct Body {
     std::string name;
     TopologyPtr topology;
+    std::shared_ptr<const std::vector<std::uint32_t>> kept_vertices;
   };
   struct Stream {
     std::string world;
     double grid_step_m = 0.0;
+    double velocity_grid_step_m_s = 0.0;  // 0: no velocities
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
     std::vector<SolidFrame> solids;
     std::optional<std::uint64_t> tick;  // of the last frame; none before the layout's first key frame
     codec::FrameReader reader;
+    codec::FrameReader velocity_reader;
   };
 
-  [[nodiscard]] base::Status check_frame(const Stream& stream, const v1::Frame& message) const;
+  [[nodiscard]] static base::Status check_frame(const Stream& stream, const v1::Frame& message);
+  [[nodiscard]] static base::Status read_vectors(Stream& stream, const v1::Frame& message);
+  [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const v1::Frame& message, DecodedFrame& frame);
 
   std::map<std::string, TopologyPtr> topologies_;  // by hash
   std::map<std::uint32_t, Stream> streams_;        // by id

@@ -85,6 +85,50 @@ TEST(CommandWatch, AsksForRateAndError) {
   EXPECT_EQ(sent.max_error_m(), 1e-4);
 }
 
+TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
+  v1::Subscribe sent;
+  Finished finished;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      session.welcome();
+      session.reply([&](const auto& request, auto& message) {
+        sent = request.subscribe();
+        fill_subscribed(1, message);
+        message.mutable_subscribed()->set_velocity_grid_step_m_s(1.0);
+      });
+      session.send(topology_message());
+      session.send(layout_message(1));
+      auto frame = key_frame(1, 1);
+      frame.mutable_frame()->set_velocities(key_frame(1, 1, 2).frame().payload());
+      v1::Scalars& scalars = *frame.mutable_frame()->mutable_scalars();
+      scalars.add_volume_m3(0.25F);
+      scalars.add_pressure_pa(100.0F);
+      scalars.add_kinetic_j(2.0F);
+      scalars.add_elastic_j(0.5F);
+      scalars.add_asleep(true);
+      session.send(frame);
+      session.drain();
+    });
+    finished = run(server, {"watch", "--body", "ball", "--body", "second", "w", "--level", "2", "--velocities",
+                            "--scalars", "--json", "--frames", "1"});
+  }
+  EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  ASSERT_EQ(sent.bodies_size(), 2);
+  EXPECT_EQ(sent.bodies(1), "second");
+  EXPECT_EQ(sent.level_of_detail(), 2U);
+  EXPECT_TRUE(sent.velocities());
+  EXPECT_TRUE(sent.scalars());
+  const auto frame = json(lines(finished.output).at(0));
+  const auto& ball = frame.fields().at("bodies").list_value().values(0).struct_value();
+  EXPECT_EQ(ball.fields().at("volume_m3").number_value(), 0.25);
+  EXPECT_EQ(ball.fields().at("pressure_pa").number_value(), 100.0);
+  EXPECT_EQ(ball.fields().at("kinetic_j").number_value(), 2.0);
+  EXPECT_EQ(ball.fields().at("elastic_j").number_value(), 0.5);
+  EXPECT_TRUE(ball.fields().at("asleep").bool_value());
+  EXPECT_EQ(ball.fields().at("mean_velocity_m_s").list_value().values_size(), 3);
+  EXPECT_GT(ball.fields().at("max_speed_m_s").number_value(), 0.0);
+}
+
 TEST(CommandWatch, WritesAWavefrontFileAFrame) {
   const auto folder = std::filesystem::temp_directory_path() / ("obj-" + std::to_string(getpid()));
   const FakeServer server([](FakeSession& session) {

@@ -164,6 +164,86 @@ TEST_F(StreamDecoderTest, GridStepThatIsNoLengthIsRefused) {
   }
 }
 
+/// Of a stream with velocities, on a grid of 1 m/s: every vertex has `steps` in each axis.
+v1::ServerMessage with_velocities(v1::ServerMessage frame, std::int64_t steps) {
+  frame.mutable_frame()->set_velocities(key_frame(0, 0, steps).frame().payload());
+  return frame;
+}
+
+class StreamWithVelocities : public StreamDecoderTest {
+ protected:
+  void SetUp() override {
+    v1::ServerMessage message;
+    fill_subscribed(stream_id, message);
+    message.mutable_subscribed()->set_velocity_grid_step_m_s(1.0);
+    ASSERT_TRUE(decoder.add_stream(message.subscribed()).ok());
+    ASSERT_TRUE(decoder.take_topology(topology_message().topology()).ok());
+    ASSERT_TRUE(decoder.take_layout(layout_message(stream_id).layout()).ok());
+  }
+};
+
+TEST_F(StreamWithVelocities, TheyAreReadOnTheirOwnGrid) {
+  const auto frame = take(with_velocities(key_frame(stream_id, 1, 5), 7));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_TRUE((*frame)->has_velocities);
+  EXPECT_FALSE((*frame)->has_scalars);
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].positions_m[0], 0.005);
+  EXPECT_DOUBLE_EQ((*frame)->bodies[0].velocities_m_s[0], 7.0);
+}
+
+TEST_F(StreamWithVelocities, SpoiltOnesEndTheChainUntilTheNextKey) {
+  ASSERT_TRUE(take(with_velocities(key_frame(stream_id, 1), 7)).ok());
+  expect_refused(delta_frame(stream_id, 2, 1, 3, 0), "velocities");  // it has none
+  expect_refused(with_velocities(delta_frame(stream_id, 2, 1, 3, 0), 7), "on top of tick 1");
+  EXPECT_TRUE(take(with_velocities(key_frame(stream_id, 2), 7)).ok());
+}
+
+TEST_F(StreamWithVelocities, AGridStepThatIsNoSpeedIsRefused) {
+  v1::ServerMessage message;
+  fill_subscribed(9, message);
+  for (const double step_m_s : {-1.0, std::numeric_limits<double>::infinity()}) {
+    message.mutable_subscribed()->set_velocity_grid_step_m_s(step_m_s);
+    EXPECT_FALSE(decoder.add_stream(message.subscribed()).ok()) << step_m_s;
+  }
+}
+
+TEST_F(StreamDecoderTest, ScalarsAreOneABody) {
+  auto message = key_frame(stream_id, 1);
+  v1::Scalars& scalars = *message.mutable_frame()->mutable_scalars();
+  scalars.add_volume_m3(4.0F);
+  scalars.add_pressure_pa(-3.0F);
+  scalars.add_kinetic_j(2.0F);
+  scalars.add_elastic_j(1.0F);
+  expect_refused(message, "scalars");
+  scalars.add_asleep(true);
+  const auto frame = take(message);
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_TRUE((*frame)->has_scalars);
+  const BodyScalars& read = (*frame)->bodies[0].scalars;
+  EXPECT_EQ(read.volume_m3, 4.0);
+  EXPECT_EQ(read.pressure_pa, -3.0);
+  EXPECT_EQ(read.kinetic_j, 2.0);
+  EXPECT_EQ(read.elastic_j, 1.0);
+  EXPECT_TRUE(read.asleep);
+}
+
+TEST_F(StreamDecoderTest, KeptVerticesAreOneAVertexAscending) {
+  auto layout = layout_message(stream_id).layout();
+  const auto with_kept = [&](const std::vector<std::uint32_t>& kept) {
+    layout.mutable_soft_bodies(0)->mutable_kept_vertices()->Assign(kept.begin(), kept.end());
+    return decoder.take_layout(layout);
+  };
+  const auto past_any_mesh = static_cast<std::uint32_t>(base::mesh_vertices_max);
+  for (const auto& bad : std::vector<std::vector<std::uint32_t>>{
+           {0, 1, 2}, {0, 1, 2, 3, 4}, {0, 2, 1, 3}, {0, 1, 1, 3}, {0, 1, 2, past_any_mesh}}) {
+    EXPECT_EQ(with_kept(bad).where(), "soft_bodies.ball");
+  }
+  ASSERT_TRUE(with_kept({3, 5, 8, 13}).ok());
+  const auto frame = take(key_frame(stream_id, 1));
+  ASSERT_TRUE(frame.ok());
+  EXPECT_EQ(*(*frame)->bodies[0].kept_vertices, (std::vector<std::uint32_t>{3, 5, 8, 13}));
+}
+
 TEST(TakeTopology, RefusesWhatIsNoMesh) {
   StreamDecoder decoder;
   auto topology = topology_message().topology();

@@ -13,47 +13,17 @@
 #include "pneuma_client/recording.h"
 #include "support/temporary_folder.h"
 #include "unit/app/ball_scene.h"
+#include "unit/app/viewer.h"
 
 namespace pneuma::replay {
 namespace {
+
+using app::Viewer;
 
 constexpr double recorded_error_m = 1e-3;
 constexpr std::uint64_t recorded_ticks = 60;
 constexpr std::uint64_t hit_tick = 20;     // an impulse is applied after so many ticks
 constexpr std::uint64_t second_tick = 40;  // and a second ball added after so many
-
-/// What one session gets of what is sent, in order.
-class Viewer {
- public:
-  explicit Viewer(net::SessionId id) : session_(std::make_shared<app::Session>(id)) {}
-
-  [[nodiscard]] const std::shared_ptr<app::Session>& session() const { return session_; }
-
-  std::vector<std::string> take(const app::Outbox& outbox) {
-    std::vector<std::string> messages;
-    for (const auto& item : outbox.items) {
-      if (const auto* send = std::get_if<app::Outbox::Send>(&item);
-          send != nullptr && send->session == session_->id()) {
-        messages.push_back(*send->message);
-      }
-      if (const auto* missing = std::get_if<app::Outbox::SendTopology>(&item);
-          missing != nullptr && missing->session == session_) {
-        session_->send_topology(missing->topology.hash, [&] { messages.push_back(*missing->topology.message); });
-      }
-      const auto* publish = std::get_if<app::Outbox::Publish>(&item);
-      if (publish == nullptr || std::ranges::count(*publish->sessions, session_->id()) == 0) continue;
-      const bool delta = publish->frame.delta != nullptr && publish->frame.base_tick == last_tick_;
-      EXPECT_TRUE(delta || publish->frame.key != nullptr);
-      last_tick_ = publish->frame.tick;
-      messages.push_back(delta ? *publish->frame.delta : *publish->frame.key);
-    }
-    return messages;
-  }
-
- private:
-  std::shared_ptr<app::Session> session_;
-  std::optional<std::uint64_t> last_tick_;
-};
 
 v1::ServerMessage parse(const std::string& bytes) {
   v1::ServerMessage message;
@@ -65,8 +35,19 @@ class ReplayedWorldTest : public testing::Test {
  protected:
   using TimePoint = ReplayedWorld::TimePoint;
 
-  /// Records a ball from tick 0 on.
+  /// Of the first ball.
+  struct Truth {
+    std::vector<double> positions_m;
+    std::vector<double> velocities_m_s;
+    double kinetic_j = 0.0;
+  };
+
   void SetUp() override {
+    record([](v1::Subscribe&) {});
+  }
+
+  /// Records a ball from tick 0 on, by a stream as `fill` asks for it.
+  void record(const std::function<void(v1::Subscribe&)>& fill) {
     auto live = app::LiveWorld::create(app::ball_scene());
     ASSERT_TRUE(live.ok());
     app::FrameHub hub([] { return 5U; }, [](std::uint32_t) {});
@@ -75,6 +56,7 @@ class ReplayedWorldTest : public testing::Test {
     request.set_max_error_m(recorded_error_m);
     request.set_commands(true);
     request.set_key_interval_s(0.25);
+    fill(request);
     const auto subscribed = hub.subscribe(recorder.session(), request, 60.0);
     ASSERT_TRUE(subscribed.ok());
     v1::RecordingHeader header;
@@ -82,14 +64,14 @@ class ReplayedWorldTest : public testing::Test {
     header.set_world_rate_hz(60.0);
     *header.mutable_scene() = app::ball_scene();
     *header.mutable_stream() = *subscribed;
-    auto writer = client::RecordingWriter::create(file_, header, client::RecordingWriter::IfThere::refuse);
+    auto writer = client::RecordingWriter::create(file_, header, client::RecordingWriter::IfThere::replace);
     ASSERT_TRUE(writer.ok());
     physics::Workers workers{1};
     for (std::uint64_t tick = 0; tick <= recorded_ticks; ++tick) {
       app::Outbox outbox;
       if (tick > 0) live->physics().step_tick(workers);
       hub.encode_tick(app::LiveFrames(live->physics()), tick, false, outbox);
-      truth_m_[tick] = positions(*live);
+      truth_[tick] = truth_of(live->physics());
       if (tick == hit_tick) change(*live, hub, app::impulse_up("ball", 1.0), outbox);
       if (tick == second_tick) change(*live, hub, app::add_second_ball(), outbox);
       for (const std::string& bytes : recorder.take(outbox)) ASSERT_TRUE(writer->append(bytes, parse(bytes)).ok());
@@ -103,10 +85,14 @@ class ReplayedWorldTest : public testing::Test {
     hub.edited();
   }
 
-  static std::vector<double> positions(const app::LiveWorld& live) {
-    std::vector<double> positions_m(3 * live.physics().soft_body(0).mesh->positions_m.size());
-    live.physics().copy_positions(0, positions_m);
-    return positions_m;
+  static Truth truth_of(const physics::World& world) {
+    Truth truth;
+    truth.positions_m.resize(3 * world.soft_body(0).mesh->positions_m.size());
+    truth.velocities_m_s.resize(truth.positions_m.size());
+    world.copy_positions(0, truth.positions_m);
+    world.copy_velocities(0, truth.velocities_m_s);
+    truth.kinetic_j = world.measure(0).kinetic_j;
+    return truth;
   }
 
   void play(const PlayOptions& options = {}) {
@@ -175,11 +161,13 @@ class ReplayedWorldTest : public testing::Test {
 
   /// Every vertex of the first ball is within the declared bound of where it was.
   void expect_true(const client::DecodedFrame& frame) {
-    const std::vector<double>& truth_m = truth_m_.at(frame.tick);
+    const std::vector<double>& truth_m = truth_.at(frame.tick).positions_m;
     const std::vector<double>& seen_m = frame.bodies[0].positions_m;
-    ASSERT_EQ(seen_m.size(), truth_m.size());
+    const std::vector<std::uint32_t>& kept = *frame.bodies[0].kept_vertices;
+    ASSERT_EQ(seen_m.size(), kept.empty() ? truth_m.size() : 3 * kept.size());
     for (std::size_t i = 0; i < seen_m.size(); i += 3) {
-      EXPECT_LE(std::hypot(seen_m[i] - truth_m[i], seen_m[i + 1] - truth_m[i + 1], seen_m[i + 2] - truth_m[i + 2]),
+      const std::size_t at = kept.empty() ? i : 3 * std::size_t{kept[i / 3]};
+      EXPECT_LE(std::hypot(seen_m[i] - truth_m[at], seen_m[i + 1] - truth_m[at + 1], seen_m[i + 2] - truth_m[at + 2]),
                 bound_m_)
           << "tick " << frame.tick;
     }
@@ -205,7 +193,7 @@ class ReplayedWorldTest : public testing::Test {
 
   support::TemporaryFolder folder_;
   std::string file_ = folder_ / "w.pneuma";
-  std::map<std::uint64_t, std::vector<double>> truth_m_;  // by tick: of the first ball
+  std::map<std::uint64_t, Truth> truth_;  // by tick
   TimePoint start_ = TimePoint(std::chrono::hours(1));
   std::uint32_t last_stream_id_ = 0;
   std::optional<ReplayedWorld> world_;
@@ -331,6 +319,51 @@ TEST_F(ReplayedWorldTest, NoStreamPromisesMoreThanWasRecorded) {
   EXPECT_EQ(subscribe(3.0 * recorded_error_m).subscribed().max_error_m(), 3.0 * recorded_error_m);
   go_on_until(1.0 + 1e-6);
   EXPECT_EQ(ticks_seen(), from_to(1, recorded_ticks)) << "the next frame is the first";
+}
+
+TEST_F(ReplayedWorldTest, WhatWasNotRecordedIsRefused) {
+  play();
+  const auto refusal = [&](const std::function<void(v1::Subscribe&)>& fill) {
+    return ask([&](auto& message) { fill(*message.mutable_subscribe()); }).error();
+  };
+  const v1::Error velocities = refusal([](auto& subscribe) { subscribe.set_velocities(true); });
+  EXPECT_EQ(velocities.code(), v1::Error::FAILED_PRECONDITION);
+  EXPECT_EQ(velocities.where(), "subscribe.velocities");
+  EXPECT_EQ(refusal([](auto& subscribe) { subscribe.set_scalars(true); }).where(), "subscribe.scalars");
+  const v1::Error body = refusal([](auto& subscribe) { subscribe.add_bodies("second"); });
+  EXPECT_EQ(body.code(), v1::Error::NOT_FOUND) << "it comes later";
+  EXPECT_EQ(body.where(), "subscribe.bodies[0]");
+}
+
+TEST_F(ReplayedWorldTest, WhatWasRecordedOfVelocitiesAndScalarsIsPlayedAtTheKeptVertices) {
+  record([](v1::Subscribe& request) {
+    request.set_level_of_detail(1);
+    request.set_velocities(true);
+    request.set_scalars(true);
+  });
+  play();
+  const v1::Subscribed subscribed = ask([](auto& message) {
+                                      message.mutable_subscribe()->set_velocities(true);
+                                      message.mutable_subscribe()->set_scalars(true);
+                                      message.mutable_subscribe()->set_level_of_detail(1);
+                                    }).subscribed();
+  EXPECT_GT(subscribed.max_velocity_error_m_s(), 60.0 * recorded_error_m);
+  go_on_until(10.0);
+  ASSERT_EQ(frames_.size(), recorded_ticks + 1);
+  for (const client::DecodedFrame& frame : frames_) {
+    const client::SoftBodyFrame& body = frame.bodies[0];
+    ASSERT_EQ(body.kept_vertices->size(), 12U);
+    EXPECT_GT(body.kept_vertices->back(), 12U) << "of the mesh, not of what was recorded of it";
+    const Truth& truth = truth_.at(frame.tick);
+    EXPECT_EQ(body.scalars.kinetic_j, static_cast<double>(static_cast<float>(truth.kinetic_j)));
+    for (std::size_t at = 0; at < 36; at += 3) {
+      const std::size_t vertex = 3 * std::size_t{(*body.kept_vertices)[at / 3]};
+      const double off_m_s = std::hypot(body.velocities_m_s[at] - truth.velocities_m_s[vertex],
+                                        body.velocities_m_s[at + 1] - truth.velocities_m_s[vertex + 1],
+                                        body.velocities_m_s[at + 2] - truth.velocities_m_s[vertex + 2]);
+      EXPECT_LE(off_m_s, subscribed.max_velocity_error_m_s()) << "tick " << frame.tick;
+    }
+  }
 }
 
 TEST_F(ReplayedWorldTest, NobodyChangesARecording) {

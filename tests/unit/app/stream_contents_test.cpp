@@ -1,0 +1,353 @@
+// Shows what a stream holds for who asks for it: some bodies, coarser meshes, velocities, scalars; that whoever asks
+// for the same shares a class; and that a stream waits for a mesh that is still being made. A real world and the
+// client's own decoder, no sockets.
+#include <cmath>
+#include <functional>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "app/frame_hub.h"
+#include "app/live_world.h"
+#include "ball_scene.h"
+#include "base/limits.h"
+#include "pneuma_client/frames.h"
+#include "viewer.h"
+
+namespace pneuma::app {
+namespace {
+
+constexpr double max_error_m = 1e-4;
+
+v1::ClientMessage remove_ball(const std::string& name) {
+  v1::ClientMessage message;
+  message.set_request_id(1);
+  message.mutable_edit()->set_world("w");
+  message.mutable_edit()->mutable_edit()->add_changes()->set_remove_soft_body(name);
+  return message;
+}
+
+/// A subscriber with its decoder.
+struct Watcher {
+  explicit Watcher(net::SessionId id) : viewer(id) {}
+
+  Viewer viewer;
+  client::StreamDecoder decoder;
+  v1::Subscribed subscribed;
+  std::vector<v1::Layout> layouts;
+  std::size_t topologies = 0;
+};
+
+class StreamContents : public testing::Test {
+ protected:
+  StreamContents()
+      : world_(std::move(*LiveWorld::create(ball_scene()))),
+        hub_([this] { return ++last_stream_id_; }, [](std::uint32_t) {},
+             [this](std::function<void()> make) { deferred_ = std::move(make); }) {}
+
+  void change(const v1::ClientMessage& message) {
+    ASSERT_TRUE(world_.change(message).ok());
+    hub_.edited();
+  }
+
+  [[nodiscard]] base::Status check(const v1::Subscribe& request) const {
+    return FrameHub::check_asked(request, LiveFrames(world_.physics()));
+  }
+
+  void subscribe(Watcher& watcher, v1::Subscribe request) {
+    request.set_world("w");
+    request.set_max_error_m(max_error_m);
+    ASSERT_TRUE(check(request).ok());
+    const auto subscribed = hub_.subscribe(watcher.viewer.session(), request, 60.0);
+    ASSERT_TRUE(subscribed.ok()) << subscribed.status().message();
+    watcher.subscribed = *subscribed;
+    ASSERT_TRUE(watcher.decoder.add_stream(*subscribed).ok());
+  }
+
+  /// Makes what was deferred; false where nothing was.
+  bool make_deferred() {
+    const auto make = std::exchange(deferred_, nullptr);
+    if (make) make();
+    return make != nullptr;
+  }
+
+  Outbox tick() {
+    world_.physics().step_tick(workers_);
+    Outbox outbox;
+    hub_.encode_tick(LiveFrames(world_.physics()), world_.tick(), false, outbox);
+    return outbox;
+  }
+
+  /// What the watcher has of it: its last frame, if there is one.
+  static std::optional<client::DecodedFrame> see(Watcher& watcher, const Outbox& outbox) {
+    std::optional<client::DecodedFrame> last;
+    for (const std::string& bytes : watcher.viewer.take(outbox)) {
+      v1::ServerMessage message;
+      EXPECT_TRUE(message.ParseFromString(bytes));
+      if (message.has_topology()) {
+        ++watcher.topologies;
+        EXPECT_TRUE(watcher.decoder.take_topology(message.topology()).ok());
+      }
+      if (message.has_layout()) {
+        watcher.layouts.push_back(message.layout());
+        EXPECT_TRUE(watcher.decoder.take_layout(message.layout()).ok());
+      }
+      if (!message.has_frame()) continue;
+      auto frame = watcher.decoder.take_frame(message.frame(), bytes.size());
+      EXPECT_TRUE(frame.ok()) << frame.status().message();
+      if (frame.ok()) last = std::move(*frame);
+    }
+    return last;
+  }
+
+  static std::vector<std::string> names(const client::DecodedFrame& frame) {
+    std::vector<std::string> out;
+    for (const auto& body : frame.bodies) out.push_back(body.name);
+    return out;
+  }
+
+  [[nodiscard]] std::vector<double> true_positions(std::size_t body) const {
+    std::vector<double> out(3 * world_.physics().soft_body(body).mesh->positions_m.size());
+    world_.physics().copy_positions(body, out);
+    return out;
+  }
+  [[nodiscard]] std::vector<double> true_velocities(std::size_t body) const {
+    std::vector<double> out(3 * world_.physics().soft_body(body).mesh->positions_m.size());
+    world_.physics().copy_velocities(body, out);
+    return out;
+  }
+
+  static double distance(const double* a, const double* b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
+
+  physics::Workers workers_{1};
+  LiveWorld world_;
+  std::uint32_t last_stream_id_ = 0;
+  std::function<void()> deferred_;
+  FrameHub hub_;
+  Watcher ann_{1};
+  Watcher bob_{2};
+};
+
+TEST_F(StreamContents, AFilterShowsItsBodiesAsAllOthersSeeThem) {
+  change(add_second_ball());
+  subscribe(ann_, {});
+  v1::Subscribe request;
+  request.add_bodies("second");
+  subscribe(bob_, request);
+  for (int i = 0; i < 20; ++i) {
+    const Outbox outbox = tick();
+    const auto all = see(ann_, outbox);
+    const auto some = see(bob_, outbox);
+    ASSERT_TRUE(all && some);
+    EXPECT_EQ(names(*all), (std::vector<std::string>{"ball", "second"}));
+    EXPECT_EQ(names(*some), std::vector<std::string>{"second"});
+    EXPECT_EQ(some->bodies[0].positions_m, all->bodies[1].positions_m);
+    EXPECT_EQ(some->solids.size(), all->solids.size()) << "solids are always shown";
+  }
+}
+
+TEST_F(StreamContents, AnUnknownBodyIsNotFoundWhereItIsNamed) {
+  v1::Subscribe request;
+  request.add_bodies("ball");
+  request.add_bodies("nobody");
+  const base::Status status = check(request);
+  EXPECT_EQ(status.code(), base::StatusCode::not_found);
+  EXPECT_EQ(status.where(), "subscribe.bodies[1]");
+}
+
+TEST_F(StreamContents, ABodyOfAFilteredNameLeavesAndJoins) {
+  change(add_second_ball());
+  v1::Subscribe request;
+  request.add_bodies("second");
+  subscribe(ann_, request);
+  EXPECT_EQ(names(*see(ann_, tick())), std::vector<std::string>{"second"});
+  change(remove_ball("second"));
+  const auto without = see(ann_, tick());
+  ASSERT_TRUE(without);
+  EXPECT_TRUE(without->bodies.empty());
+  EXPECT_TRUE(without->key);
+  change(add_second_ball());
+  const auto with = see(ann_, tick());
+  ASSERT_TRUE(with);
+  EXPECT_EQ(names(*with), std::vector<std::string>{"second"});
+  EXPECT_EQ(ann_.layouts.size(), 3U);
+}
+
+TEST_F(StreamContents, TheSameBodiesInAnyOrderAreOneClass) {
+  change(add_second_ball());
+  v1::Subscribe request;
+  request.add_bodies("second");
+  request.add_bodies("ball");
+  subscribe(ann_, request);
+  request.clear_bodies();
+  for (const char* body : {"ball", "second", "ball"}) request.add_bodies(body);
+  subscribe(bob_, request);
+  EXPECT_EQ(hub_.class_count(), 1U);
+  request.set_scalars(true);
+  subscribe(bob_, request);
+  request.set_velocities(true);
+  subscribe(bob_, request);
+  request.set_level_of_detail(1);
+  subscribe(bob_, request);
+  request.clear_bodies();
+  subscribe(bob_, request);
+  EXPECT_EQ(hub_.class_count(), 5U);
+}
+
+TEST_F(StreamContents, ScalarsAreTheWorldsOwnInKeysAndDeltas) {
+  v1::Subscribe request;
+  request.set_scalars(true);
+  subscribe(ann_, request);
+  subscribe(bob_, {});
+  for (int i = 0; i < 5; ++i) {
+    const Outbox outbox = tick();
+    const auto frame = see(ann_, outbox);
+    ASSERT_TRUE(frame && frame->has_scalars);
+    const auto measures = world_.physics().measure(0);
+    EXPECT_FLOAT_EQ(static_cast<float>(frame->bodies[0].scalars.volume_m3), static_cast<float>(measures.volume_m3));
+    EXPECT_FLOAT_EQ(static_cast<float>(frame->bodies[0].scalars.pressure_pa), static_cast<float>(measures.pressure_pa));
+    EXPECT_FLOAT_EQ(static_cast<float>(frame->bodies[0].scalars.kinetic_j), static_cast<float>(measures.kinetic_j));
+    EXPECT_FLOAT_EQ(static_cast<float>(frame->bodies[0].scalars.elastic_j), static_cast<float>(measures.elastic_j));
+    EXPECT_FALSE(frame->bodies[0].scalars.asleep);
+    const auto plain = see(bob_, outbox);
+    ASSERT_TRUE(plain);
+    EXPECT_FALSE(plain->has_scalars);
+  }
+}
+
+TEST_F(StreamContents, VelocitiesAreWithinTheBoundThatIsDeclared) {
+  v1::Subscribe request;
+  request.set_rate_hz(30.0);
+  request.set_velocities(true);
+  subscribe(ann_, request);
+  EXPECT_DOUBLE_EQ(ann_.subscribed.max_velocity_error_m_s(), 30.0 * max_error_m);
+  int frames = 0;
+  for (int i = 0; i < 120; ++i) {
+    const auto frame = see(ann_, tick());
+    if (!frame) continue;
+    ++frames;
+    const std::vector<double> true_m_s = true_velocities(0);
+    const std::vector<double>& seen_m_s = frame->bodies[0].velocities_m_s;
+    ASSERT_EQ(seen_m_s.size(), true_m_s.size());
+    for (std::size_t at = 0; at < true_m_s.size(); at += 3) {
+      ASSERT_LE(distance(&seen_m_s[at], &true_m_s[at]), ann_.subscribed.max_velocity_error_m_s()) << "frame " << i;
+    }
+  }
+  EXPECT_GE(frames, 60);
+}
+
+TEST_F(StreamContents, TheVelocityBoundStaysWhereACodecCanKeepIt) {
+  v1::Subscribe request;
+  request.set_velocities(true);
+  request.set_rate_hz(1e-3);
+  request.set_max_error_m(base::max_error_min_m);
+  EXPECT_EQ(hub_.subscribe(ann_.viewer.session(), request, 60.0)->max_velocity_error_m_s(), base::max_error_min_m);
+  request.set_rate_hz(0.0);
+  request.set_max_error_m(base::max_error_max_m);
+  EXPECT_EQ(hub_.subscribe(ann_.viewer.session(), request, 60.0)->max_velocity_error_m_s(), base::max_error_max_m);
+}
+
+TEST_F(StreamContents, ALevelShowsTheKeptVerticesWhereTheyAre) {
+  v1::Subscribe request;
+  request.set_level_of_detail(1);
+  request.set_velocities(true);
+  subscribe(ann_, request);
+  EXPECT_FALSE(see(ann_, tick())) << "the mesh is not there yet";
+  EXPECT_TRUE(ann_.layouts.empty());
+  ASSERT_TRUE(make_deferred());
+  for (int i = 0; i < 30; ++i) {
+    const auto frame = see(ann_, tick());
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->key, i == 0);
+    const client::SoftBodyFrame& body = frame->bodies[0];
+    ASSERT_EQ(body.kept_vertices->size(), 12U);  // a quarter of 42 is less than the least
+    ASSERT_EQ(body.positions_m.size(), 36U);
+    const std::vector<double> true_m = true_positions(0);
+    const std::vector<double> true_m_s = true_velocities(0);
+    for (std::size_t at = 0; at < 12; ++at) {
+      const std::size_t vertex = (*body.kept_vertices)[at];
+      EXPECT_LE(distance(&body.positions_m[3 * at], &true_m[3 * vertex]), max_error_m);
+      EXPECT_LE(distance(&body.velocities_m_s[3 * at], &true_m_s[3 * vertex]),
+                ann_.subscribed.max_velocity_error_m_s());
+    }
+  }
+}
+
+TEST_F(StreamContents, ACoarseTopologyIsMadeAndSentOnce) {
+  change(add_second_ball());
+  v1::Subscribe request;
+  request.set_level_of_detail(1);
+  subscribe(ann_, request);
+  see(ann_, tick());
+  ASSERT_TRUE(make_deferred());
+  const auto frame = see(ann_, tick());
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->bodies.size(), 2U);
+  EXPECT_EQ(ann_.topologies, 1U) << "both balls have one mesh";
+
+  request.set_scalars(true);  // another class of the same session
+  subscribe(ann_, request);
+  EXPECT_TRUE(see(ann_, tick()));
+  EXPECT_EQ(ann_.topologies, 1U);
+  EXPECT_EQ(ann_.layouts.size(), 2U);
+
+  request.add_known_topologies(ann_.layouts[0].soft_bodies(0).topology_hash());
+  subscribe(bob_, request);
+  bob_.decoder = client::StreamDecoder(ann_.decoder.topologies());
+  ASSERT_TRUE(bob_.decoder.add_stream(bob_.subscribed).ok());
+  EXPECT_TRUE(see(bob_, tick()));
+  EXPECT_EQ(bob_.topologies, 0U);
+  EXPECT_FALSE(make_deferred());
+}
+
+TEST_F(StreamContents, AnEditOfAWorldAtRestIsShownWhenItsMeshIsThere) {
+  v1::Subscribe request;
+  request.set_level_of_detail(1);
+  subscribe(ann_, request);
+  see(ann_, tick());
+  ASSERT_TRUE(make_deferred());
+  ASSERT_TRUE(see(ann_, tick()));
+
+  v1::ClientMessage edit = add_second_ball();
+  v1::SceneEdit& changes = *edit.mutable_edit()->mutable_edit();
+  v1::SoftBody ball = changes.changes(0).add_soft_body();
+  ball.set_mesh("finer");
+  ball.mutable_springs()->set_stiffness_n_m(50.0);
+  ball.mutable_springs()->set_damping_n_s_m(0.1);
+  changes.clear_changes();
+  v1::Mesh& finer = *changes.add_changes()->mutable_add_mesh();
+  finer.set_name("finer");
+  finer.mutable_icosphere()->set_subdivisions(2);
+  *changes.add_changes()->mutable_add_soft_body() = ball;
+  change(edit);
+  const auto rest = [&] {
+    Outbox outbox;
+    hub_.encode_rest(LiveFrames(world_.physics()), world_.tick(), outbox);
+    return see(ann_, outbox);
+  };
+  EXPECT_FALSE(rest());
+  EXPECT_FALSE(rest());
+  ASSERT_TRUE(make_deferred());
+  const auto frame = rest();
+  ASSERT_TRUE(frame);
+  EXPECT_TRUE(frame->key);
+  EXPECT_EQ(frame->tick, world_.tick());
+  EXPECT_EQ(frame->bodies[1].positions_m.size(), 3U * 41);
+  EXPECT_FALSE(rest());
+}
+
+TEST_F(StreamContents, PastTheCoarsestThereIsTheCoarsestAndPastTheLimitNothing) {
+  v1::Subscribe request;
+  request.set_level_of_detail(base::level_of_detail_max);
+  subscribe(ann_, request);
+  see(ann_, tick());
+  ASSERT_TRUE(make_deferred());
+  EXPECT_EQ(see(ann_, tick())->bodies[0].kept_vertices->size(), 12U);
+  request.set_level_of_detail(base::level_of_detail_max + 1);
+  const auto refused = hub_.subscribe(bob_.viewer.session(), request, 60.0);
+  EXPECT_EQ(refused.status().code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(refused.status().where(), "subscribe.level_of_detail");
+}
+
+}  // namespace
+}  // namespace pneuma::app
