@@ -1,7 +1,6 @@
 #include "codec/entropy_coder.h"
 
 #include <bit>
-#include <utility>
 
 namespace pneuma::codec {
 
@@ -19,70 +18,91 @@ char* write_word(std::uint32_t word, char* out) {
 
 }  // namespace
 
-void SymbolWriter::put_in_parts(ResidualModel model, std::int32_t residual) {
-  const std::uint32_t raised = static_cast<std::uint32_t>(residual) + ((1U << model.low_bits) >> 1);
-  const std::uint32_t low = raised & ((1U << model.low_bits) - 1U);
-  const std::int32_t top = static_cast<std::int32_t>(raised) >> model.low_bits;
-  const std::uint32_t step_bits = std::min<std::uint32_t>(model.low_bits, step_low_bits_max);
-  if (model.low_bits > step_bits) put_plain(low >> step_bits, model.low_bits - step_bits);
-  const auto& ranges = tables_[model.table].ranges;
-  const bool escapes = top < -residual_max || top > residual_max || ranges[range_of(top)].frequency == 0;
-  const ResidualTable::Range range = ranges[range_of(escapes ? escape : top)];
-  const std::uint32_t begin = (std::uint32_t{range.begin} << step_bits) | (low & ((1U << step_bits) - 1U));
-  steps_.push_back({range.frequency, static_cast<std::uint16_t>(step_bits),
-                    static_cast<std::uint16_t>(step_bits + probability_bits), static_cast<std::uint16_t>(begin)});
-  if (!escapes) return;
-  const std::uint32_t code = folded(residual);
-  const std::uint32_t length = std::max(static_cast<std::uint32_t>(std::bit_width(code)), 1U);
-  put_plain(length, escape_length_bits);
-  if (length > 16) put_plain(code >> 16, length - 16);
-  const std::uint32_t low_length = std::min(length, 16U);
-  put_plain(code & ((1U << low_length) - 1U), low_length);
-}
+/// Puts steps, the last one first.
+class SymbolWriter::Backwards {
+ public:
+  explicit Backwards(std::uint16_t* out) : end_(out) {}
 
-void SymbolWriter::put_plain(std::uint32_t value, std::uint32_t bits) {
-  steps_.push_back({1, 0, static_cast<std::uint16_t>(bits), static_cast<std::uint16_t>(value)});
-}
+  void put(std::uint32_t table, std::uint32_t low_bits, std::int32_t residual, std::uint32_t& state) {
+    const std::uint32_t raised = static_cast<std::uint32_t>(residual) + ((1U << low_bits) >> 1);
+    const std::uint32_t top = static_cast<std::uint32_t>(static_cast<std::int32_t>(raised) >> low_bits);
+    const auto& ranges = tables_[table].ranges;
+    const std::uint32_t place = top + static_cast<std::uint32_t>(residual_max);
+    ResidualTable::Range range = ranges[std::min<std::uint32_t>(place, range_count - 1)];
+    if (place >= range_count - 1 || range.frequency == 0) [[unlikely]] {
+      put_escaped(residual, state);
+      range = ranges.back();
+    }
+    const std::uint32_t step_bits = std::min<std::uint32_t>(low_bits, step_low_bits_max);
+    const std::uint32_t low = raised & ((1U << step_bits) - 1U);
+    renormalise(range.frequency, step_bits + probability_bits, state);
+    const auto rounds = static_cast<std::uint32_t>((std::uint64_t{state} * range.reciprocal) >> range.reciprocal_shift);
+    const std::uint32_t rest = state - rounds * range.frequency + range.begin;
+    state = (((rounds << probability_bits) + rest) << step_bits) + low;
+    if (low_bits > step_bits) [[unlikely]] {
+      put_plain((raised & ((1U << low_bits) - 1U)) >> step_bits, low_bits - step_bits, state);
+    }
+  }
 
-void SymbolWriter::finish(std::string& bytes) {
-  if (steps_.empty()) return;
-  // A step adds a word at most.
-  words_.resize(steps_.size() + 1);
-  std::uint16_t* end = words_.data();
-  std::uint32_t state = state_min;  // of this step
-  std::uint32_t other = state_min;
-  if (steps_.size() % 2 == 0) std::swap(state, other);
-  for (std::size_t i = steps_.size(); i-- > 0;) {
-    const Step step = steps_[i];
-    *end = static_cast<std::uint16_t>(state & 0xffffU);
-    const bool full = state >> (32 - step.total_bits) >= step.frequency;
-    end += static_cast<std::ptrdiff_t>(full);
+  [[nodiscard]] std::uint16_t* end() const { return end_; }
+
+ private:
+  void renormalise(std::uint32_t frequency, std::uint32_t bits, std::uint32_t& state) {
+    *end_ = static_cast<std::uint16_t>(state & 0xffffU);
+    const bool full = state >> (32 - bits) >= frequency;
+    end_ += static_cast<std::ptrdiff_t>(full);
     state = full ? state >> 16 : state;
-    const std::uint32_t rounds = state / step.frequency;
-    state = (rounds << step.total_bits) + ((state - rounds * step.frequency) << step.low_bits) + step.begin;
-    std::swap(state, other);
   }
-  steps_.clear();
+  void put_plain(std::uint32_t value, std::uint32_t bits, std::uint32_t& state) {
+    renormalise(1, bits, state);
+    state = (state << bits) + value;
+  }
+  void put_escaped(std::int32_t residual, std::uint32_t& state) {
+    const std::uint32_t code = folded(residual);
+    const std::uint32_t length = std::max(static_cast<std::uint32_t>(std::bit_width(code)), 1U);
+    const std::uint32_t low_length = std::min(length, 16U);
+    put_plain(code & ((1U << low_length) - 1U), low_length, state);
+    if (length > 16) put_plain(code >> 16, length - 16, state);
+    put_plain(length, escape_length_bits, state);
+  }
+
+  const ResidualTable* tables_ = residual_tables().data();
+  std::uint16_t* end_;
+};
+
+void SymbolWriter::write(std::span<const Triple> triples, std::string& bytes) {
+  if (triples.empty()) return;
+  words_.resize(padding_words * triples.size() + 1);
+  Backwards steps(words_.data());
+  std::uint32_t x_state = state_min;
+  std::uint32_t y_state = state_min;
+  std::uint32_t z_state = state_min;
+  for (std::size_t i = triples.size(); i-- > 0;) {
+    const Triple& triple = triples[i];
+    const PointModel model = point_models[triple.level];
+    steps.put(model.yz_table, model.low_bits, triple.z, z_state);
+    steps.put(model.yz_table, model.low_bits, triple.y, y_state);
+    steps.put(model.x_table, model.low_bits, triple.x, x_state);
+  }
   const std::size_t size = bytes.size();
-  const auto word_count = static_cast<std::size_t>(end - words_.data());
-  bytes.resize(size + 2 * state_bytes + 2 * word_count);
+  const auto word_count = static_cast<std::size_t>(steps.end() - words_.data());
+  bytes.resize(size + state_count * state_bytes + 2 * word_count);
   char* out = bytes.data() + size;
-  for (const std::uint32_t first_state : {other, state}) {
-    out = write_word(first_state & 0xffffU, out);
-    out = write_word(first_state >> 16, out);
+  for (const std::uint32_t state : {x_state, y_state, z_state}) {
+    out = write_word(state & 0xffffU, out);
+    out = write_word(state >> 16, out);
   }
-  while (end != words_.data()) out = write_word(*--end, out);
+  for (std::size_t i = word_count; i-- > 0;) out = write_word(words_[i], out);
 }
 
-std::vector<std::uint16_t> words_of(std::string_view bytes) {
+void words_of(std::string_view bytes, std::vector<std::uint16_t>& words) {
   if (bytes.size() % 2 != 0) bytes = {};
-  std::vector<std::uint16_t> words(bytes.size() / 2 + padding_words);
+  words.assign(bytes.size() / 2 + padding_words, 0);
   for (std::size_t i = 0; i < bytes.size() / 2; ++i) {
     const unsigned low = static_cast<unsigned char>(bytes[2 * i]);
     const unsigned high = static_cast<unsigned char>(bytes[2 * i + 1]);
     words[i] = static_cast<std::uint16_t>(low | (high << 8));
   }
-  return words;
 }
 
 }  // namespace pneuma::codec

@@ -1,7 +1,8 @@
-// Residuals as bytes, by two interleaved asymmetric numeral systems (rANS, Duda 2013): proto/WIRE.md, "Residuals".
+// Residuals as bytes, by three interleaved asymmetric numeral systems (rANS, Duda 2013): proto/WIRE.md, "Residuals".
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,8 @@
 
 namespace pneuma::codec {
 
+// One for each of the residuals of a point, x y z.
+inline constexpr std::size_t state_count = 3;
 // A state is at least this between two steps, and below 2^32.
 inline constexpr std::uint32_t state_min = 1U << 16;
 inline constexpr std::size_t state_bytes = 4;
@@ -20,42 +23,28 @@ inline constexpr std::size_t state_bytes = 4;
 inline constexpr std::uint32_t step_low_bits_max = 16 - probability_bits;
 inline constexpr int escape_length_bits = 6;
 
-/// Collects residuals in the order in which they will be read; the coder itself runs backwards.
+/// Three residuals and the level they are coded at.
+struct Triple {
+  std::int32_t x;
+  std::int32_t y;
+  std::int32_t z;
+  std::uint32_t level;  // at most level_max
+};
+
+/// Writes triples so that they will be read in their order; the coder itself runs backwards.
 class SymbolWriter {
  public:
-  void put(ResidualModel model, std::int32_t residual) {
-    const ResidualTable& table = tables_[model.table];
-    if (model.low_bits == 0 && residual >= -residual_max && residual <= residual_max) [[likely]] {
-      const ResidualTable::Range range = table.ranges[range_of(residual)];
-      if (range.frequency != 0) [[likely]] {
-        steps_.push_back({range.frequency, 0, probability_bits, range.begin});
-        return;
-      }
-    }
-    put_in_parts(model, residual);
-  }
-  /// Appends what was put since the last call; nothing for nothing.
-  void finish(std::string& bytes);
+  /// Appends them to `bytes`; nothing for nothing.
+  void write(std::span<const Triple> triples, std::string& bytes);
 
  private:
-  struct Step {
-    std::uint16_t frequency;
-    std::uint16_t low_bits;
-    std::uint16_t total_bits;
-    std::uint16_t begin;  // with the low bits
-  };
-
-  void put_in_parts(ResidualModel model, std::int32_t residual);
-  void put_plain(std::uint32_t value, std::uint32_t bits);
-
-  const ResidualTable* tables_ = residual_tables().data();
-  std::vector<Step> steps_;
+  class Backwards;
   std::vector<std::uint16_t> words_;  // in the order of writing, which is the last one first
 };
 
 /// The words of coded text, and zeros that a SymbolReader may run into. Only those for an odd number of bytes.
-[[nodiscard]] std::vector<std::uint16_t> words_of(std::string_view bytes);
-/// What three residuals may take at most: each a step, its high bits, and an escape of three more.
+void words_of(std::string_view bytes, std::vector<std::uint16_t>& words);
+/// What a triple may take at most: each a step, its high bits, and an escape of three more.
 inline constexpr std::size_t padding_words = 3 * 5;
 
 /// Reads what a SymbolWriter wrote. A loop should work on a copy of its own: one that nothing else can reach stays in
@@ -66,76 +55,77 @@ class SymbolReader {
   explicit SymbolReader(std::span<const std::uint16_t> words)
       : tables_(residual_tables().data()), next_(words.data()), end_(next_ + words.size() - padding_words) {
     if (next_ == end_) return;  // good where nothing is taken
-    state_ = next_[0] | (std::uint32_t{next_[1]} << 16);
-    other_ = next_[2] | (std::uint32_t{next_[3]} << 16);
-    next_ += 4;
-    broken_ = state_ < state_min || other_ < state_min;
+    for (std::uint32_t& state : states_) {
+      state = next_[0] | (std::uint32_t{next_[1]} << 16);
+      next_ += 2;
+      broken_ = broken_ || state < state_min;
+    }
   }
 
-  /// At most three before failed() is asked.
-  [[nodiscard]] std::int32_t take(ResidualModel model) {
-    if (model.low_bits != 0) return take_in_parts(model);
-    const ResidualTable::Slot slot = tables_[model.table].slots[state_ & (probability_total - 1)];
-    step(frequency_of(slot) * (state_ >> probability_bits) + (slot & slot_mask));
-    const std::int32_t residual = static_cast<std::int32_t>(slot) >> slot_residual_shift;
-    if (residual == escape) [[unlikely]]
-      return take_escaped();
-    return residual;
+  [[nodiscard]] Triple take(std::uint32_t level) {
+    const PointModel model = point_models[level];
+    const std::int32_t x = take(model.x_table, model.low_bits, states_[0]);
+    const std::int32_t y = take(model.yz_table, model.low_bits, states_[1]);
+    const std::int32_t z = take(model.yz_table, model.low_bits, states_[2]);
+    return {x, y, z, level};
   }
 
-  /// The text has ended, or is none.
+  /// The text has ended, or is none. To be asked before each triple.
   [[nodiscard]] bool failed() const { return next_ > end_ || broken_; }
   /// All was read, and the states are back where the writer began.
-  [[nodiscard]] bool at_end() const { return next_ == end_ && state_ == state_min && other_ == state_min; }
+  [[nodiscard]] bool at_end() const {
+    return next_ == end_ && !broken_ && std::ranges::all_of(states_, [](auto state) { return state == state_min; });
+  }
 
  private:
-  [[nodiscard]] static std::uint32_t frequency_of(ResidualTable::Slot slot) {
-    return (slot >> slot_frequency_shift) & slot_mask;
-  }
-
   // Without a branch: whether a step needs a word is close to chance.
-  void step(std::uint32_t state) {
-    const bool low = state < state_min;
-    const std::uint32_t refilled = (state << 16) | *next_;
+  void step(std::uint32_t next_state, std::uint32_t& state) {
+    const bool low = next_state < state_min;
+    const std::uint32_t refilled = (next_state << 16) | *next_;
     next_ += static_cast<std::ptrdiff_t>(low);
-    state_ = other_;
-    other_ = low ? refilled : state;
+    state = low ? refilled : next_state;
   }
-  [[nodiscard]] std::uint32_t take_plain(std::uint32_t bits) {
-    const std::uint32_t value = state_ & ((1U << bits) - 1U);
-    step(state_ >> bits);
+  [[nodiscard]] std::uint32_t take_plain(std::uint32_t bits, std::uint32_t& state) {
+    const std::uint32_t value = state & ((1U << bits) - 1U);
+    step(state >> bits, state);
     return value;
   }
-  [[nodiscard]] std::int32_t take_in_parts(ResidualModel model) {
-    const std::uint32_t low_bits = std::min<std::uint32_t>(model.low_bits, step_low_bits_max);
-    const std::uint32_t high_bits = model.low_bits - low_bits;
-    const std::uint32_t high = high_bits == 0 ? 0 : take_plain(high_bits) << low_bits;
-    const ResidualTable::Slot slot = tables_[model.table].slots[(state_ >> low_bits) & (probability_total - 1)];
-    const std::uint32_t low = state_ & ((1U << low_bits) - 1U);
-    step(frequency_of(slot) * (state_ >> (low_bits + probability_bits)) + (slot & slot_mask));
+  [[nodiscard]] std::int32_t take(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state) {
+    if (low_bits > step_low_bits_max) [[unlikely]] {
+      const std::uint32_t high = take_plain(low_bits - step_low_bits_max, state) << step_low_bits_max;
+      return take_step(table, step_low_bits_max, high, low_bits, state);
+    }
+    return take_step(table, low_bits, 0, low_bits, state);
+  }
+  /// A residual of so many low bits, of which `step_bits` are in the step and the others known.
+  [[nodiscard]] std::int32_t take_step(std::uint32_t table, std::uint32_t step_bits, std::uint32_t high,
+                                       std::uint32_t low_bits, std::uint32_t& state) {
+    const ResidualTable::Slot slot = tables_[table].slots[(state >> step_bits) & (probability_total - 1)];
+    const std::uint32_t low = high | (state & ((1U << step_bits) - 1U));
+    const std::uint32_t frequency = (slot >> slot_frequency_shift) & slot_mask;
+    step(frequency * ((state >> step_bits) >> probability_bits) + (slot & slot_mask), state);
     const std::int32_t top = static_cast<std::int32_t>(slot) >> slot_residual_shift;
     if (top == escape) [[unlikely]]
-      return take_escaped();
-    const std::uint32_t half = 1U << (model.low_bits - 1);
-    return static_cast<std::int32_t>((static_cast<std::uint32_t>(top) << model.low_bits) + (high | low) - half);
+      return take_escaped(state);
+    const std::uint32_t half = (1U << low_bits) >> 1;
+    return static_cast<std::int32_t>((static_cast<std::uint32_t>(top) << low_bits) + low - half);
   }
-  [[nodiscard]] std::int32_t take_escaped() {
-    const std::uint32_t length = take_plain(escape_length_bits);
+  [[nodiscard]] std::int32_t take_escaped(std::uint32_t& state) {
+    const std::uint32_t length = take_plain(escape_length_bits, state);
     if (length == 0 || length > 32) {
       broken_ = true;
       return 0;
     }
     std::uint32_t code = 0;
-    if (length > 16) code = take_plain(length - 16) << 16;
-    code |= take_plain(std::min(length, 16U));
+    if (length > 16) code = take_plain(length - 16, state) << 16;
+    code |= take_plain(std::min(length, 16U), state);
     return static_cast<std::int32_t>((code >> 1) ^ (0 - (code & 1U)));
   }
 
   const ResidualTable* tables_;
   const std::uint16_t* next_;
-  const std::uint16_t* end_;         // of the text; the padding follows
-  std::uint32_t state_ = state_min;  // of the next step
-  std::uint32_t other_ = state_min;
+  const std::uint16_t* end_;  // of the text; the padding follows
+  std::array<std::uint32_t, state_count> states_{state_min, state_min, state_min};
   bool broken_ = false;
 };
 

@@ -1,6 +1,7 @@
 // Frames of a stream as bytes and back; used by server and client alike. The format is proto/WIRE.md, "Frame payload".
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -20,11 +21,19 @@ using MeshOrderPtr = std::shared_ptr<const MeshOrder>;
 
 /// What the next frame builds on, in the order of a mesh's slots.
 struct BodyMotion {
-  Lattice points;                  // of the last frame
-  std::vector<Lanes> move;         // how they came there from the frame before
-  std::vector<Lanes> move_before;  // and there
+  Lattice points;     // of the last frame
+  MoveHistory moves;  // how they came there, frame by frame
+  DriftWeights weights;
 
-  explicit BodyMotion(std::size_t vertices) : points(3 * vertices), move(vertices), move_before(vertices) {}
+  explicit BodyMotion(std::size_t vertices) : points(3 * vertices) {
+    for (auto& move : moves) move.resize(vertices);
+  }
+  void come_to_rest() {
+    for (auto& move : moves) std::ranges::fill(move, Lanes{});
+    weights = {};
+  }
+  /// Makes room for a move: the oldest one comes first.
+  void age() { std::ranges::rotate(moves, moves.end() - 1); }
 };
 
 /// Makes the payloads of one stream. Delta frames build on the frame before, whoever reads it; a key frame holds all
@@ -62,6 +71,7 @@ class FrameWriter {
   std::vector<BodyMotion> motions_;
   // Of the frame under way:
   std::string heads_;
+  std::vector<Triple> triples_;
   SymbolWriter symbols_;
   // Of the body under way:
   std::vector<double> positions_m_;  // in the order of the slots
@@ -87,7 +97,9 @@ class FrameReader {
  private:
   std::vector<MeshOrderPtr> orders_;
   std::vector<BodyMotion> motions_;
-  std::vector<BodyMotion> next_;  // of the frame under way
+  // Of the frame under way:
+  std::vector<BodyMotion> next_;  // of a body that is only moved, its first move alone
+  std::vector<std::uint16_t> words_;
   MoveScratch scratch_;
 };
 

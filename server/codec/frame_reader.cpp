@@ -14,42 +14,34 @@ std::int64_t sum(std::int64_t point, std::uint32_t move) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(point) + static_cast<std::uint64_t>(far));
 }
 
-void take_own_moves(const MeshOrder& order, std::uint8_t level, MoveScratch& scratch, SymbolReader& symbols,
-                    std::vector<Lanes>& moves) {
-  if (level == level_of_rest) {
-    moves.assign(order.size(), Lanes{});
-  } else {
-    take_moves(order, Neighbours::mean, level, scratch, symbols, moves);
-  }
-}
-
 void take_key_block(const MeshOrder& order, const BlockHead& head, MoveScratch& scratch, SymbolReader& symbols,
                     BodyMotion& next) {
+  next.weights = take_weights(symbols);
   next.points.resize(3 * order.size());
   scratch.drift.assign(order.size(), Lanes{});
   if (head.mode == BlockMode::plain) {
     for (std::size_t i = 0; i < next.points.size(); ++i) next.points[i] = coordinate_at(head.plain, i);
   } else {
-    take_moves(order, Neighbours::parallelogram, head.level, scratch, symbols, next.move);
+    take_moves(order, head.level, scratch, symbols, next.moves[0]);
     for (std::size_t i = 0; i < next.points.size(); ++i) {
-      next.points[i] = sum(head.anchor[i % 3], next.move[i / 3].v[i % 3]);
+      next.points[i] = sum(head.anchor[i % 3], next.moves[0][i / 3].v[i % 3]);
     }
   }
-  take_own_moves(order, head.move_level, scratch, symbols, next.move);
-  predict_drift(order, next.move, next.move, steady_motion, scratch.ring, scratch.drift);
-  take_own_moves(order, head.before_level, scratch, symbols, next.move_before);
+  for (std::size_t k = 0; k < history_size; ++k) {
+    if (head.history[k] == level_of_rest) {
+      next.moves[k].assign(order.size(), Lanes{});
+      continue;
+    }
+    expect_after(next.moves, k, scratch.drift);
+    take_moves(order, head.history[k], scratch, symbols, next.moves[k]);
+  }
 }
 
 void take_moved_block(const MeshOrder& order, const BlockHead& head, const BodyMotion& last, MoveScratch& scratch,
                       SymbolReader& symbols, BodyMotion& next) {
-  predict_drift(order, last.move, last.move_before, head.weights, scratch.ring, scratch.drift);
-  take_moves(order, head.neighbours(), head.level, scratch, symbols, next.move);
-  next.points.resize(last.points.size());
-  for (std::size_t slot = 0; slot < order.size(); ++slot) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      next.points[3 * slot + axis] = sum(last.points[3 * slot + axis], next.move[slot].v[axis]);
-    }
-  }
+  next.weights = head.mode == BlockMode::moved ? take_weights(symbols) : last.weights;
+  predict_drift(order, last.moves, next.weights, scratch.ring, scratch.drift);
+  take_moves(order, head.level, scratch, symbols, next.moves[0]);
 }
 
 /// Makes `next` the body's motion; what it was is left there, for its memory.
@@ -58,12 +50,19 @@ void go_on(const BlockHead& head, BodyMotion& motion, BodyMotion& next) {
     std::swap(motion, next);
     return;
   }
-  std::swap(motion.move_before, motion.move);
+  motion.age();
   if (head.mode == BlockMode::still) {
-    std::ranges::fill(motion.move, Lanes{});
-  } else {
-    std::swap(motion.move, next.move);
-    std::swap(motion.points, next.points);
+    std::ranges::fill(motion.moves[0], Lanes{});
+    return;
+  }
+  motion.weights = next.weights;
+  std::swap(motion.moves[0], next.moves[0]);
+  const Lanes* const moves = motion.moves[0].data();
+  std::int64_t* const points = motion.points.data();
+  for (std::size_t slot = 0; slot < motion.moves[0].size(); ++slot) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      points[3 * slot + axis] = sum(points[3 * slot + axis], moves[slot].v[axis]);
+    }
   }
 }
 
@@ -83,11 +82,11 @@ base::Status FrameReader::read(std::string_view payload, bool key) {
   const auto heads = take_heads(payload, key, vertex_counts);
   if (!heads.ok()) return heads.status();
 
-  const std::vector<std::uint16_t> words = words_of(payload);
-  if (payload.size() % 2 != 0 || (!payload.empty() && payload.size() < 2 * state_bytes)) {
+  words_of(payload, words_);
+  if (payload.size() % 2 != 0 || (!payload.empty() && payload.size() < state_count * state_bytes)) {
     return {base::StatusCode::malformed, "the residuals are not a whole number of words", "payload"};
   }
-  SymbolReader symbols(words);
+  SymbolReader symbols(words_);
   for (std::size_t body = 0; body < orders_.size(); ++body) {
     const BlockHead& head = (*heads)[body];
     if (head.stands_alone()) {

@@ -38,37 +38,30 @@ bool all_zero(const std::vector<Lanes>& moves) {
   return (any[0] | any[1] | any[2]) == 0;
 }
 
-void come_to_rest(std::vector<Lanes>& moves) {
-  std::ranges::fill(moves, Lanes{});
-}
-
-std::uint8_t put_own_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
-                           SymbolWriter& symbols) {
-  if (all_zero(moves)) return level_of_rest;
-  return static_cast<std::uint8_t>(put_moves(order, Neighbours::mean, moves, scratch, symbols));
-}
-
-/// A block that stands alone: the points, and the last two moves.
+/// A block that stands alone: the points, and the last moves, each expected to be like the one after it.
 void put_key_block(const MeshOrder& order, const BodyMotion& motion, MoveScratch& scratch, std::string& heads,
-                   SymbolWriter& symbols) {
+                   std::vector<Triple>& triples) {
   BlockHead head;
   std::string plain;
   std::vector<Lanes> from_anchor;
   const std::int64_t* const anchor = motion.points.data();
   const auto anchor_of = [anchor](std::size_t) { return anchor; };
+  put_weights(motion.weights, triples);
   scratch.drift.assign(order.size(), Lanes{});
   if (order.size() > 0 && subtract(motion.points, anchor_of, from_anchor)) {
     head.mode = BlockMode::key;
     head.anchor = {anchor[0], anchor[1], anchor[2]};
-    head.level = static_cast<std::uint8_t>(put_moves(order, Neighbours::parallelogram, from_anchor, scratch, symbols));
+    head.level = static_cast<std::uint8_t>(put_moves(order, from_anchor, scratch, triples));
   } else {
     head.mode = BlockMode::plain;
     for (const std::int64_t coordinate : motion.points) append_coordinate(coordinate, plain);
     head.plain = plain;
   }
-  head.move_level = put_own_moves(order, motion.move, scratch, symbols);
-  predict_drift(order, motion.move, motion.move, steady_motion, scratch.ring, scratch.drift);
-  head.before_level = put_own_moves(order, motion.move_before, scratch, symbols);
+  for (std::size_t k = 0; k < history_size; ++k) {
+    if (all_zero(motion.moves[k])) continue;
+    expect_after(motion.moves, k, scratch.drift);
+    head.history[k] = static_cast<std::uint8_t>(put_moves(order, motion.moves[k], scratch, triples));
+  }
   append_head(head, heads);
 }
 
@@ -115,8 +108,8 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   gather(order, positions_m);
   if (is_still(motion.points)) {
     append_head({}, heads_);
-    std::swap(motion.move_before, motion.move);
-    come_to_rest(motion.move);
+    motion.age();
+    std::ranges::fill(motion.moves[0], Lanes{});
     return;
   }
   quantise(positions_m_, step_m_, points_);
@@ -124,46 +117,48 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   const bool moved = subtract(points_, last_point, moves_);
   std::swap(motion.points, points_);
   if (!moved) {
-    come_to_rest(motion.move);
-    come_to_rest(motion.move_before);
-    put_key_block(order, motion, scratch_, heads_, symbols_);
+    motion.come_to_rest();
+    put_key_block(order, motion, scratch_, heads_, triples_);
     return;
   }
-  const Predictor predictor = fit_predictor(order, moves_, motion.move, motion.move_before);
-  predict_drift(order, motion.move, motion.move_before, predictor.weights, scratch_.ring, scratch_.drift);
   BlockHead head;
-  head.mode = static_cast<BlockMode>(static_cast<int>(BlockMode::moved) + static_cast<int>(predictor.neighbours));
-  head.weights = predictor.weights;
-  head.level = static_cast<std::uint8_t>(put_moves(order, predictor.neighbours, moves_, scratch_, symbols_));
+  head.mode = BlockMode::again;
+  if (const auto better = better_weights(order, moves_, motion.moves, motion.weights)) {
+    motion.weights = *better;
+    head.mode = BlockMode::moved;
+    put_weights(motion.weights, triples_);
+  }
+  predict_drift(order, motion.moves, motion.weights, scratch_.ring, scratch_.drift);
+  head.level = static_cast<std::uint8_t>(put_moves(order, moves_, scratch_, triples_));
   append_head(head, heads_);
-  std::swap(motion.move_before, motion.move);
-  std::swap(motion.move, moves_);
+  motion.age();
+  std::swap(motion.moves[0], moves_);
 }
 
 void FrameWriter::take_delta(std::string& payload) {
   payload.push_back(static_cast<char>(payload_format));
   payload.append(heads_);
-  symbols_.finish(payload);
+  symbols_.write(triples_, payload);
+  triples_.clear();
 }
 
 void FrameWriter::place_body(std::size_t body, std::span<const double> positions_m) {
   BodyMotion& motion = motions_[body];
   gather(*orders_[body], positions_m);
   quantise(positions_m_, step_m_, motion.points);
-  come_to_rest(motion.move);
-  come_to_rest(motion.move_before);
+  motion.come_to_rest();
 }
 
 void FrameWriter::write_key(std::string& payload) const {
   std::string heads;
-  SymbolWriter symbols;
+  std::vector<Triple> triples;
   MoveScratch scratch;
   for (std::size_t body = 0; body < orders_.size(); ++body) {
-    put_key_block(*orders_[body], motions_[body], scratch, heads, symbols);
+    put_key_block(*orders_[body], motions_[body], scratch, heads, triples);
   }
   payload.push_back(static_cast<char>(payload_format));
   payload.append(heads);
-  symbols.finish(payload);
+  SymbolWriter().write(triples, payload);
 }
 
 }  // namespace pneuma::codec

@@ -1,25 +1,18 @@
 #include "codec/mesh_order.h"
 
 #include <algorithm>
-#include <functional>
+#include <bit>
 #include <utility>
 
 namespace pneuma::codec {
 
 namespace {
 
-constexpr std::uint32_t nowhere = ~std::uint32_t{0};
-// Around both ends of an edge: a mesh made to have more costs no more.
-constexpr std::size_t faces_looked_at_max = 32;
-
 /// Lists of numbers, one a key, in one array.
 struct Lists {
   std::vector<std::uint32_t> begins;
   std::vector<std::uint32_t> entries;
 
-  [[nodiscard]] std::span<std::uint32_t> of(std::size_t key) {
-    return std::span(entries).subspan(begins[key], begins[key + 1] - begins[key]);
-  }
   [[nodiscard]] std::span<const std::uint32_t> of(std::size_t key) const {
     return std::span(entries).subspan(begins[key], begins[key + 1] - begins[key]);
   }
@@ -79,90 +72,129 @@ std::vector<std::uint32_t> breadth_first(std::uint32_t vertex_count, const Lists
   return order;
 }
 
-/// The latest four neighbours coded before; fewer come again from the first.
-std::array<std::uint32_t, 4> parents_of(std::uint32_t slot, std::span<const std::uint32_t> ring) {
-  std::vector<std::uint32_t> before;
-  for (const std::uint32_t neighbour : ring) {
-    if (neighbour < slot) before.push_back(neighbour + 1);
+/// A part of the vertices, and which of them count as neighbours.
+struct Level {
+  std::vector<std::uint32_t> ranks;   // of its vertices, ascending
+  Lists neighbours;                   // by rank
+  std::vector<std::uint8_t> colours;  // by rank
+
+  [[nodiscard]] bool has_neighbours() const { return !neighbours.entries.empty(); }
+};
+
+/// All vertices; the neighbours of each by ascending rank.
+Level finest(const std::vector<std::uint32_t>& vertices, const Lists& neighbours) {
+  std::vector<std::uint32_t> ranks(vertices.size());
+  for (std::uint32_t rank = 0; rank < vertices.size(); ++rank) ranks[vertices[rank]] = rank;
+  Level level;
+  auto& [begins, entries] = level.neighbours;
+  begins.push_back(0);
+  for (std::uint32_t rank = 0; rank < vertices.size(); ++rank) {
+    level.ranks.push_back(rank);
+    const auto begin = static_cast<std::ptrdiff_t>(entries.size());
+    for (const std::uint32_t vertex : neighbours.of(vertices[rank])) entries.push_back(ranks[vertex]);
+    std::sort(entries.begin() + begin, entries.end());
+    begins.push_back(static_cast<std::uint32_t>(entries.size()));
   }
-  std::ranges::sort(before, std::greater<>());
-  std::array<std::uint32_t, 4> parents{};
-  if (before.empty()) return parents;
-  for (std::size_t i = 0; i < parents.size(); ++i) parents[i] = before[i % std::min(before.size(), parents.size())];
-  return parents;
+  return level;
 }
 
-class ParallelogramFinder {
- public:
-  ParallelogramFinder(std::span<const std::uint32_t> indices, const Lists& faces, std::span<const std::uint32_t> slots)
-      : indices_(indices), faces_(faces), slots_(slots) {}
+constexpr std::size_t levels_max = 12;
+constexpr std::uint32_t colours_max = 8;
+// Of the neighbours that a coarser level's are found by, and of those that are found: a mesh made to have more costs
+// no more.
+constexpr std::size_t neighbours_looked_at_max = 16;
 
-  /// Of the first two faces at the vertex that have a parallelogram, or of one twice; otherwise the mean of two
-  /// parents.
-  [[nodiscard]] std::array<std::uint32_t, 6> at(std::uint32_t vertex,
-                                                const std::array<std::uint32_t, 4>& parents) const {
-    std::array<std::uint32_t, 6> found{parents[0], 0, parents[1], 0, 0, 0};
-    std::size_t count = 0;
-    for (const std::uint32_t face : faces_.of(vertex)) {
-      const auto corners = indices_.subspan(3 * std::size_t{face}, 3);
-      const std::size_t corner = corners[0] == vertex ? 0 : corners[1] == vertex ? 1 : 2;
-      const std::uint32_t a = corners[(corner + 1) % 3];
-      const std::uint32_t b = corners[(corner + 2) % 3];
-      if (slots_[a] >= slots_[vertex] || slots_[b] >= slots_[vertex]) continue;
-      const std::uint32_t c = across(a, b, vertex);
-      if (c == nowhere) continue;
-      for (std::size_t place = count; place < 2; ++place) {
-        found[2 * place] = slots_[a] + 1;
-        found[2 * place + 1] = slots_[b] + 1;
-        found[4 + place] = slots_[c] + 1;
+/// Each gets the least colour that none of its neighbours has yet, or the last.
+void colour(Level& level, std::size_t vertex_count) {
+  constexpr std::uint8_t none = colours_max;
+  level.colours.assign(vertex_count, none);
+  for (const std::uint32_t rank : level.ranks) {
+    std::uint32_t taken = 0;
+    for (const std::uint32_t neighbour : level.neighbours.of(rank)) taken |= 1U << level.colours[neighbour];
+    const auto least = static_cast<std::uint32_t>(std::countr_one(taken));
+    level.colours[rank] = static_cast<std::uint8_t>(std::min(least, colours_max - 1));
+  }
+}
+
+/// The vertices of colour 0; those with a neighbour in common are neighbours.
+Level coarser(const Level& level, std::size_t vertex_count) {
+  const auto looked_at = [&level](std::uint32_t rank) {
+    const auto all = level.neighbours.of(rank);
+    return all.first(std::min(all.size(), neighbours_looked_at_max));
+  };
+  Level coarse;
+  auto& [begins, entries] = coarse.neighbours;
+  begins.reserve(vertex_count + 1);
+  begins.push_back(0);
+  for (std::uint32_t rank = 0; rank < vertex_count; ++rank) {
+    const auto begin = static_cast<std::ptrdiff_t>(entries.size());
+    if (level.colours[rank] == 0) {
+      coarse.ranks.push_back(rank);
+      for (const std::uint32_t between : looked_at(rank)) {
+        for (const std::uint32_t far : looked_at(between)) {
+          if (far == rank || level.colours[far] != 0) continue;
+          if (entries.size() - static_cast<std::size_t>(begin) == neighbours_looked_at_max) continue;
+          if (std::find(entries.begin() + begin, entries.end(), far) == entries.end()) entries.push_back(far);
+        }
       }
-      if (++count == 2) break;
     }
-    return found;
+    begins.push_back(static_cast<std::uint32_t>(entries.size()));
   }
+  return coarse;
+}
 
- private:
-  /// The third vertex of the first face with the edge a b whose third vertex is coded before `vertex`.
-  [[nodiscard]] std::uint32_t across(std::uint32_t a, std::uint32_t b, std::uint32_t vertex) const {
-    const auto at_a = faces_.of(a);
-    const auto at_b = faces_.of(b);
-    const auto fewer = at_b.size() < at_a.size() ? at_b : at_a;
-    for (const std::uint32_t face : fewer.first(std::min(fewer.size(), faces_looked_at_max))) {
-      const auto corners = indices_.subspan(3 * std::size_t{face}, 3);
-      if (std::ranges::find(corners, a) == corners.end() || std::ranges::find(corners, b) == corners.end()) continue;
-      const auto third = std::ranges::find_if(
-          corners, [&](std::uint32_t corner) { return corner != a && corner != b && slots_[corner] < slots_[vertex]; });
-      if (third != corners.end()) return *third;
-    }
-    return nowhere;
-  }
-
-  std::span<const std::uint32_t> indices_;
-  const Lists& faces_;
-  std::span<const std::uint32_t> slots_;
+/// Ranks in the order in which they are coded, each with its parents: ranks too.
+struct CodingOrder {
+  std::vector<std::uint32_t> ranks;
+  std::vector<std::vector<std::uint32_t>> parents;  // one a slot
 };
+
+CodingOrder coarse_to_fine(const std::vector<Level>& levels, std::size_t vertex_count) {
+  CodingOrder order;
+  std::vector<bool> coded(vertex_count);
+  for (std::size_t at = levels.size(); at-- > 0;) {
+    const Level& level = levels[at];
+    for (std::uint32_t colour = at + 1 == levels.size() ? 0 : 1; colour < colours_max; ++colour) {
+      for (const std::uint32_t rank : level.ranks) {
+        if (level.colours[rank] != colour) continue;
+        auto& parents = order.parents.emplace_back();
+        for (const std::uint32_t neighbour : level.neighbours.of(rank)) {
+          if (coded[neighbour] && parents.size() < parents_max) parents.push_back(neighbour);
+        }
+        coded[rank] = true;
+        order.ranks.push_back(rank);
+      }
+    }
+  }
+  return order;
+}
 
 }  // namespace
 
 MeshOrder make_mesh_order(std::uint32_t vertex_count, std::span<const std::uint32_t> indices) {
   const Lists faces = faces_at_vertices(vertex_count, indices);
   const Lists neighbours = neighbours_of(vertex_count, indices, faces);
-  MeshOrder order;
-  order.vertices = breadth_first(vertex_count, neighbours);
-  std::vector<std::uint32_t> slots(vertex_count);
-  for (std::uint32_t slot = 0; slot < vertex_count; ++slot) slots[order.vertices[slot]] = slot;
+  const std::vector<std::uint32_t> vertices = breadth_first(vertex_count, neighbours);  // by rank
+  std::vector<Level> levels{finest(vertices, neighbours)};
+  colour(levels.back(), vertex_count);
+  while (levels.back().has_neighbours() && levels.size() < levels_max) {
+    levels.push_back(coarser(levels.back(), vertex_count));
+    colour(levels.back(), vertex_count);
+  }
+  const CodingOrder coding = coarse_to_fine(levels, vertex_count);
+  std::vector<std::uint32_t> slots(vertex_count);  // by rank
+  for (std::uint32_t slot = 0; slot < vertex_count; ++slot) slots[coding.ranks[slot]] = slot;
 
+  MeshOrder order;
   order.rings.reserve(neighbours.entries.size());
   order.ring_begins.push_back(0);
-  order.parents.reserve(vertex_count);
-  order.parallelograms.reserve(vertex_count);
-  const ParallelogramFinder parallelograms(indices, faces, slots);
   for (std::uint32_t slot = 0; slot < vertex_count; ++slot) {
-    const std::size_t begin = order.rings.size();
-    for (const std::uint32_t neighbour : neighbours.of(order.vertices[slot])) order.rings.push_back(slots[neighbour]);
+    const std::uint32_t rank = coding.ranks[slot];
+    order.vertices.push_back(vertices[rank]);
+    for (const std::uint32_t neighbour : levels[0].neighbours.of(rank)) order.rings.push_back(slots[neighbour]);
     order.ring_begins.push_back(static_cast<std::uint32_t>(order.rings.size()));
-    order.parents.push_back(parents_of(slot, std::span(order.rings).subspan(begin)));
-    order.parallelograms.push_back(parallelograms.at(order.vertices[slot], order.parents.back()));
+    MeshOrder::Parents& parents = order.parents.emplace_back();
+    for (const std::uint32_t parent : coding.parents[slot]) parents.slots[parents.count++] = slots[parent] + 1;
   }
   return order;
 }

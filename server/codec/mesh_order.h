@@ -10,20 +10,28 @@
 
 namespace pneuma::codec {
 
+inline constexpr std::size_t parents_max = 6;
+
+/// From coarse to fine: most vertices come after all of their neighbours, and near ones in the order do not depend on
+/// each other.
 struct MeshOrder {
-  // A slot is a place in the order. Tables that a vertex looks up have an entry of zeros before them, so in `parents`
-  // and `parallelograms` slot s is s + 1, and 0 is nothing.
-  std::vector<std::uint32_t> vertices;                // one a slot
-  std::vector<std::array<std::uint32_t, 4>> parents;  // neighbours coded before; fewer than four stand repeatedly
-  std::vector<std::array<std::uint32_t, 6>> parallelograms;  // a, b, a', b' and, to be taken off, c, c'
-  std::vector<std::uint32_t> ring_begins;                    // one a slot, and the end
-  std::vector<std::uint32_t> rings;                          // slots of all neighbours
+  /// What a slot is predicted from. Tables that it looks up have an entry of zeros before them, so slot s is s + 1
+  /// here, and 0, past the count, is nothing.
+  struct Parents {
+    std::array<std::uint32_t, parents_max> slots{};
+    std::uint32_t count = 0;
+  };
+
+  // A slot is a place in the order.
+  std::vector<std::uint32_t> vertices;     // one a slot
+  std::vector<Parents> parents;            // one a slot
+  std::vector<std::uint32_t> ring_begins;  // one a slot, and the end
+  std::vector<std::uint32_t> rings;        // slots of all neighbours
 
   [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };
 
-/// `indices`: three a face, each below vertex_count; any such list will do. Linear in its size but for vertices where
-/// very many faces meet.
+/// `indices`: three a face, each below vertex_count; any such list will do. Linear in its size.
 [[nodiscard]] MeshOrder make_mesh_order(std::uint32_t vertex_count, std::span<const std::uint32_t> indices);
 
 }  // namespace pneuma::codec

@@ -10,6 +10,9 @@ namespace {
 constexpr std::uint32_t size_unit = 4;
 // So that no sum of sizes overflows.
 constexpr std::uint64_t size_max = 1U << 24;
+// So many times a slot's expected size is its level's.
+constexpr std::uint32_t level_unit = 4;
+
 std::uint32_t magnitude(std::uint32_t value) {
   return static_cast<std::int32_t>(value) < 0 ? 0 - value : value;
 }
@@ -23,7 +26,7 @@ std::uint32_t size_of_residual(std::uint32_t x, std::uint32_t y, std::uint32_t z
   return static_cast<std::uint32_t>(std::min(size_unit * sum, size_max));
 }
 
-/// The nearest whole steps to a move predicted in 256ths.
+/// The nearest whole steps to a predicted move.
 std::uint32_t nearest(std::uint32_t predicted) {
   return signed_shift(predicted + (1U << (fraction_bits - 1)), fraction_bits);
 }
@@ -39,72 +42,61 @@ LaneVector found_at(LaneVector move, LaneVector drift, std::uint32_t size) {
   return found;
 }
 
-template <Neighbours neighbours>
-void find_residuals(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch) {
+std::uint32_t level_at(std::uint32_t size_of_parents, std::uint32_t body_size) {
+  return std::min(level_of(level_unit * size_of_parents + body_size), level_max);
+}
+
+constexpr std::uint32_t weights_level = 44;
+
+}  // namespace
+
+std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
+                        std::vector<Triple>& triples) {
+  const std::size_t count = order.size();
+  scratch.found.resize(count + 1);
+  triples.resize(triples.size() + count);
+  Triple* const out = triples.data() + (triples.size() - count);
   Lanes* const found = scratch.found.data();
-  for (std::size_t slot = 0; slot < order.size(); ++slot) {
-    const LaneVector predicted = scratch.drift[slot].v + from_neighbours<neighbours>(order, slot, found);
+  // Of the middling size: a mean of levels, which a few far vertices do not move.
+  std::uint64_t level_sum = 0;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const LaneVector mean = mean_of_parents(order.parents[slot], found);
+    const LaneVector drift = scratch.drift[slot].v;
+    const LaneVector predicted = drift + mean;
     const LaneVector move = moves[slot].v;
     const std::uint32_t parity = move[0] & 1U;
     const std::uint32_t x = move[0] - nearest(predicted[0]);
     const std::uint32_t y = signed_shift(move[1] - parity, 1) - nearest_double(predicted[1], parity);
     const std::uint32_t z = signed_shift(move[2] - parity, 1) - nearest_double(predicted[2], parity);
-    scratch.residuals[slot].v = LaneVector{x, y, z, 0};
-    found[slot + 1].v = found_at(move, scratch.drift[slot].v, size_of_residual(x, y, z));
+    const std::uint32_t size = size_of_residual(x, y, z);
+    found[slot + 1].v = found_at(move, drift, size);
+    level_sum += level_of(level_unit * size);
+    out[slot] = {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), static_cast<std::int32_t>(z), mean[3]};
   }
+  const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(count, 1));
+  const std::uint32_t level = std::min(mean_level + 2, level_max);
+  const std::uint32_t body_size = size_of(level);
+  for (std::size_t slot = 0; slot < count; ++slot) out[slot].level = level_at(out[slot].level, body_size);
+  return level;
 }
 
-void find_residuals(const MeshOrder& order, Neighbours neighbours, const std::vector<Lanes>& moves,
-                    MoveScratch& scratch) {
-  scratch.found.resize(order.size() + 1);
-  scratch.residuals.resize(order.size());
-  switch (neighbours) {
-    case Neighbours::ignored:
-      return find_residuals<Neighbours::ignored>(order, moves, scratch);
-    case Neighbours::mean:
-      return find_residuals<Neighbours::mean>(order, moves, scratch);
-    case Neighbours::parallelogram:
-      return find_residuals<Neighbours::parallelogram>(order, moves, scratch);
-  }
-}
-
-template <Neighbours neighbours>
-std::uint32_t neighbours_size(const MeshOrder& order, std::size_t slot, const Found& found) {
-  if constexpr (neighbours == Neighbours::parallelogram) {
-    const auto& p = order.parallelograms[slot];
-    return found[p[0]].v[3] + found[p[1]].v[3] + found[p[2]].v[3] + found[p[3]].v[3];
-  } else {
-    const auto& p = order.parents[slot];
-    return found[p[0]].v[3] + found[p[1]].v[3] + found[p[2]].v[3] + found[p[3]].v[3];
-  }
-}
-
-template <Neighbours neighbours>
-void put_residuals(const MeshOrder& order, std::uint32_t body_size, const MoveScratch& scratch, SymbolWriter& symbols) {
-  for (std::size_t slot = 0; slot < order.size(); ++slot) {
-    const PointModel model =
-        point_models[level_of(neighbours_size<neighbours>(order, slot, scratch.found) + body_size)];
-    const LaneVector residual = scratch.residuals[slot].v;
-    symbols.put(model.x, static_cast<std::int32_t>(residual[0]));
-    symbols.put(model.yz, static_cast<std::int32_t>(residual[1]));
-    symbols.put(model.yz, static_cast<std::int32_t>(residual[2]));
-  }
-}
-
-template <Neighbours neighbours>
-void take_residuals(const MeshOrder& order, std::uint32_t body_size, MoveScratch& scratch, SymbolReader& reader,
-                    std::vector<Lanes>& moves) {
+void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& reader,
+                std::vector<Lanes>& moves) {
+  const std::size_t count = order.size();
+  scratch.found.resize(count + 1);
+  moves.resize(count);
   SymbolReader symbols = reader;
   Lanes* const found = scratch.found.data();
-  for (std::size_t slot = 0; slot < order.size(); ++slot) {
-    const LaneVector drift = scratch.drift[slot].v;
+  const std::uint32_t body_size = size_of(level);
+  for (std::size_t slot = 0; slot < count; ++slot) {
     if (symbols.failed()) break;
-    const LaneVector around = from_neighbours<neighbours>(order, slot, found);
-    const LaneVector predicted = drift + around;
-    const PointModel model = point_models[level_of(around[3] + body_size)];
-    const auto x = static_cast<std::uint32_t>(symbols.take(model.x));
-    const auto y = static_cast<std::uint32_t>(symbols.take(model.yz));
-    const auto z = static_cast<std::uint32_t>(symbols.take(model.yz));
+    const LaneVector mean = mean_of_parents(order.parents[slot], found);
+    const LaneVector drift = scratch.drift[slot].v;
+    const LaneVector predicted = drift + mean;
+    const Triple residual = symbols.take(level_at(mean[3], body_size));
+    const auto x = static_cast<std::uint32_t>(residual.x);
+    const auto y = static_cast<std::uint32_t>(residual.y);
+    const auto z = static_cast<std::uint32_t>(residual.z);
     const std::uint32_t move_x = nearest(predicted[0]) + x;
     const std::uint32_t parity = move_x & 1U;
     const LaneVector move = {move_x, 2 * (nearest_double(predicted[1], parity) + y) + parity,
@@ -115,42 +107,21 @@ void take_residuals(const MeshOrder& order, std::uint32_t body_size, MoveScratch
   reader = symbols;
 }
 
-}  // namespace
-
-std::uint32_t put_moves(const MeshOrder& order, Neighbours neighbours, const std::vector<Lanes>& moves,
-                        MoveScratch& scratch, SymbolWriter& symbols) {
-  find_residuals(order, neighbours, moves, scratch);
-  // The level of four neighbours of the middling size: a mean of levels, which a few far vertices do not move.
-  std::uint64_t level_sum = 0;
-  for (std::size_t i = 1; i < scratch.found.size(); ++i) level_sum += level_of(4 * scratch.found[i].v[3]);
-  const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(order.size(), 1));
-  const std::uint32_t level = std::min(mean_level + 2, level_max);
-  switch (neighbours) {
-    case Neighbours::ignored:
-      put_residuals<Neighbours::ignored>(order, size_of(level), scratch, symbols);
-      break;
-    case Neighbours::mean:
-      put_residuals<Neighbours::mean>(order, size_of(level), scratch, symbols);
-      break;
-    case Neighbours::parallelogram:
-      put_residuals<Neighbours::parallelogram>(order, size_of(level), scratch, symbols);
-      break;
-  }
-  return level;
+void put_weights(const DriftWeights& weights, std::vector<Triple>& triples) {
+  const auto& own = weights.own;
+  const auto& ring = weights.ring;
+  triples.push_back({own[0], own[1], own[2], weights_level});
+  triples.push_back({own[3], ring[0], ring[1], weights_level});
+  triples.push_back({ring[2], ring[3], weights.ring_of_ring, weights_level});
 }
 
-void take_moves(const MeshOrder& order, Neighbours neighbours, std::uint32_t level, MoveScratch& scratch,
-                SymbolReader& symbols, std::vector<Lanes>& moves) {
-  scratch.found.resize(order.size() + 1);
-  moves.resize(order.size());
-  switch (neighbours) {
-    case Neighbours::ignored:
-      return take_residuals<Neighbours::ignored>(order, size_of(level), scratch, symbols, moves);
-    case Neighbours::mean:
-      return take_residuals<Neighbours::mean>(order, size_of(level), scratch, symbols, moves);
-    case Neighbours::parallelogram:
-      return take_residuals<Neighbours::parallelogram>(order, size_of(level), scratch, symbols, moves);
+DriftWeights take_weights(SymbolReader& symbols) {
+  std::array<Triple, 3> triples{};
+  for (Triple& triple : triples) {
+    if (!symbols.failed()) triple = symbols.take(weights_level);
   }
+  const auto& [a, b, c] = triples;
+  return {{a.x, a.y, a.z, b.x}, {b.y, b.z, c.x, c.y}, c.z};
 }
 
 }  // namespace pneuma::codec

@@ -15,16 +15,19 @@ namespace pneuma::codec {
 struct MoveScratch {
   std::vector<Lanes> drift;
   std::vector<Lanes> ring;
-  std::vector<Lanes> residuals;
   Found found;
 };
 
-/// Puts the residuals of `moves` (points of the grid) against scratch.drift and their neighbours; returns the level
+/// Appends the residuals of `moves` (points of the grid) against scratch.drift and their neighbours; returns the level
 /// that they were coded at, which the reader must know.
-std::uint32_t put_moves(const MeshOrder& order, Neighbours neighbours, const std::vector<Lanes>& moves,
-                        MoveScratch& scratch, SymbolWriter& symbols);
+std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
+                        std::vector<Triple>& triples);
 /// Takes what put_moves put; sets `moves`.
-void take_moves(const MeshOrder& order, Neighbours neighbours, std::uint32_t level, MoveScratch& scratch,
-                SymbolReader& symbols, std::vector<Lanes>& moves);
+void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& symbols,
+                std::vector<Lanes>& moves);
+
+/// The weights of a moved block, before its residuals.
+void put_weights(const DriftWeights& weights, std::vector<Triple>& triples);
+[[nodiscard]] DriftWeights take_weights(SymbolReader& symbols);
 
 }  // namespace pneuma::codec

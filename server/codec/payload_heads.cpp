@@ -1,5 +1,6 @@
 #include "codec/payload_heads.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace pneuma::codec {
@@ -36,6 +37,10 @@ bool is_level(std::uint8_t level) {
   return level <= level_max;
 }
 
+void take_history(ByteReader& bytes, HistoryLevels& history) {
+  for (std::uint8_t& level : history) level = bytes.byte();
+}
+
 BlockHead take_head(ByteReader& bytes, std::size_t vertex_count) {
   BlockHead head;
   head.mode = static_cast<BlockMode>(bytes.byte());
@@ -44,25 +49,18 @@ BlockHead take_head(ByteReader& bytes, std::size_t vertex_count) {
       break;
     case BlockMode::plain:
       head.plain = bytes.take(3 * coordinate_bytes * vertex_count);
-      head.move_level = bytes.byte();
-      head.before_level = bytes.byte();
+      take_history(bytes, head.history);
       break;
     case BlockMode::key: {
       const std::string_view anchor = bytes.take(3 * coordinate_bytes);
       for (std::size_t axis = 0; axis < 3 && !anchor.empty(); ++axis) head.anchor[axis] = coordinate_at(anchor, axis);
       head.level = bytes.byte();
-      head.move_level = bytes.byte();
-      head.before_level = bytes.byte();
+      take_history(bytes, head.history);
       break;
     }
     case BlockMode::moved:
-    case BlockMode::moved_mean:
-    case BlockMode::moved_parallelogram:
+    case BlockMode::again:
       head.level = bytes.byte();
-      head.weights.move = static_cast<std::int8_t>(bytes.byte());
-      head.weights.move_before = static_cast<std::int8_t>(bytes.byte());
-      head.weights.ring = static_cast<std::int8_t>(bytes.byte());
-      head.weights.ring_before = static_cast<std::int8_t>(bytes.byte());
       break;
   }
   return head;
@@ -100,15 +98,8 @@ void append_head(const BlockHead& head, std::string& bytes) {
     }
     append(head.level);
   }
-  if (head.stands_alone()) {
-    append(head.move_level);
-    append(head.before_level);
-  } else {
-    append(head.weights.move);
-    append(head.weights.move_before);
-    append(head.weights.ring);
-    append(head.weights.ring_before);
-  }
+  if (!head.stands_alone()) return;
+  for (const std::uint8_t level : head.history) append(level);
 }
 
 base::Result<std::vector<BlockHead>> take_heads(std::string_view& payload, bool key,
@@ -126,13 +117,13 @@ base::Result<std::vector<BlockHead>> take_heads(std::string_view& payload, bool 
   for (std::size_t body = 0; body < vertex_counts.size(); ++body) {
     const BlockHead head = take_head(bytes, vertex_counts[body]);
     if (bytes.failed()) return malformed_body(body, "the payload ends in this body's head");
-    if (head.mode > BlockMode::moved_parallelogram) {
+    if (head.mode > BlockMode::again) {
       return malformed_body(body,
                             std::string("no such block mode: ").append(std::to_string(static_cast<int>(head.mode))));
     }
     if (key && !head.stands_alone()) return malformed_body(body, "a key frame's block builds on a base");
-    const bool moves_good = (is_level(head.move_level) || head.move_level == level_of_rest) &&
-                            (is_level(head.before_level) || head.before_level == level_of_rest);
+    const bool moves_good =
+        std::ranges::all_of(head.history, [](std::uint8_t level) { return is_level(level) || level == level_of_rest; });
     if (!is_level(head.level) || !moves_good) return malformed_body(body, "no such level");
     heads.push_back(head);
   }

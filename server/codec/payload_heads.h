@@ -16,33 +16,29 @@
 namespace pneuma::codec {
 
 /// The first byte of a payload; readers refuse any other.
-inline constexpr std::uint8_t payload_format = 3;
+inline constexpr std::uint8_t payload_format = 4;
 
 enum class BlockMode : std::uint8_t {
-  still = 0,                // every vertex stays
-  plain = 1,                // points as they are, then their last moves
-  key = 2,                  // points against their neighbours', then their last moves
-  moved = 3,                // and one more for each way to use the neighbours:
-  moved_mean = 4,           //
-  moved_parallelogram = 5,  //
+  still = 0,  // every vertex stays
+  plain = 1,  // points as they are, then their last moves
+  key = 2,    // points against their neighbours', then their last moves
+  moved = 3,  // by moves, with weights of their own
+  again = 4,  // by moves, with the weights there were
 };
 
 /// A list of moves that are all zero, of which nothing more is in the payload.
 inline constexpr std::uint8_t level_of_rest = 255;
+using HistoryLevels = std::array<std::uint8_t, history_size>;
+inline constexpr HistoryLevels history_of_rest{level_of_rest, level_of_rest, level_of_rest, level_of_rest};
 
 struct BlockHead {
   BlockMode mode = BlockMode::still;
   std::uint8_t level = 0;                   // of the points or moves
-  DriftWeights weights;                     // moved
   std::array<std::int64_t, 3> anchor{};     // key: the point of slot 0
   std::string_view plain;                   // plain: 8 bytes a coordinate
-  std::uint8_t move_level = level_of_rest;  // plain and key
-  std::uint8_t before_level = level_of_rest;
+  HistoryLevels history = history_of_rest;  // plain and key
 
   [[nodiscard]] bool stands_alone() const { return mode == BlockMode::plain || mode == BlockMode::key; }
-  [[nodiscard]] Neighbours neighbours() const {
-    return static_cast<Neighbours>(static_cast<int>(mode) - static_cast<int>(BlockMode::moved));
-  }
 };
 
 void append_coordinate(std::int64_t value, std::string& bytes);

@@ -1,41 +1,56 @@
 #include "codec/prediction.h"
 
+#include <algorithm>
+
 namespace pneuma::codec {
 
 namespace {
 
-LaneVector weight(std::int8_t value) {
-  const auto lane = static_cast<std::uint32_t>(std::int32_t{value});
+LaneVector all_lanes(std::int32_t value) {
+  const auto lane = static_cast<std::uint32_t>(value);
   return LaneVector{lane, lane, lane, lane};
 }
 
+// From 1,024ths of a step.
+constexpr int drift_shift = 10 - fraction_bits;
+
 }  // namespace
 
-void predict_drift(const MeshOrder& order, const std::vector<Lanes>& move, const std::vector<Lanes>& move_before,
-                   DriftWeights weights, std::vector<Lanes>& scratch, std::vector<Lanes>& drift) {
+void predict_drift(const MeshOrder& order, const MoveHistory& moves, const DriftWeights& weights,
+                   std::vector<Lanes>& scratch, std::vector<Lanes>& drift) {
   const std::size_t count = order.size();
-  const LaneVector of_move = weight(weights.move);
-  const LaneVector of_move_before = weight(weights.move_before);
-  const LaneVector of_ring = weight(weights.ring);
-  const LaneVector of_ring_before = weight(weights.ring_before);
   drift.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    drift[i].v = (of_move * move[i].v + of_move_before * move_before[i].v) << 3;
-  }
-  if (weights.ring == 0 && weights.ring_before == 0) return;
   scratch.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    scratch[i].v = of_ring * move[i].v + of_ring_before * move_before[i].v;
+  std::array<LaneVector, history_size> own;
+  std::array<LaneVector, history_size> ring;
+  for (std::size_t k = 0; k < history_size; ++k) {
+    own[k] = all_lanes(weights.own[k]);
+    ring[k] = all_lanes(weights.ring[k]);
   }
-  const std::uint32_t* const ring = order.rings.data();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t begin = order.ring_begins[i];
-    const std::uint32_t end = order.ring_begins[i + 1];
-    LaneVector sum = {0, 0, 0, 0};
-    for (std::uint32_t j = begin; j < end; ++j) sum += scratch[ring[j]].v;
-    const std::uint32_t degree = end - begin;
-    drift[i].v += sum - LaneVector{degree, degree, degree, degree} * scratch[i].v;
+  const LaneVector ring_of_ring = all_lanes(weights.ring_of_ring);
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    LaneVector of_own = {};
+    LaneVector of_ring = ring_of_ring * ring_difference(order, slot, moves[0].data());
+    for (std::size_t k = 0; k < history_size; ++k) {
+      of_own += own[k] * moves[k][slot].v;
+      of_ring += ring[k] * moves[k][slot].v;
+    }
+    drift[slot].v = of_own << 3;
+    scratch[slot].v = of_ring;
   }
+  constexpr std::uint32_t half = 1U << (drift_shift - 1);
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const LaneVector sum = drift[slot].v + ring_difference(order, slot, scratch.data());
+    drift[slot].v = shifted_down(sum + LaneVector{half, half, half, half}, drift_shift);
+  }
+}
+
+void expect_after(const MoveHistory& moves, std::size_t k, std::vector<Lanes>& drift) {
+  if (k == 0) {
+    std::ranges::fill(drift, Lanes{});
+    return;
+  }
+  for (std::size_t slot = 0; slot < drift.size(); ++slot) drift[slot].v = moves[k - 1][slot].v << fraction_bits;
 }
 
 }  // namespace pneuma::codec

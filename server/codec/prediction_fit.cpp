@@ -9,9 +9,10 @@ namespace pneuma::codec {
 
 namespace {
 
-constexpr std::size_t samples_max = 96;
-constexpr std::size_t term_count = 4;
+constexpr std::size_t samples_max = 192;
+constexpr std::size_t term_count = 2 * history_size + 1;
 
+using Weights = std::array<double, term_count>;
 using FloatLanes [[gnu::vector_size(16)]] = float;
 
 FloatLanes to_float(LaneVector lanes) {
@@ -31,28 +32,28 @@ struct Observation {
 
 class Observer {
  public:
-  Observer(const MeshOrder& order, const std::vector<Lanes>& moves, const std::vector<Lanes>& move,
-           const std::vector<Lanes>& move_before)
-      : order_(order), moves_(moves), move_(move), move_before_(move_before) {}
+  Observer(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history)
+      : order_(order), moves_(moves), history_(history), ring_(order.size()) {
+    for (std::size_t slot = 0; slot < order.size(); ++slot) {
+      ring_[slot].v = ring_difference(order, slot, history[0].data());
+    }
+  }
 
   [[nodiscard]] Observation at(std::size_t slot) const {
-    LaneVector ring = {};
-    LaneVector ring_before = {};
-    const std::uint32_t begin = order_.ring_begins[slot];
-    const std::uint32_t end = std::min(order_.ring_begins[slot + 1], begin + 64);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      ring += move_[order_.rings[i]].v - move_[slot].v;
-      ring_before += move_before_[order_.rings[i]].v - move_before_[slot].v;
+    Observation seen{to_float(moves_[slot].v), {}};
+    for (std::size_t k = 0; k < history_size; ++k) {
+      seen.terms[k] = to_float(history_[k][slot].v);
+      seen.terms[history_size + k] = to_float(ring_difference(order_, slot, history_[k].data()));
     }
-    return {to_float(moves_[slot].v),
-            {to_float(move_[slot].v), to_float(move_before_[slot].v), to_float(ring), to_float(ring_before)}};
+    seen.terms[2 * history_size] = to_float(ring_difference(order_, slot, ring_.data()));
+    return seen;
   }
 
  private:
   const MeshOrder& order_;
   const std::vector<Lanes>& moves_;
-  const std::vector<Lanes>& move_;
-  const std::vector<Lanes>& move_before_;
+  const MoveHistory& history_;
+  std::vector<Lanes> ring_;
 };
 
 /// Normal equations of a move on its terms.
@@ -60,6 +61,7 @@ struct Normal {
   std::array<std::array<double, term_count>, term_count> terms{};
   std::array<double, term_count> move{};
   double squares = 0.0;
+  std::size_t samples = 0;
 
   void add(const Observation& seen) {
     const auto dot = [](FloatLanes a, FloatLanes b) {
@@ -71,11 +73,12 @@ struct Normal {
       move[i] += dot(seen.terms[i], seen.move);
     }
     squares += dot(seen.move, seen.move);
+    ++samples;
   }
 
-  [[nodiscard]] std::array<double, term_count> solved() const;
-  /// What is left of the squares with these weights.
-  [[nodiscard]] double left(const std::array<double, term_count>& weights) const {
+  [[nodiscard]] Weights solved() const;
+  /// What is left of the squares with these weights, a sample.
+  [[nodiscard]] double left(const Weights& weights) const {
     double sum = squares;
     for (std::size_t i = 0; i < term_count; ++i) {
       sum -= 2.0 * weights[i] * move[i];
@@ -83,14 +86,14 @@ struct Normal {
         sum += weights[i] * weights[j] * (j <= i ? terms[i][j] : terms[j][i]);
       }
     }
-    return sum;
+    return sum / static_cast<double>(samples);
   }
 };
 
 /// By Cholesky's factors; a term that says nothing new gets no weight.
-std::array<double, term_count> Normal::solved() const {
+Weights Normal::solved() const {
   std::array<std::array<double, term_count>, term_count> factor{};
-  std::array<double, term_count> answer{};
+  Weights answer{};
   std::array<bool, term_count> used{};
   for (std::size_t i = 0; i < term_count; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
@@ -115,45 +118,59 @@ std::array<double, term_count> Normal::solved() const {
   return answer;
 }
 
-std::int8_t as_weight(double value, double unit) {
-  return static_cast<std::int8_t>(std::clamp(std::lround(value / unit), -128L, 127L));
+std::int32_t as_weight(double value, double unit) {
+  // As much as no fit needs.
+  constexpr double weight_max = 64.0;
+  return static_cast<std::int32_t>(std::lround(std::clamp(value, -weight_max, weight_max) / unit));
+}
+
+DriftWeights in_units(const Weights& weights) {
+  DriftWeights rounded;
+  for (std::size_t k = 0; k < history_size; ++k) {
+    rounded.own[k] = as_weight(weights[k], own_weight_unit);
+    rounded.ring[k] = as_weight(weights[history_size + k], ring_weight_unit);
+  }
+  rounded.ring_of_ring = as_weight(weights[2 * history_size], ring_weight_unit);
+  return rounded;
+}
+
+Weights from_units(const DriftWeights& rounded) {
+  Weights weights{};
+  for (std::size_t k = 0; k < history_size; ++k) {
+    weights[k] = own_weight_unit * rounded.own[k];
+    weights[history_size + k] = ring_weight_unit * rounded.ring[k];
+  }
+  weights[2 * history_size] = ring_weight_unit * rounded.ring_of_ring;
+  return weights;
+}
+
+Normal observe(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history) {
+  const Observer observer(order, moves, history);
+  Normal normal;
+  const std::size_t stride = (order.size() + samples_max - 1) / samples_max;
+  for (std::size_t slot = stride / 2; stride > 0 && slot < order.size(); slot += stride) {
+    const MeshOrder::Parents& parents = order.parents[slot];
+    Observation seen = observer.at(slot);
+    for (std::size_t i = 0; i < parents.count; ++i) {
+      seen.add(-1.0F / static_cast<float>(parents.count), observer.at(parents.slots[i] - 1));
+    }
+    normal.add(seen);
+  }
+  return normal;
 }
 
 }  // namespace
 
-Predictor fit_predictor(const MeshOrder& order, const std::vector<Lanes>& moves, const std::vector<Lanes>& move,
-                        const std::vector<Lanes>& move_before) {
-  const Observer observer(order, moves, move, move_before);
-  std::array<Normal, 3> normals;
-  const std::size_t stride = (order.size() + samples_max - 1) / samples_max;
-  for (std::size_t slot = stride / 2; stride > 0 && slot < order.size(); slot += stride) {
-    const Observation alone = observer.at(slot);
-    normals[static_cast<std::size_t>(Neighbours::ignored)].add(alone);
-    Observation mean = alone;
-    for (const std::uint32_t parent : order.parents[slot]) {
-      if (parent != 0) mean.add(-0.25F, observer.at(parent - 1));
-    }
-    normals[static_cast<std::size_t>(Neighbours::mean)].add(mean);
-    Observation parallelogram = alone;
-    for (std::size_t i = 0; i < 6; ++i) {
-      const std::uint32_t corner = order.parallelograms[slot][i];
-      if (corner != 0) parallelogram.add(i < 4 ? -0.5F : 0.5F, observer.at(corner - 1));
-    }
-    normals[static_cast<std::size_t>(Neighbours::parallelogram)].add(parallelogram);
-  }
-
-  Predictor best;
-  double least = 0.0;
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    const auto solved = normals[i].solved();
-    const double left = normals[i].left(solved);
-    if (i > 0 && !(left < least)) continue;
-    least = left;
-    best = {static_cast<Neighbours>(i),
-            {as_weight(solved[0], move_weight_unit), as_weight(solved[1], move_weight_unit),
-             as_weight(solved[2], ring_weight_unit), as_weight(solved[3], ring_weight_unit)}};
-  }
-  return best;
+std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
+                                           const MoveHistory& history, const DriftWeights& last) {
+  // What weights take in a frame, and what is left of any vertex by the rounding of points.
+  constexpr double weights_bits = 110.0;
+  constexpr double noise = 1.5;
+  const Normal normal = observe(order, moves, history);
+  const DriftWeights fitted = in_units(normal.solved());
+  const double gain = (normal.left(from_units(last)) + noise) / (normal.left(from_units(fitted)) + noise);
+  if (!(1.5 * static_cast<double>(order.size()) * std::log2(gain) > weights_bits)) return std::nullopt;
+  return fitted;
 }
 
 }  // namespace pneuma::codec

@@ -1,7 +1,7 @@
-// The encoder's choice of a predictor. Another encoder may choose otherwise; what it chose is in the frame.
+// The encoder's choice of weights. Another encoder may choose otherwise; what it chose is in the frame.
 #pragma once
 
-#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "codec/lanes.h"
@@ -10,13 +10,9 @@
 
 namespace pneuma::codec {
 
-struct Predictor {
-  Neighbours neighbours = Neighbours::mean;
-  DriftWeights weights;
-};
-
-/// The weights that leave the least squares on a sample of the vertices, and how to use the neighbours there.
-[[nodiscard]] Predictor fit_predictor(const MeshOrder& order, const std::vector<Lanes>& moves,
-                                      const std::vector<Lanes>& move, const std::vector<Lanes>& move_before);
+/// The weights that leave the least squares of `moves` on a sample of the vertices, given the moves before them.
+/// Nothing where they would save less, against `last`, than they take in the frame.
+[[nodiscard]] std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
+                                                         const MoveHistory& history, const DriftWeights& last);
 
 }  // namespace pneuma::codec

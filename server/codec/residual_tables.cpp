@@ -9,8 +9,16 @@ namespace {
 // A residual u has the likelihood of a logistic distribution at u, r / (1 + r)^2 with r = ratio^|u|, in 65,536ths. The
 // ratios were fitted to the residuals of recorded scenes; they are part of the format.
 constexpr std::array<std::uint32_t, table_count> ratios{
-    44,    142,   243,   346,   501,   723,   955,   1199,  1575,  2137,  2754,  3429,  4514,  6210,  8104,  10130,
-    13158, 17226, 20965, 24307, 28482, 33144, 36829, 39792, 43171, 46621, 49160, 51103, 53225, 55305, 56785, 57891};
+    44,    142,   400,   800,   1200,  1300,  1432,  1500,  1606,  1923,  2258,  2606,  3430,  4968,  6321,  7800,
+    10263, 13800, 16600, 20417, 24494, 28503, 31672, 36000, 41444, 45500, 48176, 50800, 52600, 54400, 55400, 55700};
+
+// The reciprocal of f is too large by less than f 2^-shift / f, so the quotient of n by less than n f 2^-shift / f;
+// that is below 1 / f, and changes no whole part, while n < 2^22 f and 2^22 f^2 <= 2^shift.
+void set_reciprocal(ResidualTable::Range& range) {
+  if (range.frequency == 0) return;
+  range.reciprocal_shift = 32 + static_cast<std::uint32_t>(std::bit_width(range.frequency - 1U));
+  range.reciprocal = ((std::uint64_t{1} << range.reciprocal_shift) - 1) / range.frequency + 1;
+}
 
 ResidualTable make_table(std::uint64_t ratio) {
   constexpr std::uint64_t one = 1U << 16;
@@ -40,6 +48,7 @@ ResidualTable make_table(std::uint64_t ratio) {
   for (std::int32_t residual = -residual_max; residual <= escape; ++residual) {
     ResidualTable::Range& range = table.ranges[range_of(residual)];
     range.begin = static_cast<std::uint16_t>(slot);
+    set_reciprocal(range);
     for (std::uint32_t i = 0; i < range.frequency; ++i) {
       table.slots[slot++] = (static_cast<std::uint32_t>(residual) << slot_residual_shift) |
                             (std::uint32_t{range.frequency} << slot_frequency_shift) | i;

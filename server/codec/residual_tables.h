@@ -9,8 +9,8 @@
 
 namespace pneuma::codec {
 
-// Probabilities are counted in 2,048ths.
-inline constexpr int probability_bits = 11;
+// Probabilities are counted in 1,024ths.
+inline constexpr int probability_bits = 10;
 inline constexpr std::uint32_t probability_total = 1U << probability_bits;
 inline constexpr std::int32_t residual_max = 31;  // in size; what is larger escapes
 inline constexpr std::int32_t escape = residual_max + 1;
@@ -30,7 +30,7 @@ inline std::uint32_t level_of(std::uint32_t size) {
 inline std::uint32_t size_of(std::uint32_t level) {
   return ((4 + (level & 3U)) << (level / 4)) - 4;
 }
-inline constexpr std::uint32_t level_max = 91;  // of a body; of a sum of sizes, level_of() is below 128
+inline constexpr std::uint32_t level_max = 91;
 
 /// The residuals of one expected size, without their low bits.
 struct ResidualTable {
@@ -40,6 +40,9 @@ struct ResidualTable {
   struct Range {
     std::uint16_t frequency = 0;  // 0: cannot be written by itself, but as an escape
     std::uint16_t begin = 0;
+    // A state below 2^22 frequency, over the frequency, is its product with the reciprocal, shifted down.
+    std::uint32_t reciprocal_shift = 0;
+    std::uint64_t reciprocal = 0;
   };
   std::array<Slot, probability_total> slots;
   std::array<Range, range_count> ranges;
@@ -50,26 +53,21 @@ inline constexpr std::uint32_t slot_mask = 0xfff;
 
 inline constexpr std::uint32_t table_count = 32;
 
-/// How residuals of a level are coded: by which table, and how many low bits go apart, as they are.
-struct ResidualModel {
-  std::uint8_t table = 0;
+/// How the residuals of a level are coded: by which tables, and how many low bits of each go apart, as they are. y and
+/// z go in double steps once x is known: half the size, an octave.
+struct PointModel {
+  std::uint8_t x_table = 0;
+  std::uint8_t yz_table = 0;
   std::uint8_t low_bits = 0;
 };
-/// Of the x of a point, and of its y and z, which go in double steps once x is known: half the size, an octave.
-struct PointModel {
-  ResidualModel x;
-  ResidualModel yz;
-};
-inline constexpr std::array<PointModel, 128> point_models = [] {
-  const auto model = [](std::uint32_t level) {
+inline constexpr std::array<PointModel, level_max + 1> point_models = [] {
+  std::array<PointModel, level_max + 1> models{};
+  for (std::uint32_t level = 0; level < models.size(); ++level) {
     // Past the last table, the last octave of them again, with a low bit more an octave.
     const std::uint32_t octaves = level < table_count ? 0 : level / 4 - (table_count / 4 - 1);
-    return ResidualModel{static_cast<std::uint8_t>(level - 4 * octaves), static_cast<std::uint8_t>(octaves)};
-  };
-  std::array<PointModel, 128> models{};
-  for (std::uint32_t level = 0; level < models.size(); ++level) {
-    const std::uint32_t coded = level < level_max ? level : level_max;
-    models[level] = {model(coded), model(coded < 4 ? 0 : coded - 4)};
+    const std::uint32_t table = level - 4 * octaves;
+    models[level] = {static_cast<std::uint8_t>(table), static_cast<std::uint8_t>(table < 4 ? 0 : table - 4),
+                     static_cast<std::uint8_t>(octaves)};
   }
   return models;
 }();

@@ -11,7 +11,10 @@ import struct
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 REST = 255
-STEADY = (32, 0, 0, 0)
+NO_HISTORY = (REST,) * 4
+NO_WEIGHTS = (0,) * 9
+STEADY = (128,) + (0,) * 8
+WEIGHTS_LEVEL = 44
 
 
 def s32(value):
@@ -21,37 +24,50 @@ def s32(value):
 # --- Order of the vertices
 
 
+class Level:
+    def __init__(self, members, lists):
+        self.members, self.lists, self.colours = list(members), lists, {}
+        for r in self.members:
+            taken = {self.colours.get(n) for n in lists[r]}
+            self.colours[r] = min([c for c in range(7) if c not in taken] + [7])
+
+    def coarser(self):
+        lists = [[] for _ in self.lists]
+        for r in self.members:
+            for between in self.lists[r][:16] if self.colours[r] == 0 else []:
+                for far in self.lists[between][:16]:
+                    if self.colours[far] == 0 and far != r and far not in lists[r] and len(lists[r]) < 16:
+                        lists[r].append(far)
+        return Level([r for r in self.members if self.colours[r] == 0], lists)
+
+
 class Order:
     def __init__(self, vertex_count, indices):
         faces = [indices[i:i + 3] for i in range(0, len(indices), 3)]
         at = [[f for f, face in enumerate(faces) for corner in face if corner == v] for v in range(vertex_count)]
         rings = [sorted({c for f in at[v] for c in faces[f]} - {v}) for v in range(vertex_count)]
-        self.vertices = []
+        ranked = []
         for start in range(vertex_count):
-            queue = [] if start in self.vertices else [start]
+            queue = [] if start in ranked else [start]
             while queue:
                 vertex = queue.pop(0)
-                self.vertices.append(vertex)
-                queue += [n for n in rings[vertex] if n not in self.vertices and n not in queue]
-        slot = {v: s for s, v in enumerate(self.vertices)}
-        self.rings = [[slot[n] for n in rings[v]] for v in self.vertices]
-        self.parents = []
-        self.parallelograms = []  # lists of (a, b, c)
-        for s, v in enumerate(self.vertices):
-            earlier = sorted((n for n in self.rings[s] if n < s), reverse=True)
-            self.parents.append([earlier[i % min(len(earlier), 4)] for i in range(4)] if earlier else [])
-            found = []
-            for f in at[v]:
-                corner = faces[f].index(v)
-                a, b = faces[f][(corner + 1) % 3], faces[f][(corner + 2) % 3]
-                if len(found) == 2 or slot[a] >= s or slot[b] >= s:
-                    continue
-                near = at[b] if len(at[b]) < len(at[a]) else at[a]
-                third = [c for g in near[:32] if a in faces[g] and b in faces[g]
-                         for c in faces[g] if c not in (a, b) and slot[c] < s]
-                if third:
-                    found.append((slot[a], slot[b], slot[third[0]]))
-            self.parallelograms.append(found * 2 if len(found) == 1 else found)
+                ranked.append(vertex)
+                queue += [n for n in rings[vertex] if n not in ranked and n not in queue]
+        rank = {v: r for r, v in enumerate(ranked)}
+        levels = [Level(range(vertex_count), [sorted(rank[n] for n in rings[v]) for v in ranked])]
+        while any(levels[-1].lists) and len(levels) < 12:
+            levels.append(levels[-1].coarser())
+        slots, lists = [], []
+        for i, level in reversed(list(enumerate(levels))):
+            for colour in range(0 if level is levels[-1] else 1, 8):
+                for r in level.members:
+                    if level.colours[r] == colour:
+                        slots.append(r)
+                        lists.append(level.lists[r])
+        slot = {r: s for s, r in enumerate(slots)}
+        self.vertices = [ranked[r] for r in slots]
+        self.parents = [[slot[n] for n in near if slot[n] < s][:6] for s, near in enumerate(lists)]
+        self.rings = [[slot[n] for n in levels[0].lists[r]] for r in slots]
 
     def __len__(self):
         return len(self.vertices)
@@ -70,9 +86,9 @@ def make_table(ratio):
         weights.append((power << 32) // (65536 + power) ** 2)
         power = power * ratio >> 16
     total = weights[0] + 2 * sum(weights[1:])
-    frequency = {u: 2048 * weights[abs(u)] // total for u in range(-31, 32)}
-    frequency[32] = 1 + 2048 * 2 * weights[32] // total
-    frequency[0] = 2048 - sum(f for u, f in frequency.items() if u != 0)
+    frequency = {u: 1024 * weights[abs(u)] // total for u in range(-31, 32)}
+    frequency[32] = 1 + 1024 * 2 * weights[32] // total
+    frequency[0] = 1024 - sum(f for u, f in frequency.items() if u != 0)
     begin, ranges = 0, {}
     for u in range(-31, 33):
         ranges[u] = (begin, frequency[u])
@@ -92,87 +108,88 @@ def size_of(level):
     return ((4 + level % 4) << level // 4) - 4
 
 
-class Steps:
-    """A step: begin and length of its range, bits of the whole range, low bits."""
+class Text:
+    """Steps of the three states: begin and length of a range, bits of the whole range, low bits."""
 
     def __init__(self):
         self.steps = []
 
-    def plain(self, value, bits):
-        self.steps.append((value, 1, bits, 0))
+    def plain(self, state, value, bits):
+        self.steps.append((state, value, 1, bits, 0))
 
-    def put(self, level, residual):
-        extra = 0 if level < 32 else level // 4 - 7
-        ranges = TABLES[level - 4 * extra]
-        raised = residual + (2**extra >> 1)
-        low_bits = min(extra, 5)
-        if extra > 5:
-            self.plain((raised & 2**extra - 1) >> 5, extra - 5)
+    def put(self, state, table, extra, number):
+        ranges = TABLES[table]
+        raised = number + (2**extra >> 1)
+        low_bits = min(extra, 6)
+        if extra > 6:
+            self.plain(state, (raised & 2**extra - 1) >> 6, extra - 6)
         top = s32(raised) >> extra
         escapes = abs(top) > 31 or ranges[top][1] == 0
         begin, length = ranges[32 if escapes else top]
-        self.steps.append(((begin << low_bits) + (raised & 2**low_bits - 1), length, 11 + low_bits, low_bits))
+        self.steps.append((state, (begin << low_bits) + (raised & 2**low_bits - 1), length, 10 + low_bits, low_bits))
         if escapes:
-            code = 2 * residual if residual >= 0 else -2 * residual - 1
+            code = 2 * number if number >= 0 else -2 * number - 1
             bits = max(code.bit_length(), 1)
-            self.plain(bits, 6)
-            if bits > 16:
-                self.plain(code >> 16, bits - 16)
-            self.plain(code & 2**min(bits, 16) - 1, min(bits, 16))
+            self.escape(state, bits, code)
 
-    def finish(self):
+    def escape(self, state, bits, code):
+        self.plain(state, bits, 6)
+        if bits > 16:
+            self.plain(state, code >> 16, bits - 16)
+        self.plain(state, code & 2**min(bits, 16) - 1, min(bits, 16))
+
+    def triple(self, level, numbers):
+        extra = 0 if level < 32 else level // 4 - 7
+        table = level - 4 * extra
+        for state, number in enumerate(numbers):
+            self.put(state, table if state == 0 else max(table - 4, 0), extra, number)
+
+    def weights(self, weights):
+        for i in (0, 3, 6):
+            self.triple(WEIGHTS_LEVEL, weights[i:i + 3])
+
+    def finish(self, end_states=(2**16,) * 3):
         if not self.steps:
             return b""
-        states, words = [2**16, 2**16], []
-        for i in reversed(range(len(self.steps))):
-            begin, length, bits, low_bits = self.steps[i]
-            state = states[i % 2]
+        states, words = list(end_states), []
+        for which, begin, length, bits, low_bits in reversed(self.steps):
+            state = states[which]
             if state >= length << 32 - bits:
                 words.append(state & 0xffff)
                 state >>= 16
-            states[i % 2] = ((state // length) << bits) + ((state % length) << low_bits) + begin
-        return struct.pack("<2I", *states) + struct.pack(f"<{len(words)}H", *reversed(words))
+            states[which] = ((state // length) << bits) + ((state % length) << low_bits) + begin
+        return struct.pack("<3I", *states) + struct.pack(f"<{len(words)}H", *reversed(words))
 
 
 # --- Prediction
 
 
-def drift_of(order, move, before, weights):
-    w1, w2, w3, w4 = weights
-    drift = []
-    for s in range(len(order)):
-        one = []
-        for k in range(3):
-            field = lambda t: w3 * move[t][k] + w4 * before[t][k]
-            one.append(8 * (w1 * move[s][k] + w2 * before[s][k]) + sum(field(t) - field(s) for t in order.rings[s]))
-        drift.append(one)
-    return drift
+def ring_sums(order, field):
+    return [[sum(field[t][k] - field[s][k] for t in order.rings[s]) for k in range(3)] for s in range(len(order))]
 
 
-def put_moves(steps, order, neighbours, level, moves, drift):
-    found, sizes = [], []
-    for s in range(len(order)):
-        predicted = list(drift[s])
+def drift_of(order, moves, weights):
+    a, b, c = weights[:4], weights[4:8], weights[8]
+    last = ring_sums(order, moves[0])
+    field = [[sum(b[i] * moves[i][s][k] for i in range(4)) + c * last[s][k] for k in range(3)]
+             for s in range(len(order))]
+    around = ring_sums(order, field)
+    return [[s32(8 * sum(a[i] * moves[i][s][k] for i in range(4)) + around[s][k] + 32) >> 6 for k in range(3)]
+            for s in range(len(order))]
+
+
+def put_moves(text, order, level, moves, drift):
+    errors, sizes = [], []
+    for s, move in enumerate(moves):
         parents = order.parents[s]
-        if neighbours == 2 and order.parallelograms[s]:
-            (a, b, c), (d, e, f) = order.parallelograms[s]
-            add = [s32(found[a][k] + found[b][k] + found[d][k] + found[e][k] - found[c][k] - found[f][k]) >> 1 for k in range(3)]
-            around = sizes[a] + sizes[b] + sizes[d] + sizes[e]
-        elif neighbours == 2:
-            add = [s32(found[parents[0]][k] + found[parents[1]][k]) >> 1 if parents else 0 for k in range(3)]
-            around = sizes[parents[0]] + sizes[parents[1]] if parents else 0
-        else:
-            add = [s32(sum(found[p][k] for p in parents)) >> 2 if neighbours == 1 else 0 for k in range(3)]
-            around = sum(sizes[p] for p in parents)
-        predicted = [s32(predicted[k] + add[k]) for k in range(3)]
-        move, parity = moves[s], moves[s][0] & 1
-        x = s32(move[0] - (s32(predicted[0] + 128) >> 8))
-        y, z = (s32((move[k] - parity >> 1) - (s32(predicted[k] - 256 * parity + 256) >> 9)) for k in (1, 2))
-        at = min(level_of(around + size_of(level)), 91)
-        steps.put(at, x)
-        steps.put(max(at - 4, 0), y)
-        steps.put(max(at - 4, 0), z)
-        found.append([s32(256 * move[k] - drift[s][k]) for k in range(3)])
+        count = max(len(parents), 1)
+        p = [s32(drift[s][k] + s32(sum(errors[q][k] for q in parents)) // count) for k in range(3)]
+        parity = move[0] & 1
+        x = s32(move[0] - (s32(p[0] + 8) >> 4))
+        y, z = (s32((move[k] - parity >> 1) - (s32(p[k] - 16 * parity + 16) >> 5)) for k in (1, 2))
+        size = 4 * (sum(sizes[q] for q in parents) // count)
+        text.triple(min(level_of(size + size_of(level)), 91), (x, y, z))
+        errors.append([s32(16 * move[k] - drift[s][k]) for k in range(3)])
         sizes.append(min(4 * (abs(x) + 2 * abs(y) + 2 * abs(z)), 2**24))
 
 
@@ -182,39 +199,42 @@ def put_moves(steps, order, neighbours, level, moves, drift):
 class Body:
     def __init__(self, order, points):
         self.order = order
-        zero = [[0, 0, 0]] * len(order)
-        self.points, self.move, self.before = points, zero, zero
+        self.rest(points)
 
     def advance(self, points):
-        self.before = self.move
-        self.move = [[s32(a - b) for a, b in zip(p, q)] for p, q in zip(points, self.points)]
-        self.points = points
+        move = [[s32(a - b) for a, b in zip(p, q)] for p, q in zip(points, self.points)]
+        self.points, self.moves = points, [move] + self.moves[:3]
 
     def rest(self, points):
-        zero = [[0, 0, 0]] * len(self.order)
-        self.points, self.move, self.before = points, zero, zero
+        self.points, self.moves, self.weights = points, [self.nothing()] * 4, NO_WEIGHTS
 
-    def key(self, steps, level, move_level, before_level, plain=False):
-        nothing = [[0, 0, 0]] * len(self.order)
-        flat = [c for p in self.points for c in p]
+    def nothing(self):
+        return [[0, 0, 0]] * len(self.order)
+
+    def key(self, text, level, history=NO_HISTORY, plain=False):
+        text.weights(self.weights)
         if plain:
+            flat = [c for p in self.points for c in p]
             head = b"\x01" + struct.pack(f"<{len(flat)}q", *flat)
         else:
             anchor = self.points[0]
             head = b"\x02" + struct.pack("<3q", *anchor) + bytes([level])
-            put_moves(steps, self.order, 2, level, [[a - b for a, b in zip(p, anchor)] for p in self.points], nothing)
-        if move_level != REST:
-            put_moves(steps, self.order, 1, move_level, self.move, nothing)
-        if before_level != REST:
-            put_moves(steps, self.order, 1, before_level, self.before,
-                      drift_of(self.order, self.move, self.move, STEADY))
-        return head + bytes([move_level, before_level])
+            put_moves(text, self.order, level, [[a - b for a, b in zip(p, anchor)] for p in self.points],
+                      self.nothing())
+        for k, its_level in enumerate(history):
+            expected = [[s32(16 * c) for c in move] for move in self.moves[k - 1]] if k > 0 else self.nothing()
+            if its_level != REST:
+                put_moves(text, self.order, its_level, self.moves[k], expected)
+        return head + bytes(history)
 
-    def moved(self, steps, points, neighbours, level, weights):
-        drift = drift_of(self.order, self.move, self.before, weights)
+    def moved(self, text, points, level, weights=None):
+        if weights is not None:
+            self.weights = weights
+            text.weights(weights)
+        drift = drift_of(self.order, self.moves, self.weights)
         self.advance(points)
-        put_moves(steps, self.order, neighbours, level, self.move, drift)
-        return bytes([3 + neighbours, level]) + struct.pack("4b", *weights)
+        put_moves(text, self.order, level, self.moves[0], drift)
+        return bytes([4 if weights is None else 3, level])
 
     def still(self):
         self.advance(self.points)
@@ -225,14 +245,32 @@ class Body:
         return [c for v in range(len(self.order)) for c in placed[v]]
 
 
-def frame(heads, steps):
-    return b"\x03" + b"".join(heads) + steps.finish()
+def frame(heads, text):
+    return b"\x04" + b"".join(heads) + text.finish()
 
 
 TETRAHEDRON = (4, [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
 SHEET = (20, [v for r in range(4) for c in range(3) for a in [4 * r + c]
               for v in (a, a + 4, a + 1, a + 1, a + 4, a + 5)])
+FAN = (24, [v for i in range(1, 23) for v in (0, i, i + 1)])  # a vertex of more neighbours than are looked at
 BROKEN = (7, [0, 1, 2, 2, 2, 5, 0, 1, 3, 0, 1, 5, 5, 5, 5])  # an edge of three faces, repeated corners, loose vertices
+
+
+def split(vertex_count, indices):
+    """Each face in four, with a vertex in the middle of each edge."""
+    middles, faces = {}, []
+
+    def middle(a, b):
+        return middles.setdefault((min(a, b), max(a, b)), vertex_count + len(middles))
+
+    for i in range(0, len(indices), 3):
+        a, b, c = indices[i:i + 3]
+        ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
+        faces += [a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca]
+    return vertex_count + len(middles), faces
+
+
+BALL = split(*split(*TETRAHEDRON))
 
 
 def wave(count, amplitude, phase=0):
@@ -266,80 +304,114 @@ def row(key, values):
     return f"{key} {' '.join(map(str, values))}".rstrip() + "\n"
 
 
-def key_of(bodies, level=30, move_level=REST, before_level=REST, plain=False):
-    steps = Steps()
-    return frame([b.key(steps, level, move_level, before_level, plain) for b in bodies], steps)
+def key_of(bodies, level=30, history=NO_HISTORY, plain=False):
+    text = Text()
+    return frame([b.key(text, level, history, plain) for b in bodies], text)
 
 
 def one_vertex(bodies):
     yield "key", key_of(bodies, 0), True
-    steps = Steps()
-    yield "delta", frame([bodies[0].moved(steps, [[-1, 3, -5]], 1, 4, STEADY)], steps), True
-    yield "delta", frame([bodies[0].still()], Steps()), True
+    text = Text()
+    yield "delta", frame([bodies[0].moved(text, [[-1, 3, -5]], 4, STEADY)], text), True
+    yield "delta", frame([bodies[0].still()], Text()), True
 
 
 def every_way(bodies):
     yield "key", key_of(bodies), True
-    for neighbours in range(3):
-        for weights in (STEADY, (64, -32, 0, 0), (20, -7, 41, -13), (-128, 127, -128, 127)):
-            steps = Steps()
-            points = [plus(b.points, plus(b.move, wave(len(b.order), 3, neighbours))) for b in bodies]
-            heads = [b.moved(steps, p, neighbours, 14, weights) for b, p in zip(bodies, points)]
-            yield "delta", frame(heads, steps), True
-    yield "key", key_of(bodies, 28, 20, 9), True
-    steps = Steps()
-    heads = [b.moved(steps, plus(b.points, b.move), 1, 0, STEADY) for b in bodies]
-    yield "delta", frame(heads, steps), True
+    ways = (STEADY, None, (256, -128, 0, 0, 0, 0, 0, 0, 0), (80, -28, 9, 3, 164, -52, 31, -17, 40), None, None,
+            (-8192, 8191, -5000, 3, -8192, 8191, 70, -8192, 8191), (0, 0, 0, 0, 0, 0, 0, 0, -300),
+            (2**31 - 1, -2**31, 70000, 0, 2**31 - 1, -2**31, -70000, 1, -2**31), None)
+    for i, weights in enumerate(ways):
+        text = Text()
+        points = [plus(b.points, plus(b.moves[0], wave(len(b.order), 3, i))) for b in bodies]
+        yield "delta", frame([b.moved(text, p, 14, weights) for b, p in zip(bodies, points)], text), True
+    yield "key", key_of(bodies, 28, (20, 9, 12, 30)), True
+    text = Text()
+    yield "delta", frame([b.moved(text, plus(b.points, b.moves[0]), 0, STEADY) for b in bodies], text), True
+    text = Text()
+    yield "delta", frame([b.moved(text, plus(b.points, b.moves[1]), 3) for b in bodies], text), True
+    yield "key", key_of(bodies, 28, (14, 9, 12, 10)), True
+    text = Text()
+    yield "delta", frame([b.moved(text, plus(b.points, b.moves[3]), 12) for b in bodies], text), True
 
 
 def every_level(bodies):
     for level in range(0, 92, 7):
         yield "key", key_of(bodies, level), True
     for level in range(3, 92, 8):
-        steps = Steps()
+        text = Text()
         points = plus(bodies[0].points, wave(len(bodies[0].order), 2 ** (level // 4)))
-        yield "delta", frame([bodies[0].moved(steps, points, level % 3, level, (16, 0, 8, 0))], steps), True
+        yield "delta", frame([bodies[0].moved(text, points, level, (64, 0, 0, 0, 32, 0, 0, 0, 0))], text), True
 
 
 def rest_and_leaps(bodies):
     yield "key", key_of(bodies), True
-    steps = Steps()
+    text = Text()
     leap = bodies[0]
     leap.rest(wave(len(leap.order), 2**20))
-    heads = [leap.key(steps, 60, REST, REST), bodies[1].still()]
-    heads.append(bodies[2].moved(steps, plus(bodies[2].points, wave(20, 30, 1)), 2, 18, STEADY))
-    yield "delta", frame(heads, steps), True
-    yield "delta", frame([b.still() for b in bodies], Steps()), True
+    heads = [leap.key(text, 60), bodies[1].still()]
+    heads.append(bodies[2].moved(text, plus(bodies[2].points, wave(20, 30, 1)), 18, STEADY))
+    yield "delta", frame(heads, text), True
+    for _ in range(2):
+        yield "delta", frame([b.still() for b in bodies], Text()), True
     bodies[0].rest([[2**43, -2**43, 2**42], [-2**43, 0, 0], [2**41, 2, 2], [2, 2, 2]])
-    steps = Steps()
-    heads = [bodies[0].key(steps, 0, REST, REST, plain=True), bodies[1].still(), bodies[2].still()]
-    yield "delta", frame(heads, steps), True
-    steps = Steps()
-    heads = [bodies[0].moved(steps, plus(bodies[0].points, [[1, -1, 1]] * 4), 1, 6, STEADY),
+    text = Text()
+    heads = [bodies[0].key(text, 0, plain=True), bodies[1].still(), bodies[2].still()]
+    yield "delta", frame(heads, text), True
+    text = Text()
+    heads = [bodies[0].moved(text, plus(bodies[0].points, [[1, -1, 1]] * 4), 6, STEADY),
              bodies[1].still(), bodies[2].still()]
-    yield "delta", frame(heads, steps), True
-    yield "key", key_of(bodies, 30, 12, 14, plain=True), True
+    yield "delta", frame(heads, text), True
+    yield "key", key_of(bodies, 30, (12, 14, 0, 60), plain=True), True
+
+
+def escaped_by(lengths):
+    """A delta of one vertex whose x, y and z escape, with these lengths of their codes."""
+    text = Text()
+    for state, bits in enumerate(lengths):
+        begin, length = TABLES[0][32]
+        text.steps.append((state, begin, length, 10, 0))
+        if 0 < bits <= 32:
+            text.escape(state, bits, 2 ** (bits - 1))
+        else:
+            text.plain(state, bits, 6)
+    return text
 
 
 def refused(bodies):
     good = key_of(bodies, 30)
     yield "key", good, True
     yield "key", b"", False
-    yield "key", b"\x02" + good[1:], False
+    yield "key", b"\x03" + good[1:], False
     yield "key", good[:-1], False
     yield "key", good[:-2], False
     yield "key", good + b"\x00", False
     yield "key", good + b"\x00\x00", False
     yield "key", good[:20], False
-    yield "key", b"\x03\x00", False
-    yield "delta", b"\x03", False
-    yield "delta", b"\x03\x06", False
-    yield "delta", b"\x03\x03\x5c\x00\x00\x00\x00" + good[-16:], False
-    yield "delta", b"\x03\x03\x00\x00\x00\x00", False
-    yield "delta", b"\x03\x03\x00\x00\x00\x00\x00", False
-    yield "delta", b"\x03\x00\x00", False
-    yield "delta", b"\x03\x03\x00\x00\x00\x00\x00" + struct.pack("<2I", 2**16 - 1, 2**16), False
-    yield "delta", b"\x03\x00", True
+    yield "key", b"\x04\x00", False
+    yield "delta", b"\x04", False
+    yield "delta", b"\x04\x05", False
+    yield "delta", b"\x04\x04\x5c" + good[-16:], False
+    yield "delta", b"\x04\x04\x00", False
+    yield "delta", b"\x04\x04\x00\x00", False
+    yield "delta", b"\x04\x00\x00", False
+    for at in range(3):
+        states = [2**16] * 3
+        states[at] -= 1
+        yield "delta", b"\x04\x04\x00" + struct.pack("<3I", *states), False
+    for at in range(3):
+        for bits in (0, 33, 63):
+            lengths = [6] * 3
+            lengths[at] = bits
+            yield "delta", b"\x04\x04\x00" + escaped_by(lengths).finish(), False
+    for at in range(3):
+        states = [2**16] * 3
+        states[at] += 1
+        yield "delta", b"\x04\x04\x00" + escaped_by([6, 6, 6]).finish(states), False
+    yield "delta", b"\x04\x00", True
+    text = escaped_by([32, 17, 1])
+    bodies[0].advance([[2**30 + bodies[0].points[0][0], 2**16 + bodies[0].points[0][1], bodies[0].points[0][2] - 2]])
+    yield "delta", b"\x04\x04\x00" + text.finish(), True
 
 
 TOPOLOGIES = [
@@ -355,10 +427,10 @@ def main():
     with open(os.path.join(HERE, "frames.txt"), "w", encoding="ascii") as out:
         out.write("# Streams of frame payloads and what they mean; see README.md. Made by make_frames.py.\n")
         write_stream(out, "one vertex", [(1, [])], one_vertex)
-        write_stream(out, "every way to predict", [TETRAHEDRON, SHEET, BROKEN], every_way)
+        write_stream(out, "every way to predict", [TETRAHEDRON, SHEET, BROKEN, FAN, BALL], every_way)
         write_stream(out, "every level", [SHEET], every_level)
         write_stream(out, "rest, leaps and points far out", [TETRAHEDRON, BROKEN, SHEET], rest_and_leaps)
-        write_stream(out, "refused", [TETRAHEDRON], refused)
+        write_stream(out, "refused", [(1, [])], refused)
     with open(os.path.join(HERE, "topologies.txt"), "w", encoding="ascii") as out:
         out.write("# Topologies and their hashes; see README.md. Made by make_frames.py.\n")
         for name, vertices, indices in TOPOLOGIES:

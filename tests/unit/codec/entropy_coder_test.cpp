@@ -11,22 +11,16 @@
 namespace pneuma::codec {
 namespace {
 
-std::string coded(const std::vector<ResidualModel>& models, const std::vector<std::int32_t>& residuals) {
-  SymbolWriter writer;
-  for (std::size_t i = 0; i < models.size(); ++i) writer.put(models[i], residuals[i]);
+std::string coded(const std::vector<Triple>& triples) {
   std::string bytes;
-  writer.finish(bytes);
+  SymbolWriter().write(triples, bytes);
   return bytes;
 }
 
-void expect_reads_back(const std::vector<ResidualModel>& models, const std::vector<std::int32_t>& residuals) {
-  const auto words = words_of(coded(models, residuals));
-  SymbolReader reader(words);
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    ASSERT_EQ(reader.take(models[i]), residuals[i]) << "residual " << i;
-    ASSERT_FALSE(reader.failed());
-  }
-  EXPECT_TRUE(reader.at_end());
+std::vector<std::uint16_t> words_of(const std::string& bytes) {
+  std::vector<std::uint16_t> words;
+  codec::words_of(bytes, words);
+  return words;
 }
 
 TEST(ResidualTables, FrequenciesAddUp) {
@@ -47,7 +41,24 @@ TEST(ResidualTables, LevelsAndSizesAreInverse) {
     EXPECT_EQ(level_of(size_of(level)), level);
     EXPECT_EQ(level_of(size_of(level + 1) - 1), level);
   }
-  EXPECT_LT(level_of(std::numeric_limits<std::uint32_t>::max() - 4), point_models.size());
+}
+
+TEST(ResidualTables, ReciprocalsDivideEveryStateThatTheyAreUsedFor) {
+  std::mt19937 random(1);
+  for (const ResidualTable& table : residual_tables()) {
+    for (const auto& range : table.ranges) {
+      const std::uint64_t end = std::uint64_t{range.frequency} << (32 - probability_bits);
+      const auto expect_quotient = [&](std::uint64_t state) {
+        EXPECT_EQ((state * range.reciprocal) >> range.reciprocal_shift, state / range.frequency) << range.frequency;
+      };
+      for (int i = 0; i < 100 && range.frequency > 0; ++i) {
+        const std::uint64_t quotient = random() % (1U << (32 - probability_bits));
+        expect_quotient(quotient * range.frequency);
+        expect_quotient(quotient * range.frequency + range.frequency - 1);
+        expect_quotient(end - 1);
+      }
+    }
+  }
 }
 
 TEST(EntropyCoder, EveryLevelTakesEveryResidual) {
@@ -63,43 +74,56 @@ TEST(EntropyCoder, EveryLevelTakesEveryResidual) {
                                          1 << 24,
                                          std::numeric_limits<std::int32_t>::max(),
                                          std::numeric_limits<std::int32_t>::min()};
-  std::vector<ResidualModel> models;
-  std::vector<std::int32_t> residuals;
-  for (const PointModel& model : point_models) {
-    for (const std::int32_t value : values) {
-      models.push_back(model.x);
-      residuals.push_back(value);
+  std::vector<Triple> triples;
+  for (std::uint32_t level = 0; level <= level_max; ++level) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      triples.push_back({values[i], values[(i + 1) % values.size()], values[(i + 5) % values.size()], level});
     }
   }
-  expect_reads_back(models, residuals);
+  const auto words = words_of(coded(triples));
+  SymbolReader reader(words);
+  for (const Triple& triple : triples) {
+    ASSERT_FALSE(reader.failed());
+    const Triple read = reader.take(triple.level);
+    ASSERT_EQ(read.x, triple.x) << "level " << triple.level;
+    ASSERT_EQ(read.y, triple.y) << "level " << triple.level;
+    ASSERT_EQ(read.z, triple.z) << "level " << triple.level;
+  }
+  EXPECT_FALSE(reader.failed());
+  EXPECT_TRUE(reader.at_end());
 }
 
 TEST(EntropyCoder, NothingTakesNoBytes) {
-  EXPECT_TRUE(coded({}, {}).empty());
+  EXPECT_TRUE(coded({}).empty());
   const auto words = words_of("");
   const SymbolReader reader(words);
   EXPECT_FALSE(reader.failed());
   EXPECT_TRUE(reader.at_end());
 }
 
-TEST(EntropyCoder, CostIsNearTheEntropyOfTheTable) {
+TEST(EntropyCoder, CostIsNearTheEntropyOfTheTables) {
   constexpr int count = 20'000;
-  for (const std::uint32_t level : {8U, 16U, 24U, 31U}) {
-    const ResidualTable& table = residual_tables()[level];
+  for (const std::uint32_t level : {12U, 20U, 28U, 31U}) {
     std::mt19937 random(level);
     double entropy_bits = 0.0;
-    for (const auto& range : table.ranges) {
-      const double share = range.frequency / double{probability_total};
-      if (share > 0.0) entropy_bits -= share * std::log2(share);
-    }
-    std::vector<std::int32_t> residuals;
-    while (residuals.size() < count) {
+    const auto draw = [&](std::uint32_t table_index) {
+      const ResidualTable& table = residual_tables()[table_index];
       const std::uint32_t slot = table.slots[random() % probability_total];
       const std::int32_t residual = static_cast<std::int32_t>(slot) >> slot_residual_shift;
-      residuals.push_back(residual == escape ? 0 : residual);  // an escape's own bits are not the table's
+      return residual == escape ? 0 : residual;  // an escape's own bits are not the table's
+    };
+    const PointModel model = point_models[level];
+    for (const std::uint32_t table_index : {model.x_table, model.yz_table, model.yz_table}) {
+      for (const auto& range : residual_tables()[table_index].ranges) {
+        const double share = range.frequency / double{probability_total};
+        if (share > 0.0) entropy_bits -= share * std::log2(share);
+      }
     }
-    const std::vector<ResidualModel> models(count, ResidualModel{static_cast<std::uint8_t>(level), 0});
-    const double bits = 8.0 * static_cast<double>(coded(models, residuals).size()) / count;
+    std::vector<Triple> triples;
+    while (triples.size() < count) {
+      triples.push_back({draw(model.x_table), draw(model.yz_table), draw(model.yz_table), level});
+    }
+    const double bits = 8.0 * static_cast<double>(coded(triples).size()) / count;
     EXPECT_NEAR(bits, entropy_bits, 0.05 * entropy_bits) << "level " << level;
   }
 }
@@ -110,13 +134,10 @@ TEST(EntropyCoder, AnyWordsEndInTime) {
     std::string bytes(2 * (random() % 40), '\0');
     for (char& byte : bytes) byte = static_cast<char>(static_cast<unsigned char>(random()));
     const auto words = words_of(bytes);
-    if (!bytes.empty() && bytes.size() < 2 * state_bytes) continue;
+    if (!bytes.empty() && bytes.size() < state_count * state_bytes) continue;
     SymbolReader reader(words);
-    for (int vertex = 0; vertex < 1'000 && !reader.failed(); ++vertex) {
-      const PointModel model = point_models[random() % point_models.size()];
-      (void)reader.take(model.x);
-      (void)reader.take(model.yz);
-      (void)reader.take(model.yz);
+    for (int triple = 0; triple < 1'000 && !reader.failed(); ++triple) {
+      (void)reader.take(static_cast<std::uint32_t>(random() % (level_max + 1)));
     }
   }
 }
