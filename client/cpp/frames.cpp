@@ -93,27 +93,35 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   Stream& stream = found->second;
   stream.layout_id = message.layout_id();
   stream.bodies = std::move(bodies);
-  stream.solids = std::move(solids);
-  stream.reader = codec::FrameReader(std::move(orders));
-  stream.tick.reset();
+  stream.layers = {};
+  stream.layers[0] = {std::nullopt, codec::FrameReader(std::move(orders)), std::move(solids)};
   return {};
 }
 
-base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& message) const {
+base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& message) {
   const std::string where = stream_name(message.stream_id());
   if (stream.layout_id != message.layout_id()) {
     return malformed("a frame of layout " + std::to_string(message.layout_id()) + ", which was not sent", where);
   }
-  if (message.has_base_tick() && stream.tick != message.base_tick()) {
-    return malformed("a frame on top of tick " + std::to_string(message.base_tick()) + ", which is not the last one",
-                     where);
+  if (message.layer() >= stream.layers.size()) return malformed("no layer " + std::to_string(message.layer()), where);
+  if (!message.has_base_tick() && message.layer() != 0) return malformed("a key frame is of layer 0", where);
+  if (message.has_base_tick() && base_of(stream, message) == nullptr) {
+    return malformed("a frame on top of tick " + std::to_string(message.base_tick()) + ", which is not held", where);
   }
   for (const v1::Pose& pose : message.poses()) {
-    if (pose.solid() >= stream.solids.size()) {
+    if (pose.solid() >= stream.layers[0].solids.size()) {
       return malformed("a pose of solid " + std::to_string(pose.solid()) + ", which is not in the layout", where);
     }
   }
   return {};
+}
+
+const StreamDecoder::State* StreamDecoder::base_of(const Stream& stream, const v1::Frame& message) {
+  // Of a lower layer, or both are of layer 0.
+  for (std::size_t layer = 0; layer < std::max(1U, message.layer()); ++layer) {
+    if (stream.layers[layer].tick == message.base_tick()) return &stream.layers[layer];
+  }
+  return nullptr;
 }
 
 base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Frame& message, std::size_t bytes) {
@@ -123,30 +131,33 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   const bool key = !message.has_base_tick();
   const base::Status checked = check_frame(stream, message);
   if (!checked.ok()) return checked;
-  const base::Status decoded = stream.reader.read(message.payload(), key);
+  State& state = stream.layers[message.layer()];
+  if (message.layer() > 0) state = *base_of(stream, message);
+  const base::Status decoded = state.reader.read(message.payload(), key);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
-  stream.tick = message.tick();
+  state.tick = message.tick();
   for (const v1::Pose& pose : message.poses()) {
-    stream.solids[pose.solid()].position = pose.position();
-    stream.solids[pose.solid()].orientation = pose.orientation();
+    state.solids[pose.solid()].position = pose.position();
+    state.solids[pose.solid()].orientation = pose.orientation();
   }
   DecodedFrame frame{.stream_id = message.stream_id(),
                      .world = stream.world,
                      .tick = message.tick(),
                      .time_s = message.time_s(),
                      .key = key,
+                     .layer = message.layer(),
                      .bytes = bytes,
                      .bodies = {},
-                     .solids = stream.solids};
+                     .solids = state.solids};
   frame.bodies.reserve(stream.bodies.size());
   for (std::size_t i = 0; i < stream.bodies.size(); ++i) {
     SoftBodyFrame& body = frame.bodies.emplace_back(stream.bodies[i].name, stream.bodies[i].topology);
     body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
-    stream.reader.positions(i, stream.grid_step_m, body.positions_m);
+    state.reader.positions(i, stream.grid_step_m, body.positions_m);
     constexpr double furthest_m = base::coordinate_max_m + base::max_error_max_m;
     if (!std::ranges::all_of(body.positions_m, [](double x_m) { return std::abs(x_m) <= furthest_m; })) {
-      stream.tick.reset();  // what builds on it is no better
+      state.tick.reset();  // what builds on it is no better
       return malformed("a vertex past the largest coordinate", "payload");
     }
   }

@@ -31,7 +31,7 @@ FrameEncoder::FrameEncoder(std::uint32_t stream_id, double max_error_m)
     : stream_id_(stream_id), max_error_m_(max_error_m) {}
 
 net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t tick, const WorldLayout& layout,
-                                      bool with_key) {
+                                      std::uint32_t layer, bool with_key) {
   const bool same_layout = writer_ && layout_id_ == layout.id();
   const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
   const std::optional<std::uint64_t> base_tick = last_tick_;
@@ -41,10 +41,12 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, std::uint64_t t
   layout_id_ = layout.id();
   time_s_ = source.time_s();
   vertices_ = layout.vertex_count();
+  layer_ = layer;
 
   net::StreamFrame out;
   out.stream_id = stream_id_;
   out.tick = tick;
+  out.layer = layer;
   out.vertices = vertices_;
   if (delta) {
     out.base_tick = *base_tick;
@@ -88,6 +90,7 @@ v1::ServerMessage FrameEncoder::header() const {
   frame.set_layout_id(layout_id_);
   frame.set_tick(*last_tick_);
   frame.set_time_s(time_s_);
+  frame.set_layer(layer_);
   return message;
 }
 

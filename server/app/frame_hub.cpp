@@ -37,7 +37,8 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
   // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
   constexpr double divisor_max = 86'400.0 * base::rate_hz_max;
-  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m};
+  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m,
+                        request.time_layers()};
 
   auto found = classes_.find(quality);
   const bool joined = found != classes_.end() && found->second.subscribers.contains(session->id());
@@ -51,11 +52,14 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     if (classes_.size() >= base::world_quality_classes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
                           "the world has its " + std::to_string(base::world_quality_classes_max) +
-                              " qualities (pairs of rate and error) already",
+                              " qualities (of rate, error and layers) already",
                           "subscribe");
     }
     const std::uint32_t stream_id = take_stream_id_();
-    found = classes_.emplace(quality, QualityClass{stream_id, FrameEncoder(stream_id, max_error_m), {}, {}, 0.0}).first;
+    found = classes_
+                .emplace(quality,
+                         QualityClass{stream_id, LayeredEncoder(FrameEncoder(stream_id, max_error_m)), {}, {}, 0.0})
+                .first;
   }
   QualityClass& quality_class = found->second;
   for (const std::string& hash : request.known_topologies()) {
@@ -141,8 +145,13 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
   const bool new_layout = refresh_layout(source);
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
-    if (all || new_layout || !quality_class.encoder.last_tick() || tick % quality.rate_divisor == 0) {
-      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
+    const bool due = tick % quality.rate_divisor == 0;
+    const bool out_of_turn = all || new_layout || !quality_class.encoder.key_tick();
+    if (due || out_of_turn) {
+      // What comes out of its turn is for everyone.
+      const bool layered = quality.time_layers && !out_of_turn;
+      publish_new(quality, quality_class, source, tick,
+                  layered ? LayeredEncoder::layer_of(tick / quality.rate_divisor) : 0, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -155,8 +164,9 @@ void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox
   refresh_layout(source);
   for (auto& [quality, quality_class] : classes_) {
     introduce(quality_class, outbox);
-    if (edited || quality_class.encoder.last_tick() != tick) {
-      publish_new(quality_class, quality.rate_divisor, source, tick, outbox);
+    // Where the last frame was of a higher layer, readers who shed it would not see where the world came to rest.
+    if (edited || quality_class.encoder.key_tick() != tick) {
+      publish_new(quality, quality_class, source, tick, 0, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -181,14 +191,14 @@ void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
   }
 }
 
-// Whose next frame would come later than its key interval after its last key: they get a key now.
-std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class, std::uint64_t rate_divisor,
+// Whose next frame that can be a key would come later than its key interval after its last key: they get a key now.
+std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class, std::uint64_t ticks_between,
                                                     std::uint64_t tick, double tick_period_s) {
   std::vector<net::SessionId> due;
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (subscriber.key_interval_s == 0.0) continue;
     const bool went_back = tick < subscriber.last_key_tick;  // a recording, by a seek
-    const auto ticks_until_next = static_cast<double>(tick + rate_divisor - subscriber.last_key_tick);
+    const auto ticks_until_next = static_cast<double>(tick + ticks_between - subscriber.last_key_tick);
     // A little more than none: an interval of 1 s at 60 Hz is 60 ticks, whatever a sixtieth is in binary.
     constexpr double rounding = 1e-9;
     if (!went_back && ticks_until_next * tick_period_s <= subscriber.key_interval_s * (1.0 + rounding)) continue;
@@ -198,22 +208,28 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
   return due;
 }
 
-void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                           std::uint64_t tick, Outbox& outbox) {
+void FrameHub::publish_new(const Quality& quality, QualityClass& quality_class, const FrameSource& source,
+                           std::uint64_t tick, std::uint32_t layer, Outbox& outbox) {
   bool with_key = false;
-  for (auto& [id, subscriber] : quality_class.subscribers) {
-    if (!std::exchange(subscriber.wants_key, false)) continue;
-    subscriber.last_key_tick = tick;
-    with_key = true;
+  std::vector<net::SessionId> keyed;
+  if (layer > 0) {
+    publish_last(quality_class, outbox);
+  } else {
+    for (auto& [id, subscriber] : quality_class.subscribers) {
+      if (!std::exchange(subscriber.wants_key, false)) continue;
+      subscriber.last_key_tick = tick;
+      with_key = true;
+    }
+    const std::uint64_t ticks_between = quality.rate_divisor * (quality.time_layers ? LayeredEncoder::cycle : 1);
+    keyed = take_due_keys(quality_class, ticks_between, tick, source.tick_period_s());
   }
   if (quality_class.sessions == nullptr) {
     auto sessions = std::make_shared<std::vector<net::SessionId>>();
     for (const auto& [id, subscriber] : quality_class.subscribers) sessions->push_back(id);
     quality_class.sessions = std::move(sessions);
   }
-  auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
   const auto start = std::chrono::steady_clock::now();
-  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_, with_key || !keyed.empty());
+  net::StreamFrame frame = quality_class.encoder.encode(source, tick, layout_, layer, with_key || !keyed.empty());
   quality_class.encode_time_us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
@@ -230,10 +246,11 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   auto waiting = std::make_shared<std::vector<net::SessionId>>();
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (!std::exchange(subscriber.wants_key, false)) continue;
-    subscriber.last_key_tick = *quality_class.encoder.last_tick();
+    subscriber.last_key_tick = *quality_class.encoder.key_tick();
     waiting->push_back(id);
   }
-  if (!waiting->empty()) outbox.publish(std::move(waiting), quality_class.encoder.last_as_key());
+  if (waiting->empty()) return;
+  for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) outbox.publish(waiting, std::move(frame));
 }
 
 void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "app/frame_encoder.h"
 #include "app/frame_source.h"
+#include "app/layered_encoder.h"
 #include "app/layout.h"
 #include "app/outbox.h"
 #include "app/session.h"
@@ -69,6 +69,7 @@ class FrameHub {
   struct Quality {
     std::uint64_t rate_divisor;
     double max_error_m;
+    bool time_layers;
     auto operator<=>(const Quality&) const = default;
   };
   struct Subscriber {
@@ -81,7 +82,7 @@ class FrameHub {
   };
   struct QualityClass {
     std::uint32_t stream_id;
-    FrameEncoder encoder;
+    LayeredEncoder encoder;
     std::map<net::SessionId, Subscriber> subscribers;
     SessionIds sessions;          // of all subscribers; null where they changed
     double encode_time_us = 0.0;  // of the last frame
@@ -91,10 +92,10 @@ class FrameHub {
   bool refresh_layout(const FrameSource& source);
   void introduce(QualityClass& quality_class, Outbox& outbox);
   [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
-                                                                 std::uint64_t rate_divisor, std::uint64_t tick,
+                                                                 std::uint64_t ticks_between, std::uint64_t tick,
                                                                  double tick_period_s);
-  void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                   std::uint64_t tick, Outbox& outbox);
+  void publish_new(const Quality& quality, QualityClass& quality_class, const FrameSource& source, std::uint64_t tick,
+                   std::uint32_t layer, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 
   std::function<std::uint32_t()> take_stream_id_;

@@ -41,7 +41,8 @@ struct WatchArguments {
   double rate_hz = 0.0;
   double max_error_m = 0.0;
   std::string obj_folder;  // empty: none
-  bool stats = false;      // how the server sees this reader, once a second
+  bool time_layers = false;
+  bool stats = false;  // how the server sees this reader, once a second
 };
 
 struct RecordArguments {

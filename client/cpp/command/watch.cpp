@@ -132,7 +132,9 @@ class Watch {
 };
 
 base::Status Watch::run() {
-  auto subscribed = session_.client.subscribe(arguments_.world, {arguments_.rate_hz, arguments_.max_error_m});
+  auto subscribed = session_.client.subscribe(
+      arguments_.world,
+      {.rate_hz = arguments_.rate_hz, .max_error_m = arguments_.max_error_m, .time_layers = arguments_.time_layers});
   if (!subscribed.ok()) return subscribed.status();
   stream_id_ = subscribed->stream_id();
   base::Status status;

@@ -33,6 +33,7 @@ struct SubscribeOptions {
   double max_error_m = 0.0;  // 0: the server's default
   bool commands = false;     // tell of each change of the world (v1::Applied)
   double key_interval_s = 0.0;
+  bool time_layers = false;  // read too slowly, the stream has fewer frames instead of gaps and keys
 };
 
 /// What comes unasked, in the order of its arrival.

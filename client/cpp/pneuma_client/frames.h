@@ -1,6 +1,7 @@
 // What a subscriber gets: decoded frames, and the state that decoding keeps from frame to frame. No sockets here.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -46,7 +47,8 @@ struct DecodedFrame {
   std::uint64_t tick = 0;
   double time_s = 0.0;  // simulated
   bool key = false;
-  std::size_t bytes = 0;  // that the frame took on the wire, framing included
+  std::uint32_t layer = 0;  // with SubscribeOptions::time_layers: 0, 1 or 2
+  std::size_t bytes = 0;    // that the frame took on the wire, framing included
   std::vector<SoftBodyFrame> bodies;
   std::vector<SolidFrame> solids;
 };
@@ -75,17 +77,23 @@ class StreamDecoder {
     std::string name;
     TopologyPtr topology;
   };
+  /// What a frame leaves behind.
+  struct State {
+    std::optional<std::uint64_t> tick;  // none: there was no frame yet
+    codec::FrameReader reader;
+    std::vector<SolidFrame> solids;
+  };
   struct Stream {
     std::string world;
     double grid_step_m = 0.0;
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
-    std::vector<SolidFrame> solids;
-    std::optional<std::uint64_t> tick;  // of the last frame; none before the layout's first key frame
-    codec::FrameReader reader;
+    // After the last frame of layer 0, after the one of layer 1, and after any of layer 2.
+    std::array<State, 3> layers;
   };
 
-  [[nodiscard]] base::Status check_frame(const Stream& stream, const v1::Frame& message) const;
+  [[nodiscard]] static base::Status check_frame(const Stream& stream, const v1::Frame& message);
+  [[nodiscard]] static const State* base_of(const Stream& stream, const v1::Frame& message);
 
   std::map<std::string, TopologyPtr> topologies_;  // by hash
   std::map<std::uint32_t, Stream> streams_;        // by id
