@@ -110,10 +110,11 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   Stream& stream = found->second;
   stream.layout_id = message.layout_id();
   stream.bodies = std::move(bodies);
-  stream.solids = std::move(solids);
-  if (stream.velocity_grid_step_m_s > 0.0) stream.velocity_reader = codec::FrameReader(orders);
-  stream.reader = codec::FrameReader(std::move(orders));
-  stream.tick.reset();
+  stream.layers = {};
+  State& base = stream.layers[0];
+  if (stream.velocity_grid_step_m_s > 0.0) base.velocity_reader = codec::FrameReader(orders);
+  base.reader = codec::FrameReader(std::move(orders));
+  base.solids = std::move(solids);
   return {};
 }
 
@@ -122,12 +123,13 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
   if (stream.layout_id != message.layout_id()) {
     return malformed("a frame of layout " + std::to_string(message.layout_id()) + ", which was not sent", where);
   }
-  if (message.has_base_tick() && stream.tick != message.base_tick()) {
-    return malformed("a frame on top of tick " + std::to_string(message.base_tick()) + ", which is not the last one",
-                     where);
+  if (message.layer() >= stream.layers.size()) return malformed("no layer " + std::to_string(message.layer()), where);
+  if (!message.has_base_tick() && message.layer() != 0) return malformed("a key frame is of layer 0", where);
+  if (message.has_base_tick() && base_of(stream, message) == nullptr) {
+    return malformed("a frame on top of tick " + std::to_string(message.base_tick()) + ", which is not held", where);
   }
   for (const v1::Pose& pose : message.poses()) {
-    if (pose.solid() >= stream.solids.size()) {
+    if (pose.solid() >= stream.layers[0].solids.size()) {
       return malformed("a pose of solid " + std::to_string(pose.solid()) + ", which is not in the layout", where);
     }
   }
@@ -143,17 +145,18 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
 }
 
 /// A failure may come with the positions read already: the stream then waits for a key frame.
-base::Status StreamDecoder::read_vectors(Stream& stream, const v1::Frame& message) {
+base::Status StreamDecoder::read_vectors(const Stream& stream, State& state, const v1::Frame& message) {
   const bool key = !message.has_base_tick();
-  base::Status read = stream.reader.read(message.payload(), key);
+  base::Status read = state.reader.read(message.payload(), key);
   if (!read.ok() || stream.velocity_grid_step_m_s == 0.0) return read;
-  read = stream.velocity_reader.read(message.velocities(), key);
+  read = state.velocity_reader.read(message.velocities(), key);
   if (read.ok()) return read;
-  stream.tick.reset();
+  state.tick.reset();
   return read.inside("velocities");
 }
 
-base::Status StreamDecoder::fill_bodies(const Stream& stream, const v1::Frame& message, DecodedFrame& frame) {
+base::Status StreamDecoder::fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,
+                                        DecodedFrame& frame) {
   constexpr double furthest = base::coordinate_max_m + base::max_error_max_m;
   const auto are_near = [](const std::vector<double>& vectors) {
     return std::ranges::all_of(vectors, [](double x) { return std::abs(x) <= furthest; });
@@ -167,11 +170,11 @@ base::Status StreamDecoder::fill_bodies(const Stream& stream, const v1::Frame& m
     body.topology = stream.bodies[i].topology;
     body.kept_vertices = stream.bodies[i].kept_vertices;
     body.positions_m.resize(3 * std::size_t{body.topology->vertex_count});
-    stream.reader.positions(i, stream.grid_step_m, body.positions_m);
+    state.reader.positions(i, stream.grid_step_m, body.positions_m);
     if (!are_near(body.positions_m)) return malformed("a vertex past the largest coordinate", "payload");
     if (frame.has_velocities) {
       body.velocities_m_s.resize(body.positions_m.size());
-      stream.velocity_reader.positions(i, stream.velocity_grid_step_m_s, body.velocities_m_s);
+      state.velocity_reader.positions(i, stream.velocity_grid_step_m_s, body.velocities_m_s);
       if (!are_near(body.velocities_m_s)) return malformed("a vertex past the largest velocity", "velocities");
     }
     if (frame.has_scalars) {
@@ -184,6 +187,14 @@ base::Status StreamDecoder::fill_bodies(const Stream& stream, const v1::Frame& m
   return {};
 }
 
+const StreamDecoder::State* StreamDecoder::base_of(const Stream& stream, const v1::Frame& message) {
+  // Of a lower layer, or both are of layer 0.
+  for (std::size_t layer = 0; layer < std::max(1U, message.layer()); ++layer) {
+    if (stream.layers[layer].tick == message.base_tick()) return &stream.layers[layer];
+  }
+  return nullptr;
+}
+
 base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Frame& message, std::size_t bytes) {
   const auto found = streams_.find(message.stream_id());
   if (found == streams_.end()) return std::optional<DecodedFrame>();
@@ -191,26 +202,29 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   const bool key = !message.has_base_tick();
   const base::Status checked = check_frame(stream, message);
   if (!checked.ok()) return checked;
-  const base::Status decoded = read_vectors(stream, message);
+  State& state = stream.layers[message.layer()];
+  if (message.layer() > 0) state = *base_of(stream, message);
+  const base::Status decoded = read_vectors(stream, state, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
-  stream.tick = message.tick();
+  state.tick = message.tick();
   for (const v1::Pose& pose : message.poses()) {
-    stream.solids[pose.solid()].position = pose.position();
-    stream.solids[pose.solid()].orientation = pose.orientation();
+    state.solids[pose.solid()].position = pose.position();
+    state.solids[pose.solid()].orientation = pose.orientation();
   }
   DecodedFrame frame{.stream_id = message.stream_id(),
                      .world = stream.world,
                      .tick = message.tick(),
                      .time_s = message.time_s(),
                      .key = key,
+                     .layer = message.layer(),
                      .bytes = bytes,
                      .has_velocities = false,
                      .has_scalars = false,
                      .bodies = {},
-                     .solids = stream.solids};
-  if (const base::Status filled = fill_bodies(stream, message, frame); !filled.ok()) {
-    stream.tick.reset();  // what builds on it is no better
+                     .solids = state.solids};
+  if (const base::Status filled = fill_bodies(stream, state, message, frame); !filled.ok()) {
+    state.tick.reset();  // what builds on it is no better
     return filled;
   }
   return std::optional(std::move(frame));

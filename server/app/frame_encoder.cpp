@@ -39,7 +39,7 @@ FrameEncoder::FrameEncoder(std::uint32_t stream_id, const FrameContents& content
     : stream_id_(stream_id), contents_(contents) {}
 
 net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
-                                      const WorldLayout& layout, bool with_key) {
+                                      const WorldLayout& layout, std::uint32_t layer, bool with_key) {
   const bool same_layout = writer_ && layout_id_ == layout.id();
   const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
   const std::optional<std::uint64_t> base_tick = last_tick_;
@@ -49,10 +49,12 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   time_s_ = source.time_s();
   vertices_ = layout.vertex_count();
   if (contents_.scalars) take_scalars(scalars, layout);
+  layer_ = layer;
 
   net::StreamFrame out;
   out.stream_id = stream_id_;
   out.tick = tick;
+  out.layer = layer;
   out.vertices = vertices_;
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
@@ -137,6 +139,7 @@ v1::ServerMessage FrameEncoder::header() const {
   frame.set_tick(*last_tick_);
   frame.set_time_s(time_s_);
   if (scalars_) *frame.mutable_scalars() = *scalars_;
+  frame.set_layer(layer_);
   return message;
 }
 

@@ -45,7 +45,7 @@ class FrameEncoder {
   /// Takes the source's state as the stream's next frame; `scalars` are of the same source. The delta is there where
   /// the frame before had the same layout and an earlier tick; the key where there is no delta, or `with_key` is set.
   [[nodiscard]] net::StreamFrame encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
-                                        const WorldLayout& layout, bool with_key);
+                                        const WorldLayout& layout, std::uint32_t layer, bool with_key);
   /// The last frame once more, as a key. Only after encode().
   [[nodiscard]] net::StreamFrame last_as_key() const;
 
@@ -68,6 +68,7 @@ class FrameEncoder {
   std::optional<std::uint64_t> last_tick_;
   std::uint32_t layout_id_ = 0;
   double time_s_ = 0.0;
+  std::uint32_t layer_ = 0;
   std::size_t vertices_ = 0;
   std::optional<codec::FrameWriter> writer_;
   std::optional<codec::FrameWriter> velocity_writer_;

@@ -79,8 +79,12 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
   // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
   constexpr double divisor_max = 86'400.0 * base::rate_hz_max;
-  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)), max_error_m,
-                        view_of(request), request.velocities(), request.scalars()};
+  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)),
+                        max_error_m,
+                        view_of(request),
+                        request.velocities(),
+                        request.scalars(),
+                        request.time_layers()};
   const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
 
   auto found = classes_.find(quality);
@@ -95,7 +99,7 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     if (classes_.size() >= base::world_quality_classes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
                           "the world has its " + std::to_string(base::world_quality_classes_max) +
-                              " qualities (of rate, error and contents) already",
+                              " qualities (of rate, error, layers and contents) already",
                           "subscribe");
     }
     const std::uint32_t stream_id = take_stream_id_();
@@ -103,7 +107,8 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
         .max_error_m = max_error_m,
         .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(max_error_m, rate_hz) : 0.0,
         .scalars = quality.scalars};
-    QualityClass made{stream_id, FrameEncoder(stream_id, contents), WorldLayout(quality.view), {}, {}, 0.0};
+    QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
+                      0.0};
     found = classes_.emplace(quality, std::move(made)).first;
   }
   QualityClass& quality_class = found->second;
@@ -197,9 +202,13 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
     const WorldLayout::Update came = *update++;
     if (came == WorldLayout::Update::waits) continue;
     introduce(quality_class, outbox);
-    const bool due = tick % quality.rate_divisor == 0 || !quality_class.encoder.last_tick();
-    if (all || due || came == WorldLayout::Update::changed) {
-      publish_new(quality_class, quality.rate_divisor, source, scalars, tick, outbox);
+    const bool due = tick % quality.rate_divisor == 0;
+    const bool out_of_turn = all || came == WorldLayout::Update::changed || !quality_class.encoder.key_tick();
+    if (due || out_of_turn) {
+      // What comes out of its turn is for everyone.
+      const bool layered = quality.time_layers && !out_of_turn;
+      publish_new(quality, quality_class, source, scalars, tick,
+                  layered ? LayeredEncoder::layer_of(tick / quality.rate_divisor) : 0, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -214,8 +223,9 @@ void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox
     const WorldLayout::Update came = *update++;
     if (came == WorldLayout::Update::waits) continue;
     introduce(quality_class, outbox);
-    if (came != WorldLayout::Update::none || quality_class.encoder.last_tick() != tick) {
-      publish_new(quality_class, quality.rate_divisor, source, scalars, tick, outbox);
+    // Where the last frame was of a higher layer, readers who shed it would not see where the world came to rest.
+    if (came != WorldLayout::Update::none || quality_class.encoder.key_tick() != tick) {
+      publish_new(quality, quality_class, source, scalars, tick, 0, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -250,14 +260,14 @@ void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
   }
 }
 
-// Whose next frame would come later than its key interval after its last key: they get a key now.
-std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class, std::uint64_t rate_divisor,
+// Whose next frame that can be a key would come later than its key interval after its last key: they get a key now.
+std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class, std::uint64_t ticks_between,
                                                     std::uint64_t tick, double tick_period_s) {
   std::vector<net::SessionId> due;
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (subscriber.key_interval_s == 0.0) continue;
     const bool went_back = tick < subscriber.last_key_tick;  // a recording, by a seek
-    const auto ticks_until_next = static_cast<double>(tick + rate_divisor - subscriber.last_key_tick);
+    const auto ticks_until_next = static_cast<double>(tick + ticks_between - subscriber.last_key_tick);
     // A little more than none: an interval of 1 s at 60 Hz is 60 ticks, whatever a sixtieth is in binary.
     constexpr double rounding = 1e-9;
     if (!went_back && ticks_until_next * tick_period_s <= subscriber.key_interval_s * (1.0 + rounding)) continue;
@@ -267,23 +277,29 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
   return due;
 }
 
-void FrameHub::publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                           MeasuredScalars& scalars, std::uint64_t tick, Outbox& outbox) {
+void FrameHub::publish_new(const Quality& quality, QualityClass& quality_class, const FrameSource& source,
+                           MeasuredScalars& scalars, std::uint64_t tick, std::uint32_t layer, Outbox& outbox) {
   bool with_key = false;
-  for (auto& [id, subscriber] : quality_class.subscribers) {
-    if (!std::exchange(subscriber.wants_key, false)) continue;
-    subscriber.last_key_tick = tick;
-    with_key = true;
+  std::vector<net::SessionId> keyed;
+  if (layer > 0) {
+    publish_last(quality_class, outbox);
+  } else {
+    for (auto& [id, subscriber] : quality_class.subscribers) {
+      if (!std::exchange(subscriber.wants_key, false)) continue;
+      subscriber.last_key_tick = tick;
+      with_key = true;
+    }
+    const std::uint64_t ticks_between = quality.rate_divisor * (quality.time_layers ? LayeredEncoder::cycle : 1);
+    keyed = take_due_keys(quality_class, ticks_between, tick, source.tick_period_s());
   }
   if (quality_class.sessions == nullptr) {
     auto sessions = std::make_shared<std::vector<net::SessionId>>();
     for (const auto& [id, subscriber] : quality_class.subscribers) sessions->push_back(id);
     quality_class.sessions = std::move(sessions);
   }
-  auto keyed = take_due_keys(quality_class, rate_divisor, tick, source.tick_period_s());
   const auto start = std::chrono::steady_clock::now();
   net::StreamFrame frame =
-      quality_class.encoder.encode(source, scalars, tick, quality_class.layout, with_key || !keyed.empty());
+      quality_class.encoder.encode(source, scalars, tick, quality_class.layout, layer, with_key || !keyed.empty());
   quality_class.encode_time_us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
   if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
@@ -300,10 +316,11 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   auto waiting = std::make_shared<std::vector<net::SessionId>>();
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (!std::exchange(subscriber.wants_key, false)) continue;
-    subscriber.last_key_tick = *quality_class.encoder.last_tick();
+    subscriber.last_key_tick = *quality_class.encoder.key_tick();
     waiting->push_back(id);
   }
-  if (!waiting->empty()) outbox.publish(std::move(waiting), quality_class.encoder.last_as_key());
+  if (waiting->empty()) return;
+  for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) outbox.publish(waiting, std::move(frame));
 }
 
 void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "app/frame_encoder.h"
 #include "app/frame_source.h"
+#include "app/layered_encoder.h"
 #include "app/layout.h"
 #include "app/outbox.h"
 #include "app/session.h"
@@ -77,6 +77,7 @@ class FrameHub {
     View view;
     bool velocities;
     bool scalars;
+    bool time_layers;
     auto operator<=>(const Quality&) const = default;
   };
   struct Subscriber {
@@ -89,7 +90,7 @@ class FrameHub {
   };
   struct QualityClass {
     std::uint32_t stream_id;
-    FrameEncoder encoder;
+    LayeredEncoder encoder;
     WorldLayout layout;
     std::map<net::SessionId, Subscriber> subscribers;
     SessionIds sessions;          // of all subscribers; null where they changed
@@ -101,10 +102,10 @@ class FrameHub {
   [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source);
   void introduce(QualityClass& quality_class, Outbox& outbox);
   [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
-                                                                 std::uint64_t rate_divisor, std::uint64_t tick,
+                                                                 std::uint64_t ticks_between, std::uint64_t tick,
                                                                  double tick_period_s);
-  void publish_new(QualityClass& quality_class, std::uint64_t rate_divisor, const FrameSource& source,
-                   MeasuredScalars& scalars, std::uint64_t tick, Outbox& outbox);
+  void publish_new(const Quality& quality, QualityClass& quality_class, const FrameSource& source,
+                   MeasuredScalars& scalars, std::uint64_t tick, std::uint32_t layer, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 
   std::function<std::uint32_t()> take_stream_id_;

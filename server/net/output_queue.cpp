@@ -21,22 +21,26 @@ void OutputQueue::push_goodbye(SharedBytes message) {
 
 void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   Stream& stream = streams_[frame.stream_id];
-  const bool has_room = stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
-  if (has_room && frame.delta != nullptr && stream.last_tick == frame.base_tick) {
-    return push_frame(frame.delta, frame, stream, now);
+  for (std::uint32_t layer = time_layer_max; layer > 0 && layer >= frame.layer && !has_room(stream); --layer) {
+    shed(frame.stream_id, stream, layer);
   }
-  if (!has_room) drop_unsent(frame.stream_id, stream);
+  const bool holds_base =
+      stream.last_tick == frame.base_tick || (frame.layer > 0 && stream.middle_tick == frame.base_tick);
+  if (has_room(stream) && frame.delta != nullptr && holds_base) return push_frame(frame.delta, frame, stream, now);
+  if (frame.layer > 0) {
+    if (stream.was_queued) skip(stream, frame.tick, frame.delta->size());
+    return;
+  }
+  if (!has_room(stream)) drop_unsent(frame.stream_id, stream);
   if (frame.key != nullptr) stream.key_asked_for = false;  // where it finds no room, another has to be asked for
   // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
   if (frame.key != nullptr && bytes() < bytes_max_) {
-    if (stream.missing_from && stream.was_sent) {
-      push({.message = std::make_shared<const std::string>(
-                make_gap_(frame.stream_id, *stream.missing_from, stream.missing_to)),
+    if (stream.missing_from && *stream.missing_from < frame.tick && stream.was_sent) {
+      const std::uint64_t to_tick = std::min(stream.missing_to, frame.tick - 1);  // the key may be of a frame skipped
+      push({.message = std::make_shared<const std::string>(make_gap_(frame.stream_id, *stream.missing_from, to_tick)),
             .stream_id = frame.stream_id,
             .tick = *stream.missing_from});
     }
-    stream.missing_from.reset();
-    stream.missing_to = 0;
     return push_frame(frame.key, frame, stream, now);
   }
   if (stream.was_queued) skip(stream, frame.tick, (frame.delta != nullptr ? frame.delta : frame.key)->size());
@@ -98,8 +102,12 @@ void OutputQueue::push(Entry entry) {
 }
 
 void OutputQueue::push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream, TimePoint now) {
-  push({message, frame.stream_id, frame.tick, true, frame.vertices, now});
-  stream.last_tick = frame.tick;
+  push({message, frame.stream_id, frame.tick, true, frame.layer, frame.vertices, now});
+  if (frame.layer == 0) stream.last_tick = frame.tick;
+  if (frame.layer < time_layer_max) stream.middle_tick.reset();
+  if (frame.layer == 1) stream.middle_tick = frame.tick;
+  stream.missing_from.reset();
+  stream.missing_to = 0;
   stream.was_queued = true;
   ++stream.unsent;
 }
@@ -126,6 +134,18 @@ void OutputQueue::skip(Stream& stream, std::uint64_t tick, std::size_t bytes) {
   }
 }
 
+// What is unsent of a layer, all higher ones being gone already.
+void OutputQueue::shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer) {
+  std::erase_if(entries_, [&](const Entry& entry) {
+    if (entry.stream_id != stream_id || !entry.counts_as_frame || entry.layer != layer) return false;
+    bytes_ -= entry.message->size();
+    --stream.unsent;
+    skip(stream, entry.tick, entry.message->size());
+    if (stream.middle_tick == entry.tick) stream.middle_tick.reset();
+    return true;
+  });
+}
+
 // Oldest first, so that the gap begins with the first tick that is lost; an unsent gap's own ticks are part of the new
 // one.
 void OutputQueue::drop_unsent(std::uint32_t stream_id, Stream& stream) {
@@ -141,6 +161,7 @@ void OutputQueue::drop_unsent(std::uint32_t stream_id, Stream& stream) {
   });
   stream.unsent = 0;
   stream.last_tick.reset();
+  stream.middle_tick.reset();
 }
 
 }  // namespace pneuma::net

@@ -13,7 +13,7 @@
 
 namespace pneuma::net {
 
-/// A reader this many frames of a stream behind is better served by one key frame.
+/// A reader this many frames of a stream behind is better served by fewer layers, or one key frame.
 inline constexpr std::size_t stream_frames_queued_max = 4;
 
 class OutputQueue {
@@ -28,9 +28,10 @@ class OutputQueue {
   /// A last message, past any limit.
   void push_goodbye(SharedBytes message);
 
-  /// Queues the frame as delta where its base is the last frame queued of the stream and there is room; else as key,
-  /// after a gap that spans what was skipped; else skips it, and the stream waits for a key. A stream with too much
-  /// unsent loses all that is unsent.
+  /// Queues the frame as delta where the client will hold its base and there is room. A stream with too much unsent
+  /// first sheds what is unsent of layers that nothing after builds on, the highest first. Where that is not enough, a
+  /// frame of a higher layer is left out alone; one of layer 0 takes along all that is unsent, and comes as key, after
+  /// a gap that spans what was skipped; or is skipped as well, and the stream waits for a key.
   void offer(const StreamFrame& frame, TimePoint now);
 
   /// The streams that wait for a key which could be queued now, each once until a key was offered. A client that takes
@@ -58,12 +59,15 @@ class OutputQueue {
     std::optional<std::uint32_t> stream_id;  // none: a reply
     std::uint64_t tick = 0;
     bool counts_as_frame = false;  // a gap belongs to its stream but is no frame
+    std::uint32_t layer = 0;
     std::size_t vertices = 0;
     TimePoint queued_at{};
   };
   struct Stream {
-    std::optional<std::uint64_t> last_tick;     // of the frame that a delta may build on; none: a key is needed
-    std::optional<std::uint64_t> missing_from;  // first tick that the client will not get; none: nothing was skipped
+    std::optional<std::uint64_t> last_tick;    // of the last frame of layer 0; none: a key is needed
+    std::optional<std::uint64_t> middle_tick;  // of the one of layer 1 since then
+    std::optional<std::uint64_t>
+        missing_from;  // first tick that was skipped since the last frame queued; none: none was
     std::uint64_t missing_to = 0;
     bool key_asked_for = false;
     bool was_queued = false;  // it has had a frame in the queue: what it misses from now on counts as dropped
@@ -73,6 +77,10 @@ class OutputQueue {
     FrameTotals totals;
   };
 
+  [[nodiscard]] bool has_room(const Stream& stream) const {
+    return stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
+  }
+  void shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer);
   void push(Entry entry);
   void push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream, TimePoint now);
   void skip(Stream& stream, std::uint64_t tick, std::size_t bytes);

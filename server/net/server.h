@@ -26,11 +26,14 @@ struct PeerInfo {
   bool tls = false;
 };
 
+inline constexpr std::uint32_t time_layer_max = 2;
+
 /// One frame of a stream, offered in both forms; a session takes the one that it can use.
 struct StreamFrame {
   std::uint32_t stream_id = 0;
   std::uint64_t tick = 0;
-  std::uint64_t base_tick = 0;  // what `delta` builds on
+  std::uint64_t base_tick = 0;  // what `delta` builds on: of a lower layer, or both of layer 0
+  std::uint32_t layer = 0;      // at most time_layer_max
   SharedBytes delta;            // null: only a key frame this time
   SharedBytes key;              // null: nobody was known to want one
   std::size_t vertices = 0;     // that it shows

@@ -37,6 +37,7 @@ struct SubscribeOptions {
   std::uint32_t level_of_detail = 0;     // each level has a quarter of the vertices of the one below
   bool velocities = false;
   bool scalars = false;
+  bool time_layers = false;  // read too slowly, the stream has fewer frames instead of gaps and keys
 };
 
 /// What comes unasked, in the order of its arrival.

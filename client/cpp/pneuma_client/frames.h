@@ -1,6 +1,7 @@
 // What a subscriber gets: decoded frames, and the state that decoding keeps from frame to frame. No sockets here.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -58,7 +59,8 @@ struct DecodedFrame {
   std::uint64_t tick = 0;
   double time_s = 0.0;  // simulated
   bool key = false;
-  std::size_t bytes = 0;  // that the frame took on the wire, framing included
+  std::uint32_t layer = 0;  // with SubscribeOptions::time_layers: 0, 1 or 2
+  std::size_t bytes = 0;    // that the frame took on the wire, framing included
   bool has_velocities = false;
   bool has_scalars = false;
   std::vector<SoftBodyFrame> bodies;
@@ -90,21 +92,28 @@ class StreamDecoder {
     TopologyPtr topology;
     std::shared_ptr<const std::vector<std::uint32_t>> kept_vertices;
   };
+  /// What a frame leaves behind.
+  struct State {
+    std::optional<std::uint64_t> tick;  // none: there was no frame yet
+    codec::FrameReader reader;
+    codec::FrameReader velocity_reader;
+    std::vector<SolidFrame> solids;
+  };
   struct Stream {
     std::string world;
     double grid_step_m = 0.0;
     double velocity_grid_step_m_s = 0.0;  // 0: no velocities
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
-    std::vector<SolidFrame> solids;
-    std::optional<std::uint64_t> tick;  // of the last frame; none before the layout's first key frame
-    codec::FrameReader reader;
-    codec::FrameReader velocity_reader;
+    // After the last frame of layer 0, after the one of layer 1, and after any of layer 2.
+    std::array<State, 3> layers;
   };
 
   [[nodiscard]] static base::Status check_frame(const Stream& stream, const v1::Frame& message);
-  [[nodiscard]] static base::Status read_vectors(Stream& stream, const v1::Frame& message);
-  [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const v1::Frame& message, DecodedFrame& frame);
+  [[nodiscard]] static const State* base_of(const Stream& stream, const v1::Frame& message);
+  [[nodiscard]] static base::Status read_vectors(const Stream& stream, State& state, const v1::Frame& message);
+  [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,
+                                                DecodedFrame& frame);
 
   std::map<std::string, TopologyPtr> topologies_;  // by hash
   std::map<std::uint32_t, Stream> streams_;        // by id

@@ -28,8 +28,13 @@ std::string gap(std::uint32_t stream, std::uint64_t from, std::uint64_t to) {
 StreamFrame frame(std::uint32_t stream, std::uint64_t tick, std::uint64_t base_tick, bool with_key,
                   std::size_t bytes = 0) {
   const std::string name = std::to_string(stream) + " " + std::to_string(tick);
-  return {stream, tick, base_tick, text("delta " + name + " " + std::to_string(base_tick), bytes),
-          with_key ? text("key " + name, bytes) : nullptr};
+  StreamFrame out;
+  out.stream_id = stream;
+  out.tick = tick;
+  out.base_tick = base_tick;
+  out.delta = text("delta " + name + " " + std::to_string(base_tick), bytes);
+  if (with_key) out.key = text("key " + name, bytes);
+  return out;
 }
 
 std::vector<std::string> take_words(OutputQueue& queue, std::size_t bytes = 1'000'000) {
@@ -102,7 +107,9 @@ TEST(OutputQueue, AGapBeginsWithTheOldestLossWhateverTheOrderOfLosing) {
 TEST(OutputQueue, AKeyWithoutDeltaReplacesTheChain) {
   OutputQueue queue(1000, gap);
   queue.offer(frame(1, 1, 0, true), TimePoint());
-  queue.offer({1, 1, 0, nullptr, text("key 1 1")}, TimePoint());  // an edit of a paused world
+  StreamFrame edited = frame(1, 1, 0, true);  // of a paused world
+  edited.delta = nullptr;
+  queue.offer(edited, TimePoint());
   queue.offer(frame(1, 2, 1, false), TimePoint());
   EXPECT_EQ(take_words(queue), (Words{"key 1 1", "key 1 1", "delta 1 2 1"}));
 }
@@ -144,6 +151,63 @@ TEST(OutputQueue, AnEndedStreamIsForgotten) {
   EXPECT_EQ(take_words(queue), Words{"key 2 1"});
   queue.offer(frame(1, 2, 1, true), TimePoint());
   EXPECT_EQ(take_words(queue), Words{"key 1 2"}) << "a joiner again: no delta, no gap";
+}
+
+// Frames 0 1 2 3 4... of a stream in layers 0 2 1 2 0..., each on the last one of a lower layer.
+StreamFrame layered(std::uint64_t tick, bool with_key = false) {
+  const std::uint64_t place = tick % 4;
+  const std::uint32_t layer = place == 0 ? 0 : (place == 2 ? 1 : 2);
+  const std::uint64_t base_tick = place == 0 ? tick - 4 : tick - (place == 3 ? 1 : place);
+  StreamFrame out = frame(1, tick, base_tick, with_key);
+  out.layer = layer;
+  return out;
+}
+
+TEST(OutputQueue, ASlowReaderOfLayersShedsTheHighestFirst) {
+  OutputQueue queue(1'000'000, gap);
+  queue.offer(layered(4, true), TimePoint());
+  EXPECT_EQ(take_words(queue), Words{"key 1 4"});
+  for (std::uint64_t tick = 5; tick <= 8; ++tick) queue.offer(layered(tick), TimePoint());
+  queue.offer(layered(9), TimePoint());  // no room: the frames of layer 2 go, but for itself
+  EXPECT_EQ(take_words(queue), (Words{"delta 1 6 4", "delta 1 8 4", "delta 1 9 8"}));
+  EXPECT_EQ(queue.totals().frames_dropped, 2U);
+  for (std::uint64_t tick = 10; tick <= 16; ++tick) queue.offer(layered(tick), TimePoint());
+  EXPECT_EQ(take_words(queue), (Words{"delta 1 10 8", "delta 1 12 8", "delta 1 14 12", "delta 1 16 12"}));
+  for (std::uint64_t tick = 17; tick <= 28; ++tick) queue.offer(layered(tick), TimePoint());
+  EXPECT_EQ(take_words(queue), (Words{"delta 1 20 16", "delta 1 24 20", "delta 1 26 24", "delta 1 28 24"}));
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{}) << "nothing that later frames need was lost";
+}
+
+TEST(OutputQueue, AFrameOnOneThatWasShedIsLeftOut) {
+  OutputQueue queue(100, gap);
+  queue.offer(layered(4, true), TimePoint());
+  queue.offer(layered(6), TimePoint());
+  EXPECT_TRUE(queue.push_reply(text("reply", 200)));
+  queue.offer(layered(7), TimePoint());  // the queue is full: it is left out alone
+  EXPECT_EQ(take_words(queue), (Words{"key 1 4", "delta 1 6 4", "reply"}));
+  queue.offer(layered(8), TimePoint());
+  queue.offer(layered(10), TimePoint());
+  EXPECT_TRUE(queue.push_reply(text("reply", 200)));
+  queue.offer(layered(14), TimePoint());
+  EXPECT_EQ(take_words(queue), (Words{"delta 1 8 4", "reply"})) << "a frame of layer 1 makes others of it give way";
+  queue.offer(layered(11), TimePoint());
+  EXPECT_EQ(take_words(queue), Words{}) << "10 never came";
+  queue.offer(layered(12), TimePoint());
+  EXPECT_EQ(take_words(queue), Words{"delta 1 12 8"}) << "no gap, no key";
+}
+
+TEST(OutputQueue, WithoutItsLayerZeroAStreamWaitsForAKey) {
+  OutputQueue queue(1'000'000, gap);
+  queue.offer(layered(4, true), TimePoint());
+  EXPECT_EQ(take_words(queue), Words{"key 1 4"});
+  for (std::uint64_t tick = 5; tick <= 25; ++tick) queue.offer(layered(tick), TimePoint());
+  EXPECT_TRUE(queue.empty()) << "24 was the fifth of layer 0 and found no room";
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  StreamFrame key = layered(24, true);  // the last of layer 0 once more, and then what builds on it
+  key.delta = nullptr;
+  queue.offer(key, TimePoint());
+  queue.offer(layered(26), TimePoint());
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 8 23", "key 1 24", "delta 1 26 24"}));
 }
 
 TEST(OutputQueue, TellsHowAStreamIsRead) {
