@@ -9,6 +9,7 @@ function element<Type extends HTMLElement = HTMLElement>(id: string): Type {
   return document.getElementById(id) as Type;
 }
 
+const phoneWidthPx = 600; // as in style.css
 const maxErrorM = 0.0005;
 const statusIntervalMs = 500;
 const tokenKey = "pneuma-token";
@@ -232,7 +233,9 @@ class Page {
 }
 
 try {
-  const page = new Page(new Picture(element<HTMLCanvasElement>("picture")));
+  const panel = element<HTMLDetailsElement>("panel");
+  panel.open = innerWidth > phoneWidthPx;
+  const page = new Page(new Picture(element<HTMLCanvasElement>("picture"), panel));
   void page.connect(sessionStorage.getItem(tokenKey) ?? "");
 } catch (error) {
   say(`This browser shows no 3D picture: ${(error as Error).message}`);

@@ -61,8 +61,11 @@ export class Picture {
   private shown: Shown = { wireframe: false, velocities: false, dark: false };
   private isFramed = false;
 
-  /** Throws where there is no WebGL. */
-  constructor(private readonly canvas: HTMLCanvasElement) {
+  /** Beside `panel`, which covers a part of the canvas. Throws where there is no WebGL. */
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly panel: HTMLElement,
+  ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
@@ -80,7 +83,7 @@ export class Picture {
     this.scene.add(new AmbientLight(0xffffff, 0.5), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
     this.scene.add(this.sun.target, this.grid, this.pull);
     this.resize();
-    new ResizeObserver(() => this.resize()).observe(canvas);
+    for (const part of [canvas, panel]) new ResizeObserver(() => this.resize()).observe(part);
   }
 
   show(shown: Shown): void {
@@ -93,6 +96,7 @@ export class Picture {
     for (const solid of this.solids) {
       const isGround = solid && (solid.isRoom || !solid.isBounded);
       solid?.mesh.material.color.set(isGround ? scheme.floor : scheme.solid);
+      solid?.outline?.material.color.set(scheme.grid);
     }
   }
 
@@ -206,6 +210,10 @@ export class Picture {
     const { clientWidth, clientHeight } = this.canvas;
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
-    this.camera.updateProjectionMatrix();
+    // The middle of the view is that of what the panel leaves free: beside it, or above it.
+    const { left, top, width } = this.panel.getBoundingClientRect();
+    const right = width < clientWidth / 2 ? clientWidth - left : 0;
+    const below = right === 0 ? clientHeight - top : 0;
+    this.camera.setViewOffset(clientWidth, clientHeight, right / 2, below / 2, clientWidth, clientHeight);
   }
 }

@@ -4,7 +4,10 @@ import {
   BoxGeometry,
   type BufferGeometry,
   CapsuleGeometry,
+  EdgesGeometry,
   FrontSide,
+  LineBasicMaterial,
+  LineSegments,
   Mesh,
   MeshPhongMaterial,
   PlaneGeometry,
@@ -45,8 +48,15 @@ export class SolidView {
     readonly mesh: Mesh<BufferGeometry, MeshPhongMaterial>,
     /** Whether the view should hold all of it. */
     readonly isBounded: boolean,
-    readonly isRoom: boolean,
-  ) {}
+    /** Of a room: its edges, for those of the walls that are seen through. */
+    readonly outline: LineSegments<EdgesGeometry, LineBasicMaterial> | undefined,
+  ) {
+    if (outline) mesh.add(outline);
+  }
+
+  get isRoom(): boolean {
+    return this.outline !== undefined;
+  }
 
   /** Undefined for a shape that this page does not know. */
   static of(solid: Solid): SolidView | undefined {
@@ -58,7 +68,9 @@ export class SolidView {
     const mesh = new Mesh(geometry, material);
     mesh.castShadow = form !== "room" && form !== "plane";
     mesh.receiveShadow = true;
-    return new SolidView(mesh, form !== "plane", form === "room");
+    const outline =
+      form === "room" ? new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial()) : undefined;
+    return new SolidView(mesh, form !== "plane", outline);
   }
 
   update(from: SolidPose, to: SolidPose, fraction: number): void {
@@ -74,6 +86,8 @@ export class SolidView {
   dispose(): void {
     this.mesh.geometry.dispose();
     this.mesh.material.dispose();
+    this.outline?.geometry.dispose();
+    this.outline?.material.dispose();
   }
 }
 

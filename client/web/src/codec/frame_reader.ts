@@ -66,33 +66,43 @@ function takeBlock(order: MeshOrder, head: BlockHead, last: Motion, triples: Tri
 
 /** The soft bodies of one layout of a stream. Any bytes are safe to read: what cannot be read is refused. */
 export class FrameReader {
-  private motions: Motion[];
+  // After the last frame of each time layer.
+  private readonly layers: Motion[][];
+  private last: Motion[];
 
   constructor(private readonly orders: readonly MeshOrder[]) {
-    this.motions = orders.map(motionOf);
+    this.last = orders.map(motionOf);
+    this.layers = [this.last];
   }
 
-  /** Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED) nothing is kept. */
-  read(payload: Uint8Array, isKey: boolean): void {
+  /**
+   * Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED) nothing is kept.
+   * @param base the layer whose last frame it builds on; undefined: a key frame
+   * @param layer its own
+   */
+  read(payload: Uint8Array, base: number | undefined, layer = 0): void {
+    const motionsBefore = this.layers[base ?? 0];
+    if (!motionsBefore) throw malformed(`builds on layer ${base}, of which there was no frame`);
     const { heads, residuals } = takeHeads(
       payload,
-      isKey,
+      base === undefined,
       this.orders.map((order) => order.size),
     );
     const triples = new TripleReader(residuals);
     const motions = this.orders.map((order, body) => {
-      const motion = takeBlock(order, heads[body]!, this.motions[body]!, triples, body);
+      const motion = takeBlock(order, heads[body]!, motionsBefore[body]!, triples, body);
       if (triples.failed()) throw malformed("the payload ends in this body's residuals", body);
       return motion;
     });
     if (!triples.atEnd()) throw malformed("the residuals do not end where the payload does");
-    this.motions = motions;
+    this.layers[layer] = motions;
+    this.last = motions;
   }
 
-  /** Writes the grid coordinates of a body's vertices times `step`, x y z of each, in the order of its mesh. */
+  /** Writes, of the last frame read, the grid coordinates of a body's vertices times `step`, x y z of each, in the order of its mesh. */
   positions(body: number, step: number, out: Float64Array): void {
     const { vertices } = this.orders[body]!;
-    const { points } = this.motions[body]!;
+    const { points } = this.last[body]!;
     for (let slot = 0; slot < vertices.length; ++slot) {
       const to = 3 * vertices[slot]!;
       out[to] = points[3 * slot]! * step;
