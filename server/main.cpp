@@ -15,6 +15,7 @@
 #include "app/config.h"
 #include "app/health_probe.h"
 #include "app/service.h"
+#include "app/web_folder.h"
 #include "app/world_host.h"
 #include "base/address.h"
 #include "base/version.h"
@@ -97,9 +98,11 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--listen", config.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->check(wrong_address, "")
       ->capture_default_str();
-  app.add_option("--http", config.http, "HOST:PORT for /ws, /healthz and /metrics, or off")
+  app.add_option("--http", config.http, "HOST:PORT for the page, /ws, /healthz and /metrics, or off")
       ->check(wrong_http_address, "")
       ->capture_default_str();
+  app.add_option("--web-dir", config.web_dir, "The page for browsers at the HTTP address, or off")
+      ->default_str("../share/pneuma/web beside this program, if there is one");
   app.add_option("--scene", config.scenes, "A built-in scene or a scene file; a world each")->take_all();
   app.add_option("--data-dir", config.data_dir, "Keep worlds here over restarts");
   app.add_option("--threads", config.threads, "Stepping threads; 0: as many as the hardware has")
@@ -177,6 +180,7 @@ int serve(Config config) {
 int main(int argc, char** argv) {
   CLI::App app("Hosts worlds of soft bodies under pressure and streams them to clients.", "pneuma-server");
   Options options;
+  if (auto folder = pneuma::app::web_folder_of_program(); !folder.empty()) options.config.web_dir = std::move(folder);
   add_flags(app, options);
   try {
     app.parse(argc, argv);

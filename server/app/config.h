@@ -14,6 +14,7 @@ namespace pneuma::app {
 struct Config {
   std::string listen = "127.0.0.1:7420";
   std::string http = "127.0.0.1:7421";  // or "off"
+  std::string web_dir = "off";          // the folder of the page for browsers, or "off"
   std::vector<std::string> scenes;      // built-in names or files; a world each
   std::string data_dir;                 // empty: nothing is kept
   std::size_t threads = 0;              // 0: as many as the hardware has

@@ -46,6 +46,11 @@ Status Service::start() {
     token_ = std::move(*token);
     if (is_world_readable(config_.token_file)) spdlog::warn("{} is readable by everyone", config_.token_file);
   }
+  if (config_.http != "off" && config_.web_dir != "off") {
+    auto web = WebFolder::load(config_.web_dir);
+    if (!web.ok()) return web.status().inside("--web-dir");
+    web_ = std::move(*web);
+  }
   if (auto status = host_->start(); !status.ok()) return status;
   if (auto status = listen(); !status.ok()) return status;
   network_ = std::thread([this] { server_.run(); });
@@ -167,13 +172,15 @@ void Service::remember(Guest& guest, const std::string& world) {
 }
 
 net::HttpReply Service::page(std::string_view path) {
-  if (path == "/") return start_page(host_->statuses());
+  if (path == "/worlds") return start_page(host_->statuses());
   if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now());
   if (path == "/metrics") {
     count_sessions();
     return metrics_page(metrics_);
   }
-  return {404, "text/plain; charset=utf-8", "nothing here\n"};
+  if (const net::HttpReply* file = web_.find(path)) return *file;
+  if (path == "/") return start_page(host_->statuses());
+  return {404, "text/plain; charset=utf-8", "nothing here\n", {}, {}};
 }
 
 void Service::count_sessions() {

@@ -16,6 +16,7 @@
 #include "app/metrics.h"
 #include "app/session.h"
 #include "app/session_gate.h"
+#include "app/web_folder.h"
 #include "base/status.h"
 #include "net/server.h"
 
@@ -62,6 +63,7 @@ class Service {
 
   const Config config_;
   std::string token_;
+  WebFolder web_;
   Metrics metrics_;
   net::Server server_;
   std::unique_ptr<Host> host_;

@@ -35,6 +35,11 @@ constexpr std::chrono::seconds linger_timeout{1};
 // A WebSocket message goes out in parts of this size, so that a slow reader's progress shows.
 constexpr std::size_t websocket_part_bytes = 16 * 1024;
 
+// The page loads what lies beside it and nothing else.
+constexpr const char* content_security_policy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
 auto into(error_code& error) {
   return asio::redirect_error(asio::use_awaitable, error);
 }
@@ -108,15 +113,36 @@ bool may_upgrade(const Request& request) {
   return origin == request.end() || is_same_origin(origin->value(), request[http::field::host]);
 }
 
+bool takes_gzip(const Request& request) {
+  http::ext_list codings(request[http::field::accept_encoding]);
+  return codings.exists("gzip");
+}
+
+/// Whether the client holds this content already.
+bool is_held(const Request& request, const std::string& tag) {
+  const std::string_view held = request[http::field::if_none_match];
+  return !tag.empty() && (held == "*" || held.find(tag) != std::string_view::npos);
+}
+
 Response make_response(const Request& request, HttpReply reply) {
   Response response{static_cast<http::status>(reply.status), request.version()};
   response.set(http::field::content_type, reply.content_type);
-  response.set(http::field::cache_control, "no-store");
+  response.set(http::field::cache_control, reply.tag.empty() ? "no-store" : "no-cache");  // kept, but asked about
+  if (!reply.tag.empty()) {
+    response.set(http::field::etag, reply.tag);
+    response.set(http::field::vary, "Accept-Encoding");
+  }
+  response.set("Content-Security-Policy", content_security_policy);
+  response.set("Referrer-Policy", "no-referrer");
   response.set("X-Content-Type-Options", "nosniff");
   if (reply.status == 405) response.set(http::field::allow, "GET, HEAD");
   if (reply.status == 426) response.set(http::field::upgrade, "websocket");
   if (reply.status == 503) response.set(http::field::retry_after, "1");
   response.keep_alive(request.keep_alive());
+  if (!reply.gzip_body.empty() && takes_gzip(request)) {
+    response.set(http::field::content_encoding, "gzip");
+    reply.body = std::move(reply.gzip_body);
+  }
   response.body() = std::move(reply.body);
   response.prepare_payload();
   if (request.method() == http::verb::head) response.body().clear();  // the length stays
@@ -124,7 +150,7 @@ Response make_response(const Request& request, HttpReply reply) {
 }
 
 HttpReply plain(int status, const char* text) {
-  return {status, "text/plain; charset=utf-8", text};
+  return {status, "text/plain; charset=utf-8", text, {}, {}};
 }
 
 HttpReply answer(const Request& request, const HttpFront& front) {
@@ -134,7 +160,10 @@ HttpReply answer(const Request& request, const HttpFront& front) {
   const std::string_view target = request.target();
   if (!target.starts_with('/')) return plain(400, "the target must be a path\n");
   const std::string_view path = target.substr(0, target.find('?'));
-  return path == "/ws" ? plain(426, "speaks WebSocket only\n") : front.reply(path);
+  if (path == "/ws") return plain(426, "speaks WebSocket only\n");
+  HttpReply reply = front.reply(path);
+  if (is_held(request, reply.tag)) return {304, std::move(reply.content_type), {}, {}, std::move(reply.tag)};
+  return reply;
 }
 
 // Why a request's bytes were not taken; none: the connection is over.

@@ -127,7 +127,7 @@ asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_p
   HttpFront front{callbacks.http, {}, limits.partial_message_timeout};
   if (place->refused())
     front.reply = [why = place->refusal().what()](std::string_view) {
-      return HttpReply{503, "text/plain; charset=utf-8", why + "\n"};
+      return HttpReply{503, "text/plain; charset=utf-8", why + "\n", {}, {}};
     };
   if (!place->refused()) {
     front.upgraded = [this, &peer, &place](std::unique_ptr<Transport> transport) {

@@ -43,6 +43,9 @@ struct HttpReply {
   int status = 200;
   std::string content_type = "text/plain; charset=utf-8";
   std::string body;
+  // Of a file:
+  std::string gzip_body;  // the same compressed; empty: there is none
+  std::string tag;        // an entity tag, with its quotes, of content that may be kept; empty: it may not
 };
 
 /// How a session stands; for stats and metrics.

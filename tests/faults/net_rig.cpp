@@ -83,7 +83,9 @@ Callbacks EchoServer::callbacks() {
     ++keys_wanted_;
   };
   callbacks.http = [](std::string_view path) {
-    return path == "/hello" ? HttpReply{200, "text/plain", "world"} : HttpReply{404, "text/plain", "nothing"};
+    if (path == "/file") return HttpReply{200, "text/plain", "as it is", "compressed", "\"tag\""};
+    return path == "/hello" ? HttpReply{200, "text/plain", "world", {}, {}}
+                            : HttpReply{404, "text/plain", "nothing", {}, {}};
   };
   callbacks.make_ping = [](std::uint64_t nonce) { return "ping " + std::to_string(nonce); };
   callbacks.make_goodbye = [](const base::Status& why) { return "goodbye " + why.message(); };

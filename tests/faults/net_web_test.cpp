@@ -119,6 +119,26 @@ TEST_F(Web, HeadHasTheLengthButNoBody) {
   EXPECT_TRUE(reply.ends_with("\r\n\r\n"));
 }
 
+TEST_F(Web, AFileGoesCompressedWhereThatIsTakenAndNotAgainWhereItIsHeld) {
+  const auto get = [&](const std::string& headers) {
+    return ask("GET /file HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n" + headers + "\r\n");
+  };
+  const std::string plain = get("");
+  EXPECT_TRUE(plain.ends_with("\r\n\r\nas it is"));
+  EXPECT_NE(plain.find("ETag: \"tag\"\r\n"), std::string::npos);
+  EXPECT_NE(plain.find("Content-Security-Policy: default-src 'none';"), std::string::npos);
+  EXPECT_EQ(plain.find("Content-Encoding"), std::string::npos);
+
+  const std::string compressed = get("Accept-Encoding: deflate, gzip;q=0.8\r\n");
+  EXPECT_TRUE(compressed.ends_with("\r\n\r\ncompressed"));
+  EXPECT_NE(compressed.find("Content-Encoding: gzip\r\n"), std::string::npos);
+
+  const std::string held = get("If-None-Match: \"other\", \"tag\"\r\n");
+  EXPECT_TRUE(held.starts_with("HTTP/1.1 304 "));
+  EXPECT_TRUE(held.ends_with("\r\n\r\n"));
+  EXPECT_TRUE(get("If-None-Match: \"other\"\r\n").starts_with("HTTP/1.1 200 "));
+}
+
 TEST_F(Web, AConnectionIsKeptForTheNextRequest) {
   const std::string replies =
       ask("GET /hello HTTP/1.1\r\nHost: localhost\r\n\r\nGET /none HTTP/1.1\r\nHost: localhost\r\nConnection: "

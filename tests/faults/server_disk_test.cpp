@@ -182,7 +182,7 @@ TEST_F(ServerDisk, ADamagedWorldIsToldOnThePagesUntilItIsDestroyed) {
   start();
   EXPECT_NE(page("/metrics").find("pneuma_worlds_damaged 1"), std::string::npos);
   EXPECT_NE(page("/healthz").find("ok\nworld broken is damaged and not served\n"), std::string::npos);
-  EXPECT_NE(page("/").find("broken  damaged\n"), std::string::npos);
+  EXPECT_NE(page("/worlds").find("broken  damaged\n"), std::string::npos);
   const auto listed = support::run_program("pneuma", {"--server", server_->tcp_address(), "worlds"});
   EXPECT_NE(listed.output.find("damaged"), std::string::npos) << listed.output;
 

@@ -1,9 +1,14 @@
 // Shows the HTTP side: the pages, and the protocol over WebSocket (Beast's own client, one message a WebSocket
 // message).
+#include <filesystem>
+#include <fstream>
+
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 
 #include "served.h"
+#include "support/program.h"
+#include "support/temporary_folder.h"
 
 namespace pneuma::integration {
 namespace {
@@ -68,11 +73,36 @@ v1::ClientMessage hello() {
 }
 
 TEST_F(Web, ThePagesAnswer) {
-  const auto start_page = get("/");
-  EXPECT_EQ(start_page.result_int(), 200U);
-  EXPECT_NE(start_page.body().find("bouncing-ball"), std::string::npos);
+  const auto worlds = get("/worlds");
+  EXPECT_EQ(worlds.result_int(), 200U);
+  EXPECT_NE(worlds.body().find("bouncing-ball"), std::string::npos);
   EXPECT_EQ(get("/healthz").result_int(), 200U);
   EXPECT_EQ(get("/nothing").result_int(), 404U);
+}
+
+TEST_F(Web, TheFilesOfAWebFolderAreServedAndNothingBesideThem) {
+  const support::TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "web");
+  std::ofstream(folder / "secret.txt") << "not served";
+  std::ofstream(folder / "web/index.html") << "<!doctype html>";
+  std::ofstream(folder / "web/page.js") << "'use strict';";
+  start({"--scene", "bouncing-ball", "--web-dir", folder / "web"});
+  const auto page = get("/");
+  EXPECT_EQ(page.body(), "<!doctype html>");
+  EXPECT_EQ(page[http::field::content_type], "text/html; charset=utf-8");
+  EXPECT_EQ(get("/page.js?version=1").body(), "'use strict';");
+  EXPECT_EQ(get("/../secret.txt").result_int(), 404U);
+  EXPECT_EQ(get("/%2e%2e/secret.txt").result_int(), 404U);
+  start({"--web-dir", "off"});
+  EXPECT_NE(get("/").body().find("0 worlds"), std::string::npos);
+}
+
+TEST_F(Web, AWebFolderThatIsNoneStopsTheServerAtItsStart) {
+  const support::TemporaryFolder folder;
+  const auto finished = support::run_program(
+      "pneuma-server", {"--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--web-dir", folder / "none"});
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_NE(finished.error_output.find("--web-dir"), std::string::npos) << finished.error_output;
 }
 
 TEST_F(Web, MetricsCountWhatHappens) {

@@ -69,7 +69,7 @@ export class Client {
   private connection: Connection | undefined;
   private state_: ClientState = "lost";
   private retry: ReturnType<typeof setTimeout> | undefined;
-  private nextStreamKey = 0;
+  private streamsMade = 0;
 
   private constructor(
     private readonly url: string,
@@ -125,7 +125,7 @@ export class Client {
    */
   async subscribe(world: string, options: SubscribeOptions, listener: StreamListener): Promise<Stream> {
     const failed = (error: PneumaError) => this.connection?.end(error);
-    const stream = new Stream(world, options, listener, this.nextStreamKey++, this.decoder, this.meshes, failed);
+    const stream = new Stream(world, options, listener, this.streamsMade++, this.decoder, this.meshes, failed);
     await this.begin(stream);
     return stream;
   }

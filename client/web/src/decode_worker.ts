@@ -5,9 +5,9 @@ import type { DecodeReply, DecodeRequest } from "./worker_decoder.js";
 
 const readers = new StreamReaders();
 
-function decode(stream: number, payload: Uint8Array, isKey: boolean): DecodeReply {
+function decode({ stream, payload, base, layer }: DecodeRequest & { kind: "decode" }): DecodeReply {
   try {
-    return { positions: readers.decode(stream, payload, isKey) };
+    return { positions: readers.decode(stream, payload, base, layer) };
   } catch (error) {
     if (!(error instanceof PneumaError)) return { code: "INTERNAL", what: String(error), where: "" };
     return { code: error.code, what: error.what, where: error.where };
@@ -16,11 +16,11 @@ function decode(stream: number, payload: Uint8Array, isKey: boolean): DecodeRepl
 
 self.onmessage = ({ data }: MessageEvent<DecodeRequest>) => {
   if (data.kind === "begin") {
-    readers.begin(data.stream, data.meshes, data.gridStepM);
+    readers.begin(data.stream, data.meshes, data.gridStep);
   } else if (data.kind === "end") {
     readers.end(data.stream);
   } else {
-    const reply = decode(data.stream, data.payload, data.isKey);
+    const reply = decode(data);
     self.postMessage(reply, { transfer: "positions" in reply ? [reply.positions.buffer] : [] });
   }
 };

@@ -5,13 +5,15 @@ import { PneumaError } from "./errors.js";
 
 /** Decodes the frames of any number of streams, each in the order in which it is asked to. */
 export interface FrameDecoder {
-  /** Begins the frames of a layout: its meshes in order, and the metres that a step of the grid is. */
-  begin(stream: number, meshes: readonly Triangles[], gridStepM: number): void;
+  /** Begins the frames of a layout: its meshes in order, and what a step of the grid is, in metres or metres a second. */
+  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void;
   /**
-   * The vertices of all meshes, in metres: x y z of each vertex, mesh after mesh. Rejects with PneumaError MALFORMED
-   * what is no frame.
+   * The vertices of all meshes, in the grid's unit: x y z of each vertex, mesh after mesh. Rejects with PneumaError
+   * MALFORMED what is no frame.
+   * @param base the time layer whose last frame it builds on; undefined: a key frame
+   * @param layer its own
    */
-  decode(stream: number, payload: Uint8Array, isKey: boolean): Promise<Float64Array>;
+  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array>;
   end(stream: number): void;
   /** Frees what it holds; nothing is asked of it after. */
   close(): void;
@@ -20,26 +22,26 @@ export interface FrameDecoder {
 interface Decoding {
   readonly meshes: readonly Triangles[];
   readonly reader: FrameReader;
-  readonly gridStepM: number;
+  readonly gridStep: number;
 }
 
 /** The decoder's work, done at once. */
 export class StreamReaders {
   private readonly streams = new Map<number, Decoding>();
 
-  begin(stream: number, meshes: readonly Triangles[], gridStepM: number): void {
-    this.streams.set(stream, { meshes, reader: new FrameReader(meshes.map(makeMeshOrder)), gridStepM });
+  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
+    this.streams.set(stream, { meshes, reader: new FrameReader(meshes.map(makeMeshOrder)), gridStep });
   }
 
-  decode(stream: number, payload: Uint8Array, isKey: boolean): Float64Array {
+  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Float64Array {
     const decoding = this.streams.get(stream);
     if (!decoding) throw new PneumaError("MALFORMED", "a frame before its layout");
-    const { meshes, reader, gridStepM } = decoding;
-    reader.read(payload, isKey);
+    const { meshes, reader, gridStep } = decoding;
+    reader.read(payload, base, layer);
     const positions = new Float64Array(3 * meshes.reduce((sum, mesh) => sum + mesh.vertexCount, 0));
     let begin = 0;
     meshes.forEach(({ vertexCount }, body) => {
-      reader.positions(body, gridStepM, positions.subarray(begin, begin + 3 * vertexCount));
+      reader.positions(body, gridStep, positions.subarray(begin, begin + 3 * vertexCount));
       begin += 3 * vertexCount;
     });
     return positions;
@@ -54,12 +56,12 @@ export class StreamReaders {
 export class InlineDecoder implements FrameDecoder {
   private readonly readers = new StreamReaders();
 
-  begin(stream: number, meshes: readonly Triangles[], gridStepM: number): void {
-    this.readers.begin(stream, meshes, gridStepM);
+  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
+    this.readers.begin(stream, meshes, gridStep);
   }
 
-  decode(stream: number, payload: Uint8Array, isKey: boolean): Promise<Float64Array> {
-    return new Promise((resolve) => resolve(this.readers.decode(stream, payload, isKey)));
+  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
+    return new Promise((resolve) => resolve(this.readers.decode(stream, payload, base, layer)));
   }
 
   end(stream: number): void {

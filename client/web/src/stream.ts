@@ -29,7 +29,12 @@ export interface Mesh extends Triangles {
 
 /** What a stream's frames speak of; a new one comes when something is added or removed. */
 export interface Layout {
-  readonly softBodies: readonly { readonly name: string; readonly mesh: Mesh }[];
+  readonly softBodies: readonly {
+    readonly name: string;
+    readonly mesh: Mesh;
+    /** With `levelOfDetail` asked for: which of the whole mesh's vertices this one's are; empty: all. */
+    readonly keptVertices: readonly number[];
+  }[];
   /** Rigid bodies and colliders. */
   readonly solids: readonly { readonly name: string; readonly shape: Shape | undefined; readonly isDynamic: boolean }[];
 }
@@ -48,11 +53,20 @@ export interface Frame {
   readonly bytes: number;
   /** By soft body of the layout: x y z of each vertex, in metres, within the stream's `maxErrorM` of its true place. */
   readonly positions: readonly Float64Array[];
+  /** With `velocities` asked for: by soft body as the positions, in m/s. */
+  readonly velocities: readonly Float64Array[] | undefined;
   /** By solid of the layout. */
   readonly poses: readonly SolidPose[];
   /** With `scalars` asked for: lists with one number a soft body. */
   readonly scalars: Scalars | undefined;
 }
+
+/** What a frame leaves for those that build on it. */
+interface Held {
+  readonly tick: bigint;
+  readonly poses: readonly SolidPose[];
+}
+const layersMax = 3;
 
 export interface StreamListener {
   /** Frames come in order; those of a Gap do not come. */
@@ -101,13 +115,13 @@ export class MeshStore {
   }
 }
 
-function positionsOf(layout: Layout, all: Float64Array): Float64Array[] {
+function byBody(layout: Layout, all: Float64Array): Float64Array[] {
   let begin = 0;
   return layout.softBodies.map(({ mesh }) => {
     const end = begin + 3 * mesh.vertexCount;
-    const positions = all.subarray(begin, end);
+    const own = all.subarray(begin, end);
     begin = end;
-    return positions;
+    return own;
   });
 }
 
@@ -116,24 +130,30 @@ const noLayout: Layout = { softBodies: [], solids: [] };
 /** Of Client.subscribe. It outlives a connection that is restored: its next frame is then a key frame. */
 export class Stream {
   private layoutId = 0;
-  private lastTick: bigint | undefined;
-  private poses: SolidPose[] = [];
+  private held: (Held | undefined)[] = [];
+  private posesAtFirst: readonly SolidPose[] = [];
   private layout_ = noLayout;
   private info: Subscribed | undefined;
   private isOver = false;
   private told: Promise<unknown> = Promise.resolve();
 
-  /** @param key names it in the decoder */
+  // In the decoder, which keeps places and velocities apart.
+  private readonly placesKey: number;
+  private readonly velocitiesKey: number;
+
   constructor(
     readonly world: string,
     readonly options: SubscribeOptions,
     readonly listener: StreamListener,
-    private readonly key: number,
+    ordinal: number,
     private readonly decoder: FrameDecoder,
     private readonly meshes: MeshStore,
     /** Called when what came cannot be read. */
     private readonly failed: (error: PneumaError) => void,
-  ) {}
+  ) {
+    this.placesKey = 2 * ordinal;
+    this.velocitiesKey = 2 * ordinal + 1;
+  }
 
   /** What the server has agreed to: rate, error bound. */
   get subscribed(): Subscribed {
@@ -148,7 +168,7 @@ export class Stream {
   /** It was accepted: the frames of `info.streamId` are its own. */
   begin(info: Subscribed): void {
     this.info = info;
-    this.lastTick = undefined;
+    this.held = [];
   }
 
   setRate(rateHz: number): void {
@@ -156,49 +176,58 @@ export class Stream {
   }
 
   takeLayout(message: LayoutMessage): void {
-    const softBodies = message.softBodies.map(({ name, topologyHash }) => ({
-      name,
-      mesh: this.meshes.get(topologyHash),
-    }));
+    const softBodies = message.softBodies.map(({ name, topologyHash, keptVertices }) => {
+      return { name, mesh: this.meshes.get(topologyHash), keptVertices };
+    });
     if (softBodies.reduce((sum, { mesh }) => sum + mesh.vertexCount, 0) > worldVerticesMax) {
       throw new PneumaError("MALFORMED", "more vertices than any world may hold", "layout");
     }
     const solids = message.solids.map(({ name, shape, dynamic }) => ({ name, shape, isDynamic: dynamic }));
     this.layout_ = { softBodies, solids };
     this.layoutId = message.layoutId;
-    this.lastTick = undefined;
+    this.held = [];
     const nowhere = { position: create(Vec3Schema), orientation: create(QuaternionSchema, { w: 1 }) };
-    this.poses = solids.map(() => nowhere);
-    this.decoder.begin(
-      this.key,
-      softBodies.map(({ mesh }) => mesh),
-      this.subscribed.gridStepM,
-    );
+    this.posesAtFirst = solids.map(() => nowhere);
+    const { gridStepM, velocityGridStepMS } = this.subscribed;
+    const meshes = softBodies.map(({ mesh }) => mesh);
+    this.decoder.begin(this.placesKey, meshes, gridStepM);
+    if (this.options.velocities) this.decoder.begin(this.velocitiesKey, meshes, velocityGridStepMS);
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
-    const { layoutId, tick, timeS, baseTick, payload, scalars } = message;
+    const { layoutId, tick, timeS, payload, scalars, layer } = message;
     if (layoutId !== this.layoutId) throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
-    if (baseTick !== undefined && baseTick !== this.lastTick) {
-      throw new PneumaError("MALFORMED", `a frame on top of tick ${baseTick}, which is not the last one`);
-    }
-    this.lastTick = tick;
-    this.takePoses(message);
+    const base = this.baseOf(message);
+    const poses = this.posesOf(message, base);
+    this.held[layer] = { tick, poses };
     const layout = this.layout_;
-    const { poses } = this;
-    const isKey = baseTick === undefined;
-    const decoded = this.decoder.decode(this.key, payload, isKey).then(
-      (all) => () => {
-        const positions = positionsOf(layout, all);
-        this.listener.frame({ layout, tick: Number(tick), timeS, isKey, bytes, positions, poses, scalars });
-      },
+    const isKey = base === undefined;
+    const decoded = Promise.all([
+      this.decoder.decode(this.placesKey, payload, base, layer),
+      this.options.velocities ? this.decoder.decode(this.velocitiesKey, message.velocities, base, layer) : undefined,
+    ]).then(
+      ([places, speeds]) =>
+        () => {
+          const positions = byBody(layout, places);
+          const velocities = speeds && byBody(layout, speeds);
+          this.listener.frame({
+            layout,
+            tick: Number(tick),
+            timeS,
+            isKey,
+            bytes,
+            positions,
+            velocities,
+            poses,
+            scalars,
+          });
+        },
       (error: PneumaError) => () => this.failed(error),
     );
     this.tell(decoded);
   }
 
   takeGap({ fromTick, toTick }: Gap): void {
-    this.lastTick = undefined;
     this.tell(() => this.listener.gap?.(Number(fromTick), Number(toTick)));
   }
 
@@ -208,7 +237,8 @@ export class Stream {
 
   end(error: PneumaError): void {
     this.isOver = true;
-    this.decoder.end(this.key);
+    this.decoder.end(this.placesKey);
+    if (this.options.velocities) this.decoder.end(this.velocitiesKey);
     this.listener.ended?.(error);
   }
 
@@ -221,9 +251,22 @@ export class Stream {
     this.told = turn;
   }
 
-  private takePoses({ poses }: FrameMessage): void {
-    if (poses.length === 0) return;
-    const next = this.poses.slice();
+  /** The layer whose last frame this one builds on; undefined of a key frame. */
+  private baseOf({ baseTick, layer }: FrameMessage): number | undefined {
+    if (layer >= layersMax || (baseTick === undefined && layer > 0)) {
+      throw new PneumaError("MALFORMED", `a frame of layer ${layer}, which it cannot be of`);
+    }
+    if (baseTick === undefined) return undefined;
+    // Of a lower layer, or both are of the lowest.
+    const base = this.held.slice(0, Math.max(layer, 1)).findIndex((held) => held?.tick === baseTick);
+    if (base < 0) throw new PneumaError("MALFORMED", `a frame on top of tick ${baseTick}, which is not held`);
+    return base;
+  }
+
+  private posesOf({ poses }: FrameMessage, base: number | undefined): readonly SolidPose[] {
+    const before = base === undefined ? this.posesAtFirst : this.held[base]!.poses;
+    if (poses.length === 0) return before;
+    const next = before.slice();
     for (const { solid, position, orientation } of poses) {
       if (solid >= next.length) throw new PneumaError("MALFORMED", `a pose of solid ${solid}, which there is not`);
       next[solid] = {
@@ -231,6 +274,6 @@ export class Stream {
         orientation: orientation ?? create(QuaternionSchema, { w: 1 }),
       };
     }
-    this.poses = next;
+    return next;
   }
 }

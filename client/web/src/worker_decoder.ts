@@ -5,8 +5,8 @@ import { type ErrorCode, PneumaError } from "./errors.js";
 
 /** To the worker, answered in order; only `decode` has an answer. */
 export type DecodeRequest =
-  | { kind: "begin"; stream: number; meshes: readonly Triangles[]; gridStepM: number }
-  | { kind: "decode"; stream: number; payload: Uint8Array; isKey: boolean }
+  | { kind: "begin"; stream: number; meshes: readonly Triangles[]; gridStep: number }
+  | { kind: "decode"; stream: number; payload: Uint8Array; base: number | undefined; layer: number }
   | { kind: "end"; stream: number };
 
 export type DecodeReply = { positions: Float64Array } | { code: ErrorCode; what: string; where: string };
@@ -33,16 +33,16 @@ export class WorkerDecoder implements FrameDecoder {
     };
   }
 
-  begin(stream: number, meshes: readonly Triangles[], gridStepM: number): void {
-    this.post({ kind: "begin", stream, meshes, gridStepM });
+  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
+    this.post({ kind: "begin", stream, meshes, gridStep });
   }
 
-  decode(stream: number, payload: Uint8Array, isKey: boolean): Promise<Float64Array> {
+  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
     if (this.broken) return Promise.reject(this.broken);
     return new Promise((resolve, reject) => {
       this.waiting.push({ resolve, reject });
       const own = payload.slice(); // a view of a message takes all of it along
-      this.post({ kind: "decode", stream, payload: own, isKey }, [own.buffer]);
+      this.post({ kind: "decode", stream, payload: own, base, layer }, [own.buffer]);
     });
   }
 

@@ -1,9 +1,8 @@
 // The heads of a payload's blocks: proto/WIRE.md, "Layout of a payload".
 import { PneumaError } from "../errors.js";
-import type { DriftWeights, Neighbours } from "./move_reader.js";
 import { levelMax } from "./residual_tables.js";
 
-const format = 3;
+const format = 4;
 /** Points that are larger are refused, so that a double counts any point a stream can reach. */
 export const pointMax = 2 ** 45;
 /** Of a list of moves: all are 0. */
@@ -12,19 +11,16 @@ export const levelOfRest = 255;
 /** How one body's block is told. */
 export type BlockHead =
   | { readonly mode: "still" }
-  /** Points of all slots, x y z of each. */
-  | { readonly mode: "plain"; readonly points: Float64Array; readonly moveLevel: number; readonly beforeLevel: number }
+  /** `points`: of all slots, x y z of each; `moveLevels`: of its last four moves. */
+  | { readonly mode: "plain"; readonly points: Float64Array; readonly moveLevels: readonly number[] }
   /** `points`: of slot 0 alone. */
   | {
       readonly mode: "key";
       readonly points: Float64Array;
       readonly level: number;
-      readonly moveLevel: number;
-      readonly beforeLevel: number;
+      readonly moveLevels: readonly number[];
     }
-  | { readonly mode: "moved"; readonly neighbours: Neighbours; readonly level: number; readonly weights: DriftWeights };
-
-const neighboursOfMode: readonly Neighbours[] = ["none", "mean", "parallelogram"];
+  | { readonly mode: "moved"; readonly hasWeights: boolean; readonly level: number };
 
 export function malformed(what: string, body?: number): PneumaError {
   return new PneumaError("MALFORMED", what, body === undefined ? "payload" : `payload.bodies[${body}]`);
@@ -45,27 +41,21 @@ class HeadReader {
   head(body: number, vertexCount: number, isKey: boolean): BlockHead {
     this.need(1, body);
     const mode = this.view.getUint8(this.at++);
-    if (mode > 5) throw malformed(`mode ${mode} is none of 0 to 5`, body);
+    if (mode > 4) throw malformed(`mode ${mode} is none of 0 to 4`, body);
     if (isKey && mode !== 1 && mode !== 2) throw malformed("a block of a key frame builds on a base", body);
     if (mode === 0) return { mode: "still" };
     if (mode === 1) {
-      const points = this.points(vertexCount, body);
-      return { mode: "plain", points, moveLevel: this.restLevel(body), beforeLevel: this.restLevel(body) };
+      return { mode: "plain", points: this.points(vertexCount, body), moveLevels: this.moveLevels(body) };
     }
     if (mode === 2) {
-      const points = this.points(1, body);
-      const level = this.level(body);
-      return { mode: "key", points, level, moveLevel: this.restLevel(body), beforeLevel: this.restLevel(body) };
+      return {
+        mode: "key",
+        points: this.points(1, body),
+        level: this.level(body),
+        moveLevels: this.moveLevels(body),
+      };
     }
-    const level = this.level(body);
-    this.need(4, body);
-    const weight = () => this.view.getInt8(this.at++);
-    return {
-      mode: "moved",
-      neighbours: neighboursOfMode[mode - 3]!,
-      level,
-      weights: [weight(), weight(), weight(), weight()],
-    };
+    return { mode: "moved", hasWeights: mode === 3, level: this.level(body) };
   }
 
   private need(count: number, body: number): void {
@@ -73,12 +63,16 @@ class HeadReader {
   }
 
   private level(body: number): number {
-    const level = this.restLevel(body);
+    const level = this.levelOrRest(body);
     if (level > levelMax) throw malformed(`level ${level} is past ${levelMax}`, body);
     return level;
   }
 
-  private restLevel(body: number): number {
+  private moveLevels(body: number): number[] {
+    return Array.from({ length: 4 }, () => this.levelOrRest(body));
+  }
+
+  private levelOrRest(body: number): number {
     this.need(1, body);
     const level = this.view.getUint8(this.at++);
     if (level > levelMax && level !== levelOfRest) throw malformed(`level ${level} is past ${levelMax}`, body);

@@ -1,19 +1,19 @@
 // Reads a stream's payloads one after the other: proto/WIRE.md, "Frame payload".
 import { type BlockHead, levelOfRest, malformed, pointMax, takeHeads } from "./block_heads.js";
 import type { MeshOrder } from "./mesh_order.js";
-import { predictDrift, takeMoves } from "./move_reader.js";
-import { SymbolReader } from "./symbol_reader.js";
+import { type Moves, predictDrift, takeMoves, takeWeights, type Weights } from "./move_reader.js";
+import { TripleReader } from "./triple_reader.js";
 
 /** Where a body's vertices are on the grid and how they came there; x y z of each slot. */
 interface Motion {
   readonly points: Float64Array;
-  readonly move: Int32Array;
-  readonly moveBefore: Int32Array;
+  readonly moves: Moves;
+  readonly weights: Weights;
 }
 
 function motionOf(order: MeshOrder): Motion {
-  const count = 3 * order.size;
-  return { points: new Float64Array(count), move: new Int32Array(count), moveBefore: new Int32Array(count) };
+  const none = new Int32Array(3 * order.size);
+  return { points: new Float64Array(3 * order.size), moves: [none, none, none, none], weights: new Int32Array(9) };
 }
 
 function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Array {
@@ -28,65 +28,81 @@ function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Ar
   return sums;
 }
 
-function takeOwnMoves(order: MeshOrder, level: number, drift: Int32Array, symbols: SymbolReader): Int32Array {
-  const moves = new Int32Array(3 * order.size);
-  if (level !== levelOfRest) takeMoves(order, "mean", level, drift, symbols, moves);
-  return moves;
+function takeKeyPoints(order: MeshOrder, level: number, anchor: Float64Array, triples: TripleReader, body: number) {
+  const steps = takeMoves(order, level, new Int32Array(3 * order.size), triples);
+  return sumOf(
+    Float64Array.from(steps, (_, i) => anchor[i % 3]!),
+    steps,
+    body,
+  );
 }
 
-function takeBlock(order: MeshOrder, head: BlockHead, last: Motion, symbols: SymbolReader, body: number): Motion {
+/** The last four moves: each is told by how it differs from the one after it. */
+function takeOwnMoves(order: MeshOrder, levels: readonly number[], triples: TripleReader): Moves {
+  let drift = new Int32Array(3 * order.size);
+  const [m1, m2, m3, m4] = levels.map((level) => {
+    const moves = level === levelOfRest ? new Int32Array(3 * order.size) : takeMoves(order, level, drift, triples);
+    drift = moves.map((move) => move << 4);
+    return moves;
+  });
+  return [m1!, m2!, m3!, m4!];
+}
+
+function takeBlock(order: MeshOrder, head: BlockHead, last: Motion, triples: TripleReader, body: number): Motion {
+  const { moves, points } = last;
   if (head.mode === "still") {
-    return { points: last.points, move: new Int32Array(last.move.length), moveBefore: last.move };
+    const none = new Int32Array(points.length);
+    return { ...last, moves: [none, moves[0], moves[1], moves[2]] };
   }
   if (head.mode === "moved") {
-    const move = new Int32Array(last.move.length);
-    const drift = predictDrift(order, last.move, last.moveBefore, head.weights);
-    takeMoves(order, head.neighbours, head.level, drift, symbols, move);
-    return { points: sumOf(last.points, move, body), move, moveBefore: last.move };
+    const weights = head.hasWeights ? takeWeights(triples) : last.weights;
+    const move = takeMoves(order, head.level, predictDrift(order, moves, weights), triples);
+    return { points: sumOf(points, move, body), moves: [move, moves[0], moves[1], moves[2]], weights };
   }
-  const noDrift = new Int32Array(3 * order.size);
-  let points = head.points;
-  if (head.mode === "key") {
-    const steps = new Int32Array(3 * order.size);
-    takeMoves(order, "parallelogram", head.level, noDrift, symbols, steps);
-    const anchors = new Float64Array(3 * order.size);
-    for (let i = 0; i < anchors.length; ++i) anchors[i] = head.points[i % 3]!;
-    points = sumOf(anchors, steps, body);
-  }
-  const move = takeOwnMoves(order, head.moveLevel, noDrift, symbols);
-  const steady = predictDrift(order, move, move, [32, 0, 0, 0]);
-  return { points, move, moveBefore: takeOwnMoves(order, head.beforeLevel, steady, symbols) };
+  const weights = takeWeights(triples);
+  const own = head.mode === "plain" ? head.points : takeKeyPoints(order, head.level, head.points, triples, body);
+  return { points: own, moves: takeOwnMoves(order, head.moveLevels, triples), weights };
 }
 
 /** The soft bodies of one layout of a stream. Any bytes are safe to read: what cannot be read is refused. */
 export class FrameReader {
-  private motions: Motion[];
+  // After the last frame of each time layer.
+  private readonly layers: Motion[][];
+  private last: Motion[];
 
   constructor(private readonly orders: readonly MeshOrder[]) {
-    this.motions = orders.map(motionOf);
+    this.last = orders.map(motionOf);
+    this.layers = [this.last];
   }
 
-  /** Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED) nothing is kept. */
-  read(payload: Uint8Array, isKey: boolean): void {
+  /**
+   * Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED) nothing is kept.
+   * @param base the layer whose last frame it builds on; undefined: a key frame
+   * @param layer its own
+   */
+  read(payload: Uint8Array, base: number | undefined, layer = 0): void {
+    const motionsBefore = this.layers[base ?? 0];
+    if (!motionsBefore) throw malformed(`builds on layer ${base}, of which there was no frame`);
     const { heads, residuals } = takeHeads(
       payload,
-      isKey,
+      base === undefined,
       this.orders.map((order) => order.size),
     );
-    const symbols = new SymbolReader(residuals);
+    const triples = new TripleReader(residuals);
     const motions = this.orders.map((order, body) => {
-      const motion = takeBlock(order, heads[body]!, this.motions[body]!, symbols, body);
-      if (symbols.failed()) throw malformed("the payload ends in this body's residuals", body);
+      const motion = takeBlock(order, heads[body]!, motionsBefore[body]!, triples, body);
+      if (triples.failed()) throw malformed("the payload ends in this body's residuals", body);
       return motion;
     });
-    if (!symbols.atEnd()) throw malformed("the residuals do not end where the payload does");
-    this.motions = motions;
+    if (!triples.atEnd()) throw malformed("the residuals do not end where the payload does");
+    this.layers[layer] = motions;
+    this.last = motions;
   }
 
-  /** Writes the grid coordinates of a body's vertices times `step`, x y z of each, in the order of its mesh. */
+  /** Writes, of the last frame read, the grid coordinates of a body's vertices times `step`, x y z of each, in the order of its mesh. */
   positions(body: number, step: number, out: Float64Array): void {
     const { vertices } = this.orders[body]!;
-    const { points } = this.motions[body]!;
+    const { points } = this.last[body]!;
     for (let slot = 0; slot < vertices.length; ++slot) {
       const to = 3 * vertices[slot]!;
       out[to] = points[3 * slot]! * step;

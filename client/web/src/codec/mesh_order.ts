@@ -1,5 +1,5 @@
-// The order in which a mesh's vertices are coded, and which of those coded before each is predicted from:
-// proto/WIRE.md, "Order of the vertices".
+// The order in which a mesh's vertices are coded, from coarse to fine, and which of those coded before each is predicted
+// from: proto/WIRE.md, "Order of the vertices".
 
 /** The triangles of a mesh: three indices a face, each below `vertexCount`. */
 export interface Triangles {
@@ -7,65 +7,62 @@ export interface Triangles {
   readonly indices: ArrayLike<number>;
 }
 
-/** By slot, the place of a vertex in the order. An earlier slot is named by its number plus 1, so that 0 is none. */
-export interface MeshOrder {
-  readonly size: number;
-  /** The vertex of each slot. */
-  readonly vertices: Int32Array;
-  /** The slots of a slot's neighbours: rings[ringBegins[slot]] up to rings[ringBegins[slot + 1]]. */
-  readonly ringBegins: Int32Array;
-  readonly rings: Int32Array;
-  /** Four a slot: the latest neighbours before it. */
-  readonly parents: Int32Array;
-  /** Six a slot, a b a b c c: two parallelograms a + b - c; without one, the first two parents and 0. */
-  readonly parallelograms: Int32Array;
-}
-
-// Around an edge's end: a mesh made to have more costs no more.
-const facesLookedAtMax = 32;
-
-/** Lists of numbers, one a key, in one array. */
-interface Lists {
+/** Lists of numbers, one a key, in one array: entries[begins[key]] up to entries[begins[key + 1]]. */
+export interface Lists {
   readonly begins: Int32Array;
   readonly entries: Int32Array;
 }
 
-function facesAtVertices({ vertexCount, indices }: Triangles): Lists {
-  const begins = new Int32Array(vertexCount + 1);
-  for (let corner = 0; corner < indices.length; ++corner) ++begins[indices[corner]! + 1]!;
-  for (let vertex = 0; vertex < vertexCount; ++vertex) begins[vertex + 1]! += begins[vertex]!;
-  const entries = new Int32Array(indices.length);
-  const next = begins.slice();
-  for (let corner = 0; corner < indices.length; ++corner) {
-    entries[next[indices[corner]!]!++] = Math.floor(corner / 3);
-  }
-  return { begins, entries };
+/** By slot, the place of a vertex in the order. */
+export interface MeshOrder {
+  readonly size: number;
+  /** The vertex of each slot. */
+  readonly vertices: Int32Array;
+  /** The slots of a slot's neighbours. */
+  readonly rings: Lists;
+  /** The earlier slots that a slot is predicted from, six at most. */
+  readonly parents: Lists;
+}
+
+const levelsMax = 12;
+const coloursMax = 8;
+const listMax = 16;
+const parentsMax = 6;
+
+/** A mesh's vertices, or some of them, and what is near each: by rank. */
+interface Level {
+  readonly vertices: Int32Array;
+  readonly lists: Lists;
+  readonly colours: Uint8Array;
 }
 
 /** The vertices that share a face with each vertex, lowest first. */
-function neighboursOf({ vertexCount, indices }: Triangles, faces: Lists): Lists {
+function neighboursOf({ vertexCount, indices }: Triangles): Lists {
+  const ends = new Int32Array(vertexCount + 1);
+  for (let corner = 0; corner < indices.length; ++corner) ends[indices[corner]! + 1]! += 2;
+  for (let vertex = 0; vertex < vertexCount; ++vertex) ends[vertex + 1]! += ends[vertex]!;
+  const all = new Int32Array(2 * indices.length);
+  const next = ends.slice();
+  for (let corner = 0; corner < indices.length; ++corner) {
+    const first = corner - (corner % 3);
+    const vertex = indices[corner]!;
+    all[next[vertex]!++] = indices[first + ((corner + 1) % 3)]!;
+    all[next[vertex]!++] = indices[first + ((corner + 2) % 3)]!;
+  }
   const begins = new Int32Array(vertexCount + 1);
-  const entries = new Int32Array(2 * indices.length);
   let end = 0;
   for (let vertex = 0; vertex < vertexCount; ++vertex) {
     const begin = end;
-    for (let at = faces.begins[vertex]!; at < faces.begins[vertex + 1]!; ++at) {
-      for (let corner = 0; corner < 3; ++corner) {
-        const other = indices[3 * faces.entries[at]! + corner]!;
-        if (other !== vertex) entries[end++] = other;
-      }
-    }
-    const sorted = entries.subarray(begin, end).sort();
-    end = begin;
+    const sorted = all.subarray(ends[vertex], ends[vertex + 1]).sort();
     for (const other of sorted) {
-      if (end === begin || entries[end - 1] !== other) entries[end++] = other;
+      if (other !== vertex && (end === begin || all[end - 1] !== other)) all[end++] = other;
     }
     begins[vertex + 1] = end;
   }
-  return { begins, entries: entries.slice(0, end) };
+  return { begins, entries: all.slice(0, end) };
 }
 
-/** Breadth first, from the lowest vertex of each part. */
+/** The vertices in the order of their ranks: breadth first, from the lowest vertex of each part. */
 function breadthFirst(vertexCount: number, neighbours: Lists): Int32Array {
   const order = new Int32Array(vertexCount);
   const seen = new Uint8Array(vertexCount);
@@ -88,67 +85,106 @@ function breadthFirst(vertexCount: number, neighbours: Lists): Int32Array {
   return order;
 }
 
-/** The third vertex of the first face with the edge a b whose third vertex comes before `slot`; -1: none. */
-function across({ indices }: Triangles, faces: Lists, slots: Int32Array, a: number, b: number, slot: number): number {
-  const countAt = (vertex: number) => faces.begins[vertex + 1]! - faces.begins[vertex]!;
-  const around = countAt(b) < countAt(a) ? b : a;
-  const begin = faces.begins[around]!;
-  const end = begin + Math.min(countAt(around), facesLookedAtMax);
-  for (let at = begin; at < end; ++at) {
-    const first = 3 * faces.entries[at]!;
-    const corners = [indices[first]!, indices[first + 1]!, indices[first + 2]!];
-    if (!corners.includes(a) || !corners.includes(b)) continue;
-    const third = corners.find((corner) => corner !== a && corner !== b && slots[corner]! < slot);
-    if (third !== undefined) return third;
+/** The places of `order`, by what stands there. */
+function inverse(order: Int32Array): Int32Array {
+  const places = new Int32Array(order.length);
+  for (let place = 0; place < order.length; ++place) places[order[place]!] = place;
+  return places;
+}
+
+/** The lists with keys and entries renamed; those of `order[0]` come first. Entries ascend where `isSorted`. */
+function renamed(lists: Lists, order: Int32Array, names: Int32Array, isSorted: boolean): Lists {
+  const begins = new Int32Array(order.length + 1);
+  const entries = new Int32Array(lists.entries.length);
+  let end = 0;
+  for (let place = 0; place < order.length; ++place) {
+    const key = order[place]!;
+    const begin = end;
+    for (let at = lists.begins[key]!; at < lists.begins[key + 1]!; ++at) entries[end++] = names[lists.entries[at]!]!;
+    if (isSorted) entries.subarray(begin, end).sort();
+    begins[place + 1] = end;
   }
-  return -1;
+  return { begins, entries };
+}
+
+/** The least colour of each vertex that none of its list has, vertex by vertex. */
+function coloursOf(vertices: Int32Array, { begins, entries }: Lists, rankCount: number): Uint8Array {
+  const none = coloursMax;
+  const colours = new Uint8Array(rankCount).fill(none);
+  for (const vertex of vertices) {
+    let taken = 0;
+    for (let at = begins[vertex]!; at < begins[vertex + 1]!; ++at) taken |= 1 << colours[entries[at]!]!;
+    let colour = 0;
+    while (colour < coloursMax - 1 && (taken >> colour) & 1) ++colour;
+    colours[vertex] = colour;
+  }
+  return colours;
+}
+
+/** The next coarser level: of the vertices of colour 0, those that are two steps apart are near each other. */
+function coarser({ vertices, lists, colours }: Level): Level {
+  const kept = vertices.filter((vertex) => colours[vertex] === 0);
+  const { begins, entries } = lists;
+  const nextBegins = new Int32Array(begins.length);
+  const nextEntries = new Int32Array(listMax * kept.length);
+  let end = 0;
+  let keptSoFar = 0;
+  for (let vertex = 0; vertex + 1 < begins.length; ++vertex) {
+    const begin = end;
+    if (kept[keptSoFar] === vertex) {
+      ++keptSoFar;
+      const lastNear = Math.min(begins[vertex + 1]!, begins[vertex]! + listMax);
+      for (let at = begins[vertex]!; at < lastNear; ++at) {
+        const near = entries[at]!;
+        const last = Math.min(begins[near + 1]!, begins[near]! + listMax);
+        for (let further = begins[near]!; further < last && end - begin < listMax; ++further) {
+          const other = entries[further]!;
+          if (colours[other] !== 0 || other === vertex) continue;
+          if (!nextEntries.subarray(begin, end).includes(other)) nextEntries[end++] = other;
+        }
+      }
+    }
+    nextBegins[vertex + 1] = end;
+  }
+  const nextLists = { begins: nextBegins, entries: nextEntries.slice(0, end) };
+  return { vertices: kept, lists: nextLists, colours: coloursOf(kept, nextLists, begins.length - 1) };
 }
 
 /** The order of a mesh whose indices are all below its vertex count; takes time and memory in proportion to it. */
 export function makeMeshOrder(mesh: Triangles): MeshOrder {
-  const { vertexCount, indices } = mesh;
-  const faces = facesAtVertices(mesh);
-  const neighbours = neighboursOf(mesh, faces);
-  const vertices = breadthFirst(vertexCount, neighbours);
-  const slots = new Int32Array(vertexCount);
-  for (let slot = 0; slot < vertexCount; ++slot) slots[vertices[slot]!] = slot;
+  const size = mesh.vertexCount;
+  const neighbours = neighboursOf(mesh);
+  const byRank = breadthFirst(size, neighbours);
+  const lists = renamed(neighbours, byRank, inverse(byRank), true);
+  const all = Int32Array.from({ length: size }, (_, rank) => rank);
+  const levels: Level[] = [{ vertices: all, lists, colours: coloursOf(all, lists, size) }];
+  while (levels.length < levelsMax && levels.at(-1)!.lists.entries.length > 0) levels.push(coarser(levels.at(-1)!));
 
-  const ringBegins = new Int32Array(vertexCount + 1);
-  const rings = new Int32Array(neighbours.entries.length);
-  const parents = new Int32Array(4 * vertexCount);
-  const parallelograms = new Int32Array(6 * vertexCount);
-  let ringEnd = 0;
-  for (let slot = 0; slot < vertexCount; ++slot) {
-    const vertex = vertices[slot]!;
-    const before: number[] = [];
-    for (let at = neighbours.begins[vertex]!; at < neighbours.begins[vertex + 1]!; ++at) {
-      const neighbour = slots[neighbours.entries[at]!]!;
-      rings[ringEnd++] = neighbour;
-      if (neighbour < slot) before.push(neighbour + 1);
-    }
-    ringBegins[slot + 1] = ringEnd;
-    before.sort((x, y) => y - x);
-    const parentCount = Math.min(before.length, 4);
-    for (let i = 0; i < 4 && parentCount > 0; ++i) parents[4 * slot + i] = before[i % parentCount]!;
-
-    const own = parallelograms.subarray(6 * slot, 6 * slot + 6);
-    own.set([parents[4 * slot]!, 0, parents[4 * slot + 1]!, 0, 0, 0]);
-    let count = 0;
-    for (let at = faces.begins[vertex]!; at < faces.begins[vertex + 1]! && count < 2; ++at) {
-      const first = 3 * faces.entries[at]!;
-      const corner = indices[first] === vertex ? 0 : indices[first + 1] === vertex ? 1 : 2;
-      const a = indices[first + ((corner + 1) % 3)]!;
-      const b = indices[first + ((corner + 2) % 3)]!;
-      if (slots[a]! >= slot || slots[b]! >= slot) continue;
-      const c = across(mesh, faces, slots, a, b, slot);
-      if (c < 0) continue;
-      for (let place = count; place < 2; ++place) {
-        own[2 * place] = slots[a]! + 1;
-        own[2 * place + 1] = slots[b]! + 1;
-        own[4 + place] = slots[c]! + 1;
+  const ranks = new Int32Array(size); // of each slot
+  const slots = new Int32Array(size).fill(size); // of each rank; not placed yet: past all
+  const parents: number[] = [];
+  const parentBegins = new Int32Array(size + 1);
+  let slot = 0;
+  for (let i = levels.length - 1; i >= 0; --i) {
+    const { vertices, lists: near, colours } = levels[i]!;
+    for (let colour = i === levels.length - 1 ? 0 : 1; colour < coloursMax; ++colour) {
+      for (const rank of vertices) {
+        if (colours[rank] !== colour) continue;
+        const end = parents.length + parentsMax;
+        for (let at = near.begins[rank]!; at < near.begins[rank + 1]! && parents.length < end; ++at) {
+          const parent = slots[near.entries[at]!]!;
+          if (parent < slot) parents.push(parent);
+        }
+        ranks[slot] = rank;
+        slots[rank] = slot;
+        parentBegins[++slot] = parents.length;
       }
-      ++count;
     }
   }
-  return { size: vertexCount, vertices, ringBegins, rings, parents, parallelograms };
+  return {
+    size,
+    vertices: ranks.map((rank) => byRank[rank]!),
+    rings: renamed(lists, ranks, slots, false),
+    parents: { begins: parentBegins, entries: Int32Array.from(parents) },
+  };
 }

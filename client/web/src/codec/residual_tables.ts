@@ -1,6 +1,6 @@
 // How likely each residual is, given the size expected of it: proto/WIRE.md, "Residuals".
 
-export const probabilityBits = 11;
+export const probabilityBits = 10;
 const probabilityTotal = 1 << probabilityBits;
 const residualMax = 31;
 export const escapeValue = residualMax + 1;
@@ -9,8 +9,8 @@ export const levelMax = 91;
 
 // Part of the format.
 const ratios = [
-  44, 142, 243, 346, 501, 723, 955, 1199, 1575, 2137, 2754, 3429, 4514, 6210, 8104, 10130, 13158, 17226, 20965, 24307,
-  28482, 33144, 36829, 39792, 43171, 46621, 49160, 51103, 53225, 55305, 56785, 57891,
+  44, 142, 400, 800, 1200, 1300, 1432, 1500, 1606, 1923, 2258, 2606, 3430, 4968, 6321, 7800, 10263, 13800, 16600, 20417,
+  24494, 28503, 31672, 36000, 41444, 45500, 48176, 50800, 52600, 54400, 55400, 55700,
 ];
 
 /** Fills one table; doubles hold all numbers here exactly, quotients to well below the distance to a whole one. */
@@ -43,7 +43,7 @@ function fillTable(ratio: number, slots: Int32Array): void {
 }
 
 /**
- * All tables, one after the other, an entry for each of the 2,048 places that a state can point to: the value (8 bits,
+ * All tables, one after the other, an entry for each of the 1,024 places that a state can point to: the value (8 bits,
  * signed), the length of its range (12) and how far into it the place is (12).
  */
 export const residualSlots: Int32Array = (() => {
@@ -64,12 +64,12 @@ export function sizeOf(level: number): number {
   return ((4 + (level & 3)) << (level >> 2)) - 4;
 }
 
-/** How residuals of a level are coded: where its table begins in residualSlots << 8, or'd with the low bits apart. */
-export const models: Int32Array = (() => {
-  const all = new Int32Array(levelMax + 1);
-  for (let level = 0; level <= levelMax; ++level) {
-    const octaves = level < tableCount ? 0 : (level >> 2) - (tableCount / 4 - 1);
-    all[level] = (((level - 4 * octaves) * probabilityTotal) << 8) | octaves;
-  }
-  return all;
-})();
+/** Low bits that are coded apart at a level. */
+export function lowBitsOf(level: number): number {
+  return level < tableCount ? 0 : (level >> 2) - (tableCount / 4 - 1);
+}
+
+/** Where the table of a level without its low bits begins in residualSlots; a level below 0 counts as 0. */
+export function tableOf(level: number): number {
+  return Math.max(level, 0) << probabilityBits;
+}

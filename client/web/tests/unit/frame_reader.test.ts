@@ -23,7 +23,7 @@ function pointsOf(reader: FrameReader, stream: GoldenStream): number[][] {
 /** Whether the payload was read; an error of any other kind than a refusal goes on up. */
 function isRead(reader: FrameReader, payload: Uint8Array, isKey: boolean): boolean {
   try {
-    reader.read(payload, isKey);
+    reader.read(payload, isKey ? undefined : 0);
     return true;
   } catch (error) {
     if (error instanceof PneumaError && error.code === "MALFORMED") return false;
@@ -58,6 +58,20 @@ for (const stream of streams) {
     }
   });
 }
+
+test("a frame of a higher time layer leaves alone what lower ones build on", () => {
+  const stream = streams.find(({ name }) => name === "every way to predict")!;
+  const [key, first, second] = stream.frames;
+  const reader = readerOf(stream);
+  reader.read(key!.payload, undefined);
+  reader.read(first!.payload, 0, 1);
+  reader.read(second!.payload, 1, 2);
+  assert.deepEqual(pointsOf(reader, stream), second!.points);
+  reader.read(first!.payload, 0, 0);
+  assert.deepEqual(pointsOf(reader, stream), first!.points);
+  reader.read(second!.payload, 0, 0);
+  assert.deepEqual(pointsOf(reader, stream), second!.points);
+});
 
 test("bytes changed, cut and added are read or refused; what is refused changes nothing", () => {
   const random = randomNumbers(20261122);

@@ -1,0 +1,97 @@
+// What the pointer does to bodies: pulls them while it is held down, or pokes them.
+import type { Vector3 } from "three";
+import { Client, type Grab, PneumaError } from "../src/index.js";
+import type { Hit, Picture } from "./picture.js";
+
+export type Tool = "pull" | "poke";
+
+/** What a poke changes the speed of a whole body by, in m/s. */
+const pokeSpeedMS = 2;
+
+interface Pull {
+  readonly hit: Hit;
+  target: Vector3;
+  grab: Grab | undefined;
+  isOver: boolean;
+}
+
+export interface Hands {
+  readonly client: Client;
+  readonly world: string;
+  readonly tool: Tool;
+  massKg(body: string): number;
+  failed(error: PneumaError): void;
+}
+
+/** Listens to the pointer over the picture; `hands` tells whose they are at the moment, undefined: nobody's. */
+export class Pointer {
+  private pull: Pull | undefined;
+
+  constructor(
+    private readonly picture: Picture,
+    canvas: HTMLCanvasElement,
+    private readonly hands: () => Hands | undefined,
+  ) {
+    // Before the camera's own listener, which must not turn while a body is held.
+    canvas.addEventListener("pointerdown", (event) => this.down(event, canvas), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", () => this.up());
+    canvas.addEventListener("pointercancel", () => this.up());
+  }
+
+  /** To be called with each picture: the line of a pull moves with its vertex. */
+  draw(): void {
+    this.picture.showPull(
+      this.pull ? { body: this.pull.hit.body, vertex: this.pull.hit.vertex, target: this.pull.target } : null,
+    );
+  }
+
+  private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
+    const hands = this.hands();
+    if (!hands || !event.isPrimary || event.button !== 0) return;
+    const hit = this.picture.pick(event.clientX, event.clientY);
+    if (!hit) return;
+    this.picture.orbit.enabled = false;
+    canvas.setPointerCapture(event.pointerId);
+    if (hands.tool === "poke") void this.poke(hands, hit).catch(hands.failed);
+    else void this.hold(hands, hit).catch(hands.failed);
+  }
+
+  private move(event: PointerEvent): void {
+    if (!this.pull || !event.isPrimary) return;
+    this.pull.target = this.picture.drag(event.clientX, event.clientY, this.pull.hit.point);
+    this.pull.grab?.moveTo(this.pull.target).catch(() => this.up());
+  }
+
+  private up(): void {
+    this.picture.orbit.enabled = true;
+    const { pull } = this;
+    this.pull = undefined;
+    if (!pull) return;
+    pull.isOver = true;
+    // A grab may be over already, by a reset or with its body.
+    pull.grab?.release().catch(() => {});
+  }
+
+  private async poke({ client, world, massKg }: Hands, { body, ray, point }: Hit): Promise<void> {
+    const impulse = ray.direction.clone().multiplyScalar(pokeSpeedMS * massKg(body));
+    const radiusM = 0.1 * ray.origin.distanceTo(point);
+    const at = { case: "ray", value: { origin: ray.origin, direction: ray.direction, radiusM } } as const;
+    await client.impulse(world, { body, at, impulse });
+  }
+
+  private async hold({ client, world }: Hands, hit: Hit): Promise<void> {
+    const pull: Pull = { hit, target: hit.point, grab: undefined, isOver: false };
+    this.pull = pull;
+    try {
+      const at = { case: "vertex", value: hit.vertex } as const;
+      const grab = await client.grab(world, { body: hit.body, at, target: hit.point });
+      if (pull.isOver) return await grab.release();
+      pull.grab = grab;
+      await grab.moveTo(pull.target);
+    } catch (error) {
+      if (this.pull === pull) this.up();
+      throw error;
+    }
+  }
+}

@@ -1,0 +1,30 @@
+// Sends the newest of many values, one at a time and no faster than a server takes them.
+
+const intervalMs = 50;
+
+export class Latest<Value> {
+  private next: { readonly value: Value } | undefined;
+  private isSending = false;
+
+  constructor(
+    private readonly send: (value: Value) => Promise<void>,
+    private readonly failed: (error: Error) => void,
+  ) {}
+
+  put(value: Value): void {
+    this.next = { value };
+    if (!this.isSending) void this.run();
+  }
+
+  private async run(): Promise<void> {
+    this.isSending = true;
+    while (this.next) {
+      const { value } = this.next;
+      this.next = undefined;
+      const pause = new Promise((resolve) => setTimeout(resolve, intervalMs));
+      await this.send(value).catch(this.failed);
+      await pause;
+    }
+    this.isSending = false;
+  }
+}

@@ -1,0 +1,242 @@
+// The page: connects, shows the worlds and one of them in 3D, and hands what its controls say to the server.
+import { Client, Event_Kind, type Frame, PneumaError, type Stream, WorkerDecoder } from "../src/index.js";
+import { Sliders } from "./changes.js";
+import { Pointer, type Tool } from "./hands.js";
+import { Picture } from "./picture.js";
+import { Playback } from "./playback.js";
+
+function element<Type extends HTMLElement = HTMLElement>(id: string): Type {
+  return document.getElementById(id) as Type;
+}
+
+const phoneWidthPx = 600; // as in style.css
+const maxErrorM = 0.0005;
+const statusIntervalMs = 500;
+const tokenKey = "pneuma-token";
+
+const notice = element("notice");
+const worlds = element<HTMLSelectElement>("world");
+const pauseButton = element<HTMLButtonElement>("pause");
+const stepButton = element<HTMLButtonElement>("step");
+
+function say(text: string): void {
+  notice.textContent = text;
+  notice.hidden = text === "";
+}
+
+/** The address holds the world: `#world=five-balls`. */
+function wantedWorld(): string | null {
+  return new URLSearchParams(location.hash.slice(1)).get("world");
+}
+
+class Page {
+  private readonly playback = new Playback();
+  private readonly sliders = new Sliders();
+  private readonly pointer: Pointer;
+  private client: Client | undefined;
+  private stream: Stream | undefined;
+  private world = "";
+  private isPaused = false;
+  private pictures = 0;
+  private counted = { frames: 0, bytes: 0 };
+
+  constructor(private readonly picture: Picture) {
+    this.pointer = new Pointer(picture, element<HTMLCanvasElement>("picture"), () => {
+      if (this.client?.state !== "open" || !this.stream) return undefined;
+      const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
+      const massKg = (body: string) => this.sliders.massKg(body);
+      return { client: this.client, world: this.world, tool, massKg, failed: (error) => this.refused(error) };
+    });
+    this.listen();
+    setInterval(() => this.tellStatus(), statusIntervalMs);
+    const draw = (nowMs: number) => {
+      requestAnimationFrame(draw);
+      this.picture.draw(this.playback.at(nowMs));
+      this.pointer.draw();
+      ++this.pictures;
+    };
+    requestAnimationFrame(draw);
+  }
+
+  async connect(token: string): Promise<void> {
+    say("Connecting…");
+    const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
+    try {
+      this.client = await Client.connect(url, {
+        token,
+        clientName: "page",
+        decoder: new WorkerDecoder(new Worker("decode-worker.js", { type: "module" })),
+        stateChanged: (state, reason) => {
+          document.body.classList.toggle("lost", state !== "open");
+          if (state === "open") void this.resume();
+          else say(state === "lost" ? "The connection is lost. Reconnecting…" : (reason?.message ?? ""));
+        },
+        event: ({ kind, world }) => {
+          if (kind === Event_Kind.WORLD_RESET && world === this.world) void this.readScene();
+        },
+      });
+      sessionStorage.setItem(tokenKey, token);
+      await this.open();
+    } catch (error) {
+      const { code, message } = error as PneumaError;
+      element("sign-in").hidden = code !== "UNAUTHENTICATED";
+      say(code === "UNAUTHENTICATED" && token === "" ? "" : message);
+    }
+  }
+
+  private listen(): void {
+    const show = () => {
+      const isOn = (id: string) => element<HTMLInputElement>(id).checked;
+      document.documentElement.classList.toggle("dark", isOn("dark"));
+      this.picture.show({ wireframe: isOn("wireframe"), velocities: isOn("velocities"), dark: isOn("dark") });
+    };
+    for (const id of ["wireframe", "velocities", "dark"]) element(id).addEventListener("change", show);
+    element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
+    show();
+
+    worlds.addEventListener("change", () => {
+      location.hash = new URLSearchParams({ world: worlds.value }).toString();
+    });
+    addEventListener("hashchange", () => void this.open());
+    element("frame-all").addEventListener("click", () => this.picture.frameAll());
+    pauseButton.addEventListener("click", () => {
+      void this.ask((client) => (this.isPaused ? client.resume(this.world) : client.pause(this.world)));
+    });
+    stepButton.addEventListener("click", () => void this.ask((client) => client.step(this.world)));
+    element("reset").addEventListener("click", () => void this.ask((client) => client.reset(this.world)));
+    const keys: Record<string, string> = {
+      " ": "pause",
+      ".": "step",
+      r: "reset",
+      w: "wireframe",
+      v: "velocities",
+      l: "dark",
+      f: "frame-all",
+    };
+    addEventListener("keydown", (event) => {
+      const isTyping = event.target instanceof HTMLElement && event.target.matches("input, select, button, summary");
+      const id = keys[event.key.toLowerCase()];
+      if (!id || isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      element(id).click();
+    });
+    element<HTMLFormElement>("sign-in").addEventListener("submit", (event) => {
+      event.preventDefault();
+      element("sign-in").hidden = true;
+      void this.connect(element<HTMLInputElement>("token").value);
+    });
+  }
+
+  /** Shows the world that the address names, or the first one. */
+  private async open(): Promise<void> {
+    const { client } = this;
+    if (!client) return;
+    try {
+      const names = await this.listWorlds(client);
+      const world = wantedWorld() ?? names[0];
+      if (this.stream) await client.unsubscribe(this.stream);
+      this.stream = undefined;
+      this.playback.clear();
+      if (world === undefined) return say("This server has no worlds.");
+      this.world = world;
+      this.picture.forget();
+      this.stream = await client.subscribe(
+        world,
+        { maxErrorM, commands: true },
+        {
+          frame: (frame) => this.take(frame),
+          applied: ({ command }) => {
+            const kind = command?.request.case;
+            if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");
+          },
+          ended: (error) => {
+            if (error.code === "NOT_FOUND") say(error.message);
+          },
+        },
+      );
+      worlds.value = world;
+      document.title = `${world} · Pneuma`;
+      say("");
+      await this.readScene();
+    } catch (error) {
+      say((error as PneumaError).message);
+    }
+  }
+
+  private async listWorlds(client: Client): Promise<string[]> {
+    const list = (await client.worlds()).filter(({ damaged }) => !damaged);
+    worlds.replaceChildren(...list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name)));
+    this.setPaused(list.find(({ name }) => name === (wantedWorld() ?? list[0]?.name))?.paused ?? false);
+    return list.map(({ name }) => name);
+  }
+
+  /** After a connection that was lost. */
+  private async resume(): Promise<void> {
+    if (!this.stream || !this.client) return;
+    say("");
+    await this.listWorlds(this.client);
+    worlds.value = this.world;
+    await this.readScene();
+  }
+
+  private async readScene(): Promise<void> {
+    const { client, world } = this;
+    if (!client) return;
+    try {
+      const scene = await client.scene(world);
+      if (world === this.world) this.sliders.begin(client, world, scene);
+    } catch (error) {
+      this.refused(error as PneumaError);
+    }
+  }
+
+  private async ask(request: (client: Client) => Promise<unknown>): Promise<void> {
+    try {
+      if (this.client) await request(this.client);
+    } catch (error) {
+      this.refused(error as PneumaError);
+    }
+  }
+
+  private refused(error: PneumaError): void {
+    this.sliders.say(error.message, true);
+  }
+
+  private setPaused(isPaused: boolean): void {
+    this.isPaused = isPaused;
+    pauseButton.textContent = isPaused ? "Resume" : "Pause";
+    stepButton.disabled = !isPaused;
+  }
+
+  private take(frame: Frame): void {
+    this.playback.push(frame);
+    this.counted = { frames: this.counted.frames + 1, bytes: this.counted.bytes + frame.bytes };
+    element("status").dataset["tick"] = String(frame.tick);
+    element("status").dataset["time"] = frame.timeS.toFixed(1);
+  }
+
+  private tellStatus(): void {
+    const status = element<HTMLOutputElement>("status");
+    const perS = 1000 / statusIntervalMs;
+    const { frames, bytes } = this.counted;
+    const text = [
+      `tick ${status.dataset["tick"] ?? "–"}`,
+      `${status.dataset["time"] ?? "–"} s`,
+      `${Math.round(frames * perS)} frames/s`,
+      `${Math.round((bytes * perS) / 1000)} kB/s`,
+      `${Math.round(this.pictures * perS)} drawn/s`,
+    ];
+    status.value = text.join(" · ");
+    this.counted = { frames: 0, bytes: 0 };
+    this.pictures = 0;
+  }
+}
+
+try {
+  const panel = element<HTMLDetailsElement>("panel");
+  panel.open = innerWidth > phoneWidthPx;
+  const page = new Page(new Picture(element<HTMLCanvasElement>("picture"), panel));
+  void page.connect(sessionStorage.getItem(tokenKey) ?? "");
+} catch (error) {
+  say(`This browser shows no 3D picture: ${(error as Error).message}`);
+}

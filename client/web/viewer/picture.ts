@@ -1,0 +1,219 @@
+// The world in 3D: what a moment of its stream looks like, and what the pointer is over.
+import {
+  AmbientLight,
+  Box3,
+  BufferGeometry,
+  Color,
+  DirectionalLight,
+  GridHelper,
+  HemisphereLight,
+  Line,
+  LineBasicMaterial,
+  PCFSoftShadowMap,
+  PerspectiveCamera,
+  Plane,
+  type Ray,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Layout } from "../src/index.js";
+import type { Moment } from "./playback.js";
+import { SoftBodyView } from "./soft_body_view.js";
+import { planeM, SolidView } from "./solid_view.js";
+
+const bodyColours = [0xe2725b, 0x5b9be2, 0xe2b45b, 0x6fbf73, 0xa57fd6, 0xd673a8, 0x57b8b0];
+const schemes = {
+  light: { paper: 0xf4f1ec, ink: 0x1d2430, floor: 0xe6e0d6, solid: 0xb9b3a8, grid: 0xb8b0a2 },
+  dark: { paper: 0x14181f, ink: 0xf4f1ec, floor: 0x252c38, solid: 0x6d7788, grid: 0x465063 },
+};
+
+/** A soft body under the pointer. */
+export interface Hit {
+  readonly body: string;
+  /** The vertex that is nearest to the point. */
+  readonly vertex: number;
+  readonly point: Vector3;
+  readonly ray: Ray;
+}
+
+export interface Shown {
+  readonly wireframe: boolean;
+  readonly velocities: boolean;
+  readonly dark: boolean;
+}
+
+export class Picture {
+  readonly orbit: OrbitControls;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(45, 1, 0.01, 1000);
+  private readonly sun = new DirectionalLight(0xffffff, 2.2);
+  private readonly grid = new GridHelper(planeM, 40);
+  private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
+  private readonly raycaster = new Raycaster();
+  private layout: Layout | undefined;
+  private bodies: SoftBodyView[] = [];
+  private solids: (SolidView | undefined)[] = [];
+  private shown: Shown = { wireframe: false, velocities: false, dark: false };
+  private isFramed = false;
+
+  /** Beside `panel`, which covers a part of the canvas. Throws where there is no WebGL. */
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly panel: HTMLElement,
+  ) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.orbit = new OrbitControls(this.camera, canvas);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(1024, 1024);
+    this.sun.shadow.bias = -0.002;
+    this.sun.shadow.normalBias = 0.02;
+    this.pull.visible = false;
+    this.pull.frustumCulled = false;
+    this.pull.renderOrder = 1;
+    this.grid.material.transparent = true;
+    this.grid.material.opacity = 0.5;
+    this.scene.add(new AmbientLight(0xffffff, 0.5), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
+    this.scene.add(this.sun.target, this.grid, this.pull);
+    this.resize();
+    for (const part of [canvas, panel]) new ResizeObserver(() => this.resize()).observe(part);
+  }
+
+  show(shown: Shown): void {
+    this.shown = shown;
+    const scheme = shown.dark ? schemes.dark : schemes.light;
+    this.scene.background = new Color(scheme.paper);
+    this.grid.material.color.set(scheme.grid);
+    this.pull.material.color.set(scheme.ink);
+    for (const body of this.bodies) body.show(shown.wireframe, shown.velocities, scheme.ink);
+    for (const solid of this.solids) {
+      const isGround = solid && (solid.isRoom || !solid.isBounded);
+      solid?.mesh.material.color.set(isGround ? scheme.floor : scheme.solid);
+      solid?.outline?.material.color.set(scheme.grid);
+    }
+  }
+
+  draw(moment: Moment | undefined): void {
+    if (moment) {
+      const { from, to, fraction } = moment;
+      if (to.layout !== this.layout) this.build(to.layout);
+      this.bodies.forEach((body, i) => {
+        body.update(from.positions[i]!, to.positions[i]!, fraction, to.timeS - from.timeS);
+      });
+      this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
+      if (!this.isFramed) this.frameAll();
+    }
+    this.orbit.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Turns to another world: the next moment is looked at as a whole. */
+  forget(): void {
+    this.isFramed = false;
+  }
+
+  /** Moves the camera so that all of the world is seen, and the light with it. */
+  frameAll(): void {
+    const box = new Box3();
+    for (const { skin } of this.bodies) {
+      skin.geometry.computeBoundingBox();
+      box.union(skin.geometry.boundingBox!);
+    }
+    for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
+    if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    const centre = box.getCenter(new Vector3());
+    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
+    const aspect = Math.min(this.camera.aspect, 1);
+    const far = (0.95 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
+    this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
+    this.camera.near = far / 200;
+    this.camera.far = 20 * far;
+    this.camera.updateProjectionMatrix();
+    this.orbit.target.copy(centre);
+
+    const hasGround = this.solids.some((solid) => solid && (solid.isRoom || !solid.isBounded));
+    this.grid.visible = !hasGround;
+    this.grid.position.set(centre.x, box.min.y - 0.1 * radius, centre.z);
+    this.sun.position.copy(centre).add(new Vector3(0.5, 1.6, 0.7).setLength(3 * radius));
+    this.sun.target.position.copy(centre);
+    const { camera } = this.sun.shadow;
+    camera.left = camera.bottom = -1.3 * radius;
+    camera.right = camera.top = 1.3 * radius;
+    camera.near = 0.1 * radius;
+    camera.far = 6 * radius;
+    camera.updateProjectionMatrix();
+    this.isFramed = true;
+  }
+
+  /** The soft body at a place of the window. */
+  pick(x: number, y: number): Hit | undefined {
+    const ray = this.rayAt(x, y);
+    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
+    const [hit] = this.raycaster.intersectObjects(
+      this.bodies.map(({ skin }) => skin),
+      false,
+    );
+    const view = this.bodies.find(({ skin }) => skin === hit?.object);
+    if (!hit?.face || !view) return undefined;
+    const distance = (vertex: number) => hit.point.distanceTo(new Vector3(...view.vertex(vertex)));
+    const { a, b, c } = hit.face;
+    const vertex = [a, b, c].reduce((near, next) => (distance(next) < distance(near) ? next : near));
+    return { body: view.name, vertex, point: hit.point, ray: ray.clone() };
+  }
+
+  /** Where the ray through a place of the window meets the plane through `point` that faces the camera. */
+  drag(x: number, y: number, point: Vector3): Vector3 {
+    const plane = new Plane().setFromNormalAndCoplanarPoint(this.camera.getWorldDirection(new Vector3()), point);
+    return this.rayAt(x, y).intersectPlane(plane, new Vector3()) ?? point.clone();
+  }
+
+  /** Draws a line from a vertex to where it is pulled; null: none. */
+  showPull(pull: { body: string; vertex: number; target: Vector3 } | null): void {
+    const view = this.bodies.find(({ name }) => name === pull?.body);
+    this.pull.visible = pull !== null && view !== undefined;
+    if (pull && view) this.pull.geometry.setFromPoints([new Vector3(...view.vertex(pull.vertex)), pull.target]);
+  }
+
+  private rayAt(x: number, y: number): Ray {
+    const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    this.raycaster.setFromCamera(new Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.camera);
+    return this.raycaster.ray;
+  }
+
+  private build(layout: Layout): void {
+    for (const body of this.bodies) {
+      this.scene.remove(body.group);
+      body.dispose();
+    }
+    for (const solid of this.solids) {
+      if (solid) this.scene.remove(solid.mesh);
+      solid?.dispose();
+    }
+    this.layout = layout;
+    this.bodies = layout.softBodies.map(
+      ({ name, mesh }, i) => new SoftBodyView(name, mesh, bodyColours[i % bodyColours.length]!),
+    );
+    this.solids = layout.solids.map((solid) => SolidView.of(solid));
+    for (const body of this.bodies) this.scene.add(body.group);
+    for (const solid of this.solids) if (solid) this.scene.add(solid.mesh);
+    this.show(this.shown);
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
+    // The middle of the view is that of what the panel leaves free: beside it, or above it.
+    const { left, top, width } = this.panel.getBoundingClientRect();
+    const right = width < clientWidth / 2 ? clientWidth - left : 0;
+    const below = right === 0 ? clientHeight - top : 0;
+    this.camera.setViewOffset(clientWidth, clientHeight, right / 2, below / 2, clientWidth, clientHeight);
+  }
+}

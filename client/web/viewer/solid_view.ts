@@ -1,0 +1,97 @@
+// Rigid bodies and colliders in the picture.
+import {
+  BackSide,
+  BoxGeometry,
+  type BufferGeometry,
+  CapsuleGeometry,
+  EdgesGeometry,
+  FrontSide,
+  LineBasicMaterial,
+  LineSegments,
+  Mesh,
+  MeshPhongMaterial,
+  PlaneGeometry,
+  Quaternion,
+  SphereGeometry,
+  Vector3,
+} from "three";
+import type { Layout, SolidPose } from "../src/index.js";
+
+type Solid = Layout["solids"][number];
+
+// A plane has no end; this much of it is seen.
+export const planeM = 40;
+
+function geometryOf({ shape }: Solid): BufferGeometry | undefined {
+  const form = shape?.shape;
+  if (!form || form.case === undefined) return undefined;
+  if (form.case === "sphere") return new SphereGeometry(form.value.radiusM, 48, 32);
+  if (form.case === "capsule") return new CapsuleGeometry(form.value.radiusM, 2 * form.value.halfHeightM, 16, 32);
+  if (form.case === "plane") {
+    const { x = 0, y = 0, z = 0 } = form.value.normal ?? {};
+    const normal = x === 0 && y === 0 && z === 0 ? new Vector3(0, 1, 0) : new Vector3(x, y, z).normalize();
+    const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), normal);
+    return new PlaneGeometry(planeM, planeM).applyQuaternion(turn);
+  }
+  if (form.case === "ellipsoid") {
+    const { x = 0, y = 0, z = 0 } = form.value.radii ?? {};
+    return new SphereGeometry(1, 48, 32).scale(x, y, z);
+  }
+  const { x = 0, y = 0, z = 0 } = form.value.halfExtents ?? {};
+  return new BoxGeometry(2 * x, 2 * y, 2 * z);
+}
+
+export class SolidView {
+  private readonly turns: [Quaternion, Quaternion] = [new Quaternion(), new Quaternion()];
+
+  private constructor(
+    readonly mesh: Mesh<BufferGeometry, MeshPhongMaterial>,
+    /** Whether the view should hold all of it. */
+    readonly isBounded: boolean,
+    /** Of a room: its edges, for those of the walls that are seen through. */
+    readonly outline: LineSegments<EdgesGeometry, LineBasicMaterial> | undefined,
+  ) {
+    if (outline) mesh.add(outline);
+  }
+
+  get isRoom(): boolean {
+    return this.outline !== undefined;
+  }
+
+  /** Undefined for a shape that this page does not know. */
+  static of(solid: Solid): SolidView | undefined {
+    const geometry = geometryOf(solid);
+    if (!geometry) return undefined;
+    const form = solid.shape?.shape.case;
+    // A room is seen from outside through its nearer walls.
+    const material = new MeshPhongMaterial({ side: form === "room" ? BackSide : FrontSide, shininess: 10 });
+    const mesh = new Mesh(geometry, material);
+    mesh.castShadow = form !== "room" && form !== "plane";
+    mesh.receiveShadow = true;
+    const outline =
+      form === "room" ? new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial()) : undefined;
+    return new SolidView(mesh, form !== "plane", outline);
+  }
+
+  update(from: SolidPose, to: SolidPose, fraction: number): void {
+    const { position: p } = from;
+    const { position: q } = to;
+    this.mesh.position.set(p.x + fraction * (q.x - p.x), p.y + fraction * (q.y - p.y), p.z + fraction * (q.z - p.z));
+    const [turn, next] = this.turns;
+    setTurn(turn, from.orientation);
+    setTurn(next, to.orientation);
+    this.mesh.quaternion.copy(turn.slerp(next, fraction));
+  }
+
+  dispose(): void {
+    this.mesh.geometry.dispose();
+    this.mesh.material.dispose();
+    this.outline?.geometry.dispose();
+    this.outline?.material.dispose();
+  }
+}
+
+function setTurn(turn: Quaternion, { x, y, z, w }: SolidPose["orientation"]): void {
+  if (x === 0 && y === 0 && z === 0 && w === 0) turn.identity();
+  else turn.set(x, y, z, w).normalize();
+}
