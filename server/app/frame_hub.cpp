@@ -36,6 +36,12 @@ FrameHub::FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<
       topologies_(std::move(defer)) {}
 
 base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSource& source) {
+  if (static_cast<std::size_t>(request.bodies_size()) > base::world_bodies_max) {
+    return {base::StatusCode::limit_exceeded,
+            "names " + std::to_string(request.bodies_size()) + " bodies; a world holds at most " +
+                std::to_string(base::world_bodies_max),
+            "subscribe.bodies"};
+  }
   std::set<std::string> names;
   for (std::size_t i = 0; i < source.soft_body_count(); ++i) names.insert(source.soft_body_name(i));
   for (int i = 0; i < request.bodies_size(); ++i) {

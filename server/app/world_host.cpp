@@ -206,7 +206,8 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
   wiring.metrics = &metrics_;
   wiring.defer = [this, name](std::function<void()> make) {
-    builder_.post([this, name, make = std::move(make)] {
+    coarsener_.post([this, name, make = std::move(make)] {
+      if (closed_) return;
       make();
       if (const auto entry = registry_.find(name); entry.world != nullptr) scheduler_.wake(entry.task);
     });
@@ -327,6 +328,7 @@ void WorldHost::refuse(const Request& request, const Status& why, double retry_a
 void WorldHost::close() {
   if (closed_.exchange(true)) return;
   builder_.finish();
+  coarsener_.finish();
   scheduler_.stop();
   Outbox outbox;
   const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;

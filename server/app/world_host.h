@@ -74,6 +74,7 @@ class WorldHost final : public Host {
   bool stopped_ = false;
   BackgroundQueue disk_;
   BackgroundQueue builder_;
+  BackgroundQueue coarsener_;
   Scheduler scheduler_;  // last: its threads use the rest
 };
 

@@ -51,10 +51,11 @@ struct Motion {
 Motion motion_of(const SoftBodyFrame& body) {
   Motion motion;
   const std::vector<double>& v_m_s = body.velocities_m_s;
+  const std::size_t vertices = v_m_s.size() / 3;
   for (std::size_t i = 0; i < v_m_s.size(); i += 3) {
     motion.fastest_m_s = std::max(motion.fastest_m_s, std::hypot(v_m_s[i], v_m_s[i + 1], v_m_s[i + 2]));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      motion.mean_m_s[axis] += v_m_s[i + axis] / static_cast<double>(v_m_s.size() / 3);
+      motion.mean_m_s[axis] += v_m_s[i + axis] / static_cast<double>(vertices);
     }
   }
   return motion;

@@ -68,7 +68,8 @@ struct DecodedFrame {
 };
 
 /// Turns the messages of all streams of a connection into frames. Any message that does not fit, or is past the limits
-/// of base/limits.h, gives an error and changes nothing.
+/// of base/limits.h, gives an error and changes nothing, but that a stream whose places or velocities cannot be waits
+/// for a key frame.
 class StreamDecoder {
  public:
   /// Takes the topologies held from an earlier connection.

@@ -27,6 +27,42 @@ v1::ClientMessage remove_ball(const std::string& name) {
   return message;
 }
 
+/// A world of which is counted how often its bodies are measured.
+class CountedMeasures final : public FrameSource {
+ public:
+  explicit CountedMeasures(const physics::World& world) : live_(world) {}
+  [[nodiscard]] int count() const { return count_; }
+
+  [[nodiscard]] double time_s() const override { return live_.time_s(); }
+  [[nodiscard]] double tick_period_s() const override { return live_.tick_period_s(); }
+  [[nodiscard]] std::size_t soft_body_count() const override { return live_.soft_body_count(); }
+  [[nodiscard]] const std::string& soft_body_name(std::size_t index) const override {
+    return live_.soft_body_name(index);
+  }
+  [[nodiscard]] std::shared_ptr<const physics::Mesh> mesh(std::size_t index) const override {
+    return live_.mesh(index);
+  }
+  void copy_positions(std::size_t index, std::span<double> out_m) const override { live_.copy_positions(index, out_m); }
+  [[nodiscard]] const std::vector<std::uint32_t>& kept_vertices(std::size_t index) const override {
+    return live_.kept_vertices(index);
+  }
+  [[nodiscard]] bool has_velocities() const override { return true; }
+  void copy_velocities(std::size_t index, std::span<double> out_m_s) const override {
+    live_.copy_velocities(index, out_m_s);
+  }
+  [[nodiscard]] bool has_scalars() const override { return true; }
+  [[nodiscard]] BodyScalars scalars(std::size_t index) const override {
+    ++count_;
+    return live_.scalars(index);
+  }
+  void describe_solids(v1::Layout& layout) const override { live_.describe_solids(layout); }
+  [[nodiscard]] std::vector<physics::Pose> poses() const override { return live_.poses(); }
+
+ private:
+  LiveFrames live_;
+  mutable int count_ = 0;
+};
+
 /// A subscriber with its decoder.
 struct Watcher {
   explicit Watcher(net::SessionId id) : viewer(id) {}
@@ -153,6 +189,9 @@ TEST_F(StreamContents, AnUnknownBodyIsNotFoundWhereItIsNamed) {
   const base::Status status = check(request);
   EXPECT_EQ(status.code(), base::StatusCode::not_found);
   EXPECT_EQ(status.where(), "subscribe.bodies[1]");
+  request.clear_bodies();
+  for (std::size_t i = 0; i <= base::world_bodies_max; ++i) request.add_bodies("ball");
+  EXPECT_EQ(check(request).code(), base::StatusCode::limit_exceeded);
 }
 
 TEST_F(StreamContents, ABodyOfAFilteredNameLeavesAndJoins) {
@@ -213,6 +252,30 @@ TEST_F(StreamContents, ScalarsAreTheWorldsOwnInKeysAndDeltas) {
     ASSERT_TRUE(plain);
     EXPECT_FALSE(plain->has_scalars);
   }
+}
+
+TEST_F(StreamContents, ABodyIsMeasuredOnceATickForAllWhoAskAndNotForOthers) {
+  change(add_second_ball());
+  const CountedMeasures source(world_.physics());
+  const auto measured = [&](std::uint64_t tick) {
+    const int before = source.count();
+    Outbox outbox;
+    hub_.encode_tick(source, tick, false, outbox);
+    return source.count() - before;
+  };
+  subscribe(ann_, {});
+  EXPECT_EQ(measured(1), 0);
+  v1::Subscribe request;
+  request.set_scalars(true);
+  request.add_bodies("ball");
+  subscribe(ann_, request);
+  EXPECT_EQ(measured(2), 1);
+  request.set_velocities(true);
+  subscribe(bob_, request);
+  EXPECT_EQ(measured(3), 1);
+  request.clear_bodies();
+  subscribe(bob_, request);
+  EXPECT_EQ(measured(4), 2);
 }
 
 TEST_F(StreamContents, VelocitiesAreWithinTheBoundThatIsDeclared) {
