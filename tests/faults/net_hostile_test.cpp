@@ -216,9 +216,11 @@ TEST_F(SlowClient, ASlowReaderGetsFramesWithGapsAndKeysAndIsNotWaitedFor) {
   constexpr int frames = 400;
   for (int tick = 1; tick <= frames; ++tick) {
     const std::string name = std::to_string(tick) + " " + body;
-    server_.server().publish(sessions, {1, static_cast<std::uint64_t>(tick), static_cast<std::uint64_t>(tick - 1),
-                                        std::make_shared<const std::string>("delta " + name),
-                                        std::make_shared<const std::string>("key " + name)});
+    server_.server().publish(sessions, {.stream_id = 1,
+                                        .tick = static_cast<std::uint64_t>(tick),
+                                        .base_tick = static_cast<std::uint64_t>(tick - 1),
+                                        .delta = std::make_shared<const std::string>("delta " + name),
+                                        .key = std::make_shared<const std::string>("key " + name)});
   }
   int last = 0;
   int missed = 0;
