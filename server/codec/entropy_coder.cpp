@@ -2,6 +2,8 @@
 
 #include <bit>
 
+#include "codec/clones.h"
+
 namespace pneuma::codec {
 
 namespace {
@@ -70,7 +72,7 @@ class SymbolWriter::Backwards {
   std::uint16_t* end_;
 };
 
-void SymbolWriter::write(std::span<const Triple> triples, std::string& bytes) {
+PNEUMA_CLONED void SymbolWriter::write(std::span<const Triple> triples, std::string& bytes) {
   if (triples.empty()) return;
   words_.resize(padding_words * triples.size() + 1);
   Backwards steps(words_.data());
@@ -93,6 +95,57 @@ void SymbolWriter::write(std::span<const Triple> triples, std::string& bytes) {
     out = write_word(state >> 16, out);
   }
   for (std::size_t i = word_count; i-- > 0;) out = write_word(words_[i], out);
+}
+
+SymbolReader::SymbolReader(std::span<const std::uint16_t> words)
+    : tables_(residual_tables().data()), next_(words.data()), end_(next_ + words.size() - padding_words) {
+  if (next_ == end_) return;  // good where nothing is taken
+  for (std::uint32_t* const state : {&x_, &y_, &z_}) {
+    *state = next_[0] | (std::uint32_t{next_[1]} << 16);
+    next_ += 2;
+  }
+  if (std::min({x_, y_, z_}) < state_min) fail();
+}
+
+Triple SymbolReader::take_in_parts(std::uint32_t level) {
+  const PointModel model = point_models[level];
+  const std::int32_t x = take_one(model.x_table, model.low_bits, x_);
+  const std::int32_t y = take_one(model.yz_table, model.low_bits, y_);
+  const std::int32_t z = take_one(model.yz_table, model.low_bits, z_);
+  return {x, y, z, level};
+}
+
+std::int32_t SymbolReader::take_one(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state) {
+  const std::uint32_t step_bits = std::min(low_bits, step_low_bits_max);
+  const std::uint32_t high = low_bits > step_bits ? take_plain(low_bits - step_bits, state) << step_bits : 0;
+  const ResidualTable::Slot slot = slot_of(table, state >> step_bits);
+  const std::uint32_t low = high | (state & ((1U << step_bits) - 1U));
+  state = frequency_of(slot) * (state >> step_bits >> probability_bits) + (slot & slot_offset_mask);
+  refill(state);
+  return (slot & slot_escape_bit) != 0 ? take_escaped(state) : residual_of(slot, low, low_bits);
+}
+
+std::int32_t SymbolReader::take_escaped(std::uint32_t& state) {
+  const std::uint32_t length = take_plain(escape_length_bits, state);
+  if (length == 0 || length > 32) {
+    fail();
+    return 0;
+  }
+  std::uint32_t code = 0;
+  if (length > 16) code = take_plain(length - 16, state) << 16;
+  code |= take_plain(std::min(length, 16U), state);
+  return static_cast<std::int32_t>((code >> 1) ^ (0 - (code & 1U)));
+}
+
+std::uint32_t SymbolReader::take_plain(std::uint32_t bits, std::uint32_t& state) {
+  const std::uint32_t value = state & ((1U << bits) - 1U);
+  state >>= bits;
+  refill(state);
+  return value;
+}
+
+void SymbolReader::refill(std::uint32_t& state) {
+  if (state < state_min) state = (state << 16) | *next_++;
 }
 
 void words_of(std::string_view bytes, std::vector<std::uint16_t>& words) {

@@ -44,89 +44,83 @@ class SymbolWriter {
 
 /// The words of coded text, and zeros that a SymbolReader may run into. Only those for an odd number of bytes.
 void words_of(std::string_view bytes, std::vector<std::uint16_t>& words);
-/// What a triple may take at most: each a step, its high bits, and an escape of three more.
-inline constexpr std::size_t padding_words = 3 * 5;
+/// What a triple may take at most, each a step, its high bits, and an escape of three more; and so that a reader that
+/// has failed may look ahead.
+inline constexpr std::size_t padding_words = 3 * 5 + 3;
 
 /// Reads what a SymbolWriter wrote. A loop should work on a copy of its own: one that nothing else can reach stays in
 /// registers.
 class SymbolReader {
  public:
   /// Of what words_of() gives.
-  explicit SymbolReader(std::span<const std::uint16_t> words)
-      : tables_(residual_tables().data()), next_(words.data()), end_(next_ + words.size() - padding_words) {
-    if (next_ == end_) return;  // good where nothing is taken
-    for (std::uint32_t& state : states_) {
-      state = next_[0] | (std::uint32_t{next_[1]} << 16);
-      next_ += 2;
-      broken_ = broken_ || state < state_min;
-    }
-  }
+  explicit SymbolReader(std::span<const std::uint16_t> words);
 
+  /// Not once it has failed.
   [[nodiscard]] Triple take(std::uint32_t level) {
     const PointModel model = point_models[level];
-    const std::int32_t x = take(model.x_table, model.low_bits, states_[0]);
-    const std::int32_t y = take(model.yz_table, model.low_bits, states_[1]);
-    const std::int32_t z = take(model.yz_table, model.low_bits, states_[2]);
-    return {x, y, z, level};
+    const ResidualTable::Slot x_slot = slot_of(model.x_table, x_ >> model.low_bits);
+    const ResidualTable::Slot y_slot = slot_of(model.yz_table, y_ >> model.low_bits);
+    const ResidualTable::Slot z_slot = slot_of(model.yz_table, z_ >> model.low_bits);
+    const bool escapes = ((x_slot | y_slot | z_slot) & slot_escape_bit) != 0;
+    if (escapes || model.low_bits > step_low_bits_max) [[unlikely]] {
+      SymbolReader apart = *this;
+      const Triple triple = apart.take_in_parts(level);
+      *this = apart;
+      return triple;
+    }
+    const Triple triple{residual_of(x_slot, x_, model.low_bits), residual_of(y_slot, y_, model.low_bits),
+                        residual_of(z_slot, z_, model.low_bits), level};
+    // Without a branch: whether a state needs a word is close to chance. The next words lie in one register, and are
+    // shifted out as they are taken.
+    std::uint64_t words = next_[0] | (std::uint64_t{next_[1]} << 16) | (std::uint64_t{next_[2]} << 32);
+    std::uint32_t taken_bits = 0;
+    const auto step = [&](ResidualTable::Slot slot, std::uint32_t& state) {
+      const std::uint32_t rounds = state >> model.low_bits >> probability_bits;
+      const std::uint32_t low = frequency_of(slot) * rounds + (slot & slot_offset_mask);
+      const std::uint32_t bits = low < state_min ? 16 : 0;
+      state = (low << bits) | (static_cast<std::uint32_t>(words) & ((1U << bits) - 1U));
+      words >>= bits;
+      taken_bits += bits;
+    };
+    step(x_slot, x_);
+    step(y_slot, y_);
+    step(z_slot, z_);
+    next_ += taken_bits / 16;
+    return triple;
   }
 
-  /// The text has ended, or is none. To be asked before each triple.
-  [[nodiscard]] bool failed() const { return next_ > end_ || broken_; }
+  /// The text has ended, or is none.
+  [[nodiscard]] bool failed() const { return next_ > end_; }
   /// All was read, and the states are back where the writer began.
-  [[nodiscard]] bool at_end() const {
-    return next_ == end_ && !broken_ && std::ranges::all_of(states_, [](auto state) { return state == state_min; });
-  }
+  [[nodiscard]] bool at_end() const { return next_ == end_ && x_ == state_min && y_ == state_min && z_ == state_min; }
 
  private:
-  // Without a branch: whether a step needs a word is close to chance.
-  void step(std::uint32_t next_state, std::uint32_t& state) {
-    const bool low = next_state < state_min;
-    const std::uint32_t refilled = (next_state << 16) | *next_;
-    next_ += static_cast<std::ptrdiff_t>(low);
-    state = low ? refilled : next_state;
+  /// With escapes, or many low bits.
+  [[nodiscard]] Triple take_in_parts(std::uint32_t level);
+  [[nodiscard]] std::int32_t take_one(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state);
+  [[nodiscard]] std::int32_t take_escaped(std::uint32_t& state);
+  [[nodiscard]] std::uint32_t take_plain(std::uint32_t bits, std::uint32_t& state);
+  void refill(std::uint32_t& state);
+
+  [[nodiscard]] ResidualTable::Slot slot_of(std::uint32_t table, std::uint32_t shifted_state) const {
+    return tables_[table].slots[shifted_state & (probability_total - 1)];
   }
-  [[nodiscard]] std::uint32_t take_plain(std::uint32_t bits, std::uint32_t& state) {
-    const std::uint32_t value = state & ((1U << bits) - 1U);
-    step(state >> bits, state);
-    return value;
+  [[nodiscard]] static std::uint32_t frequency_of(ResidualTable::Slot slot) {
+    return (slot >> slot_frequency_shift) & slot_frequency_mask;
   }
-  [[nodiscard]] std::int32_t take(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state) {
-    if (low_bits > step_low_bits_max) [[unlikely]] {
-      const std::uint32_t high = take_plain(low_bits - step_low_bits_max, state) << step_low_bits_max;
-      return take_step(table, step_low_bits_max, high, low_bits, state);
-    }
-    return take_step(table, low_bits, 0, low_bits, state);
+  [[nodiscard]] static std::int32_t residual_of(ResidualTable::Slot slot, std::uint32_t low, std::uint32_t low_bits) {
+    const std::uint32_t one = 1U << low_bits;
+    const auto top = static_cast<std::uint32_t>(static_cast<std::int32_t>(slot) >> slot_residual_shift);
+    return static_cast<std::int32_t>((top << low_bits) + (low & (one - 1U)) - (one >> 1));
   }
-  /// A residual of so many low bits, of which `step_bits` are in the step and the others known.
-  [[nodiscard]] std::int32_t take_step(std::uint32_t table, std::uint32_t step_bits, std::uint32_t high,
-                                       std::uint32_t low_bits, std::uint32_t& state) {
-    const ResidualTable::Slot slot = tables_[table].slots[(state >> step_bits) & (probability_total - 1)];
-    const std::uint32_t low = high | (state & ((1U << step_bits) - 1U));
-    const std::uint32_t frequency = (slot >> slot_frequency_shift) & slot_mask;
-    step(frequency * ((state >> step_bits) >> probability_bits) + (slot & slot_mask), state);
-    const std::int32_t top = static_cast<std::int32_t>(slot) >> slot_residual_shift;
-    if (top == escape) [[unlikely]]
-      return take_escaped(state);
-    const std::uint32_t half = (1U << low_bits) >> 1;
-    return static_cast<std::int32_t>((static_cast<std::uint32_t>(top) << low_bits) + low - half);
-  }
-  [[nodiscard]] std::int32_t take_escaped(std::uint32_t& state) {
-    const std::uint32_t length = take_plain(escape_length_bits, state);
-    if (length == 0 || length > 32) {
-      broken_ = true;
-      return 0;
-    }
-    std::uint32_t code = 0;
-    if (length > 16) code = take_plain(length - 16, state) << 16;
-    code |= take_plain(std::min(length, 16U), state);
-    return static_cast<std::int32_t>((code >> 1) ^ (0 - (code & 1U)));
-  }
+  void fail() { next_ = end_ + 1; }
 
   const ResidualTable* tables_;
   const std::uint16_t* next_;
   const std::uint16_t* end_;  // of the text; the padding follows
-  std::array<std::uint32_t, state_count> states_{state_min, state_min, state_min};
-  bool broken_ = false;
+  std::uint32_t x_ = state_min;
+  std::uint32_t y_ = state_min;
+  std::uint32_t z_ = state_min;
 };
 
 }  // namespace pneuma::codec

@@ -14,6 +14,7 @@
 #include "codec/grid.h"
 #include "codec/mesh_order.h"
 #include "codec/move_coder.h"
+#include "codec/prediction_fit.h"
 
 namespace pneuma::codec {
 
@@ -32,6 +33,7 @@ struct BodyMotion {
     for (auto& move : moves) std::ranges::fill(move, Lanes{});
     weights = {};
   }
+  friend bool operator==(const BodyMotion&, const BodyMotion&) = default;
   /// Makes room for a move: the oldest one comes first.
   void age() { std::ranges::rotate(moves, moves.end() - 1); }
 };
@@ -64,11 +66,14 @@ class FrameWriter {
  private:
   void gather(const MeshOrder& order, std::span<const double> positions_m);
   [[nodiscard]] bool is_still(const Lattice& points) const;
+  /// After the body's first moves have changed.
+  void note_moves(std::size_t body);
 
   std::vector<MeshOrderPtr> orders_;
   double step_m_;
   double still_m_;  // a vertex no further from its last point may stay there
   std::vector<BodyMotion> motions_;
+  std::vector<RingHistory> rings_;  // of their moves
   // Of the frame under way:
   std::string heads_;
   std::vector<Triple> triples_;
@@ -90,6 +95,7 @@ class FrameReader {
   /// bounded by the meshes' and the payload's sizes.
   [[nodiscard]] base::Status read(std::string_view payload, bool key);
 
+  [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
   /// The body's grid coordinates in the last frame, in vertex order.
   void points(std::size_t body, std::span<std::int64_t> out) const;
   void positions(std::size_t body, double step_m, std::span<double> out_m) const;

@@ -40,6 +40,7 @@ void take_key_block(const MeshOrder& order, const BlockHead& head, MoveScratch& 
 void take_moved_block(const MeshOrder& order, const BlockHead& head, const BodyMotion& last, MoveScratch& scratch,
                       SymbolReader& symbols, BodyMotion& next) {
   next.weights = head.mode == BlockMode::moved ? take_weights(symbols) : last.weights;
+  ring_differences(order, last.moves[0], scratch.ring);
   predict_drift(order, last.moves, next.weights, scratch.ring, scratch.drift);
   take_moves(order, head.level, scratch, symbols, next.moves[0]);
 }

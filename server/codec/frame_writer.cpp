@@ -72,7 +72,10 @@ FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m)
   // As much as the product of dequantise() rounds away, and the distance itself.
   still_m_ = (max_error_m - 0x1p-51 * (base::coordinate_max_m + base::max_error_max_m)) * (1.0 - 0x1p-40);
   motions_.reserve(orders_.size());
-  for (const MeshOrderPtr& order : orders_) motions_.emplace_back(order->size());
+  for (const MeshOrderPtr& order : orders_) {
+    motions_.emplace_back(order->size());
+    rings_.emplace_back(order->size());
+  }
 }
 
 void FrameWriter::gather(const MeshOrder& order, std::span<const double> positions_m) {
@@ -110,6 +113,7 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
     append_head({}, heads_);
     motion.age();
     std::ranges::fill(motion.moves[0], Lanes{});
+    note_moves(body);
     return;
   }
   quantise(positions_m_, step_m_, points_);
@@ -118,21 +122,32 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   std::swap(motion.points, points_);
   if (!moved) {
     motion.come_to_rest();
+    rings_[body] = RingHistory(order.size());
     put_key_block(order, motion, scratch_, heads_, triples_);
     return;
   }
   BlockHead head;
   head.mode = BlockMode::again;
-  if (const auto better = better_weights(order, moves_, motion.moves, motion.weights)) {
+  RingHistory& rings = rings_[body];
+  if (const auto better = better_weights(order, moves_, motion.moves, rings, motion.weights)) {
     motion.weights = *better;
     head.mode = BlockMode::moved;
     put_weights(motion.weights, triples_);
   }
+  scratch_.ring = rings.of_moves[0];
   predict_drift(order, motion.moves, motion.weights, scratch_.ring, scratch_.drift);
   head.level = static_cast<std::uint8_t>(put_moves(order, moves_, scratch_, triples_));
   append_head(head, heads_);
   motion.age();
   std::swap(motion.moves[0], moves_);
+  note_moves(body);
+}
+
+void FrameWriter::note_moves(std::size_t body) {
+  RingHistory& rings = rings_[body];
+  std::ranges::rotate(rings.of_moves, rings.of_moves.end() - 1);
+  ring_differences(*orders_[body], motions_[body].moves[0], rings.of_moves[0]);
+  ring_differences(*orders_[body], rings.of_moves[0], rings.of_ring);
 }
 
 void FrameWriter::take_delta(std::string& payload) {
@@ -147,6 +162,7 @@ void FrameWriter::place_body(std::size_t body, std::span<const double> positions
   gather(*orders_[body], positions_m);
   quantise(positions_m_, step_m_, motion.points);
   motion.come_to_rest();
+  rings_[body] = RingHistory(motion.moves[0].size());
 }
 
 void FrameWriter::write_key(std::string& payload) const {

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "base/limits.h"
+#include "codec/clones.h"
 
 namespace pneuma::codec {
 
@@ -32,7 +33,7 @@ double grid_step_m(double max_error_m) {
   return 2.0 * (max_error_m - 2.0 * rounding_m) / std::sqrt(5.0) * (1.0 - 8.0 * unit_roundoff);
 }
 
-void quantise(std::span<const double> positions_m, double step_m, std::span<std::int64_t> out) {
+PNEUMA_CLONED void quantise(std::span<const double> positions_m, double step_m, std::span<std::int64_t> out) {
   assert(positions_m.size() == out.size());
   const double halves_a_m = 0.5 / step_m;
   for (std::size_t vertex = 0; vertex < positions_m.size(); vertex += 3) {

@@ -12,6 +12,11 @@ using SignedLaneVector [[gnu::vector_size(16)]] = std::int32_t;
 /// x, y, z of a vertex; what the fourth lane holds depends on the table. Arithmetic is modulo 2^32.
 struct Lanes {
   LaneVector v = {0, 0, 0, 0};
+
+  friend bool operator==(const Lanes& a, const Lanes& b) {
+    const LaneVector difference = a.v ^ b.v;
+    return (difference[0] | difference[1] | difference[2] | difference[3]) == 0;
+  }
 };
 
 /// Each lane as a signed number over 2^bits, rounded down.

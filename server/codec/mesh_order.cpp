@@ -186,13 +186,21 @@ MeshOrder make_mesh_order(std::uint32_t vertex_count, std::span<const std::uint3
   for (std::uint32_t slot = 0; slot < vertex_count; ++slot) slots[coding.ranks[slot]] = slot;
 
   MeshOrder order;
-  order.rings.reserve(neighbours.entries.size());
-  order.ring_begins.push_back(0);
+  order.ring_rest_begins.push_back(0);
   for (std::uint32_t slot = 0; slot < vertex_count; ++slot) {
     const std::uint32_t rank = coding.ranks[slot];
     order.vertices.push_back(vertices[rank]);
-    for (const std::uint32_t neighbour : levels[0].neighbours.of(rank)) order.rings.push_back(slots[neighbour]);
-    order.ring_begins.push_back(static_cast<std::uint32_t>(order.rings.size()));
+    auto& ring = order.rings.emplace_back();
+    ring.fill(slot);
+    std::size_t degree = 0;
+    for (const std::uint32_t neighbour : levels[0].neighbours.of(rank)) {
+      if (degree < ring.size()) {
+        ring[degree++] = slots[neighbour];
+      } else {
+        order.ring_rests.push_back(slots[neighbour]);
+      }
+    }
+    order.ring_rest_begins.push_back(static_cast<std::uint32_t>(order.ring_rests.size()));
     MeshOrder::Parents& parents = order.parents.emplace_back();
     for (const std::uint32_t parent : coding.parents[slot]) parents.slots[parents.count++] = slots[parent] + 1;
   }

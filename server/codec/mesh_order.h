@@ -23,10 +23,13 @@ struct MeshOrder {
   };
 
   // A slot is a place in the order.
-  std::vector<std::uint32_t> vertices;     // one a slot
-  std::vector<Parents> parents;            // one a slot
-  std::vector<std::uint32_t> ring_begins;  // one a slot, and the end
-  std::vector<std::uint32_t> rings;        // slots of all neighbours
+  std::vector<std::uint32_t> vertices;  // one a slot
+  std::vector<Parents> parents;         // one a slot
+  // The slots of all neighbours of a slot: the first six, or fewer and the slot itself repeated (a loop over their
+  // number would be guessed wrong too often); and the others, of which most have none.
+  std::vector<std::array<std::uint32_t, 6>> rings;
+  std::vector<std::uint32_t> ring_rest_begins;  // one a slot, and the end
+  std::vector<std::uint32_t> ring_rests;
 
   [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };

@@ -2,44 +2,66 @@
 
 #include <algorithm>
 
+#include "codec/clones.h"
+
 namespace pneuma::codec {
 
 namespace {
 
 // A residual's size counts four times in the sums that choose levels, so that quarter octaves begin below one step.
-constexpr std::uint32_t size_unit = 4;
+constexpr int size_shift = 2;
 // So that no sum of sizes overflows.
-constexpr std::uint64_t size_max = 1U << 24;
+constexpr std::int32_t size_max = 1 << 24;
 // So many times a slot's expected size is its level's.
 constexpr std::uint32_t level_unit = 4;
 
-std::uint32_t magnitude(std::uint32_t value) {
-  return static_cast<std::int32_t>(value) < 0 ? 0 - value : value;
+constexpr LaneVector first_lane{~0U, 0, 0, 0};
+constexpr LaneVector last_lane{0, 0, 0, ~0U};
+
+SignedLaneVector as_signed(LaneVector lanes) {
+  return std::bit_cast<SignedLaneVector>(lanes);
+}
+LaneVector all_lanes(std::uint32_t value) {
+  return LaneVector{value, value, value, value};
+}
+/// The lanes of `mask` from `a`, the others from `b`.
+LaneVector chosen(LaneVector mask, LaneVector a, LaneVector b) {
+  return (mask & a) | (~mask & b);
 }
 
-std::uint32_t signed_shift(std::uint32_t value, int bits) {
-  return static_cast<std::uint32_t>(static_cast<std::int32_t>(value) >> bits);
+/// Of the residuals in the first three lanes; in all lanes.
+LaneVector size_of_residuals(LaneVector residuals) {
+  constexpr SignedLaneVector most{size_max, size_max, size_max, size_max};
+  const SignedLaneVector value = as_signed(residuals);
+  const SignedLaneVector high = value < most ? value : most;
+  const SignedLaneVector within = high > -most ? high : -most;
+  const SignedLaneVector sign = within >> 31;
+  const auto sizes = std::bit_cast<LaneVector>((within ^ sign) - sign);
+  // y and z go in double steps.
+  const LaneVector weighted = sizes << LaneVector{0, 1, 1, 0};
+  const std::uint32_t sum = (weighted[0] + weighted[1] + weighted[2]) << size_shift;
+  return all_lanes(std::min<std::uint32_t>(sum, size_max));
 }
 
-std::uint32_t size_of_residual(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
-  const std::uint64_t sum = magnitude(x) + 2 * (std::uint64_t{magnitude(y)} + magnitude(z));
-  return static_cast<std::uint32_t>(std::min(size_unit * sum, size_max));
-}
+/// A prediction as whole numbers: of the x of a point, and of its y and z, which go in double steps and know its
+/// parity.
+struct Nearest {
+  explicit Nearest(LaneVector predicted)
+      : raised(predicted + LaneVector{1U << (fraction_bits - 1), 1U << fraction_bits, 1U << fraction_bits, 0}) {}
 
-/// The nearest whole steps to a predicted move.
-std::uint32_t nearest(std::uint32_t predicted) {
-  return signed_shift(predicted + (1U << (fraction_bits - 1)), fraction_bits);
-}
-/// The nearest double steps to it, for a point of this parity.
-std::uint32_t nearest_double(std::uint32_t predicted, std::uint32_t parity) {
-  return signed_shift(predicted - (parity << fraction_bits) + (1U << fraction_bits), fraction_bits + 1);
-}
+  /// In the first lane.
+  [[nodiscard]] LaneVector x() const { return shifted_down(raised, fraction_bits); }
+  /// In the second and third, given the parity in all of them.
+  [[nodiscard]] LaneVector yz(LaneVector parity) const {
+    return shifted_down(raised - (parity << fraction_bits), fraction_bits + 1);
+  }
+
+  LaneVector raised;
+};
 
 /// The entry of Found.
-LaneVector found_at(LaneVector move, LaneVector drift, std::uint32_t size) {
-  LaneVector found = (move << fraction_bits) - drift;
-  found[3] = size;
-  return found;
+LaneVector found_at(LaneVector move, LaneVector drift, LaneVector residuals) {
+  return chosen(last_lane, size_of_residuals(residuals), (move << fraction_bits) - drift);
 }
 
 std::uint32_t level_at(std::uint32_t size_of_parents, std::uint32_t body_size) {
@@ -50,8 +72,8 @@ constexpr std::uint32_t weights_level = 44;
 
 }  // namespace
 
-std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
-                        std::vector<Triple>& triples) {
+PNEUMA_CLONED std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
+                                      std::vector<Triple>& triples) {
   const std::size_t count = order.size();
   scratch.found.resize(count + 1);
   triples.resize(triples.size() + count);
@@ -62,26 +84,25 @@ std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves,
   for (std::size_t slot = 0; slot < count; ++slot) {
     const LaneVector mean = mean_of_parents(order.parents[slot], found);
     const LaneVector drift = scratch.drift[slot].v;
-    const LaneVector predicted = drift + mean;
     const LaneVector move = moves[slot].v;
-    const std::uint32_t parity = move[0] & 1U;
-    const std::uint32_t x = move[0] - nearest(predicted[0]);
-    const std::uint32_t y = signed_shift(move[1] - parity, 1) - nearest_double(predicted[1], parity);
-    const std::uint32_t z = signed_shift(move[2] - parity, 1) - nearest_double(predicted[2], parity);
-    const std::uint32_t size = size_of_residual(x, y, z);
-    found[slot + 1].v = found_at(move, drift, size);
-    level_sum += level_of(level_unit * size);
-    out[slot] = {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), static_cast<std::int32_t>(z), mean[3]};
+    const LaneVector parity = all_lanes(move[0] & 1U);
+    const Nearest nearest(drift + mean);
+    const LaneVector residuals =
+        chosen(first_lane, move - nearest.x(), shifted_down(move - parity, 1) - nearest.yz(parity));
+    found[slot + 1].v = found_at(move, drift, residuals);
+    level_sum += level_of(level_unit * found[slot + 1].v[3]);
+    const SignedLaneVector xyz = as_signed(residuals);
+    out[slot] = {xyz[0], xyz[1], xyz[2], mean[3]};
   }
   const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(count, 1));
-  const std::uint32_t level = std::min(mean_level + 2, level_max);
+  const std::uint32_t level = std::min(mean_level + 1, level_max);
   const std::uint32_t body_size = size_of(level);
   for (std::size_t slot = 0; slot < count; ++slot) out[slot].level = level_at(out[slot].level, body_size);
   return level;
 }
 
-void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& reader,
-                std::vector<Lanes>& moves) {
+PNEUMA_CLONED void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& reader,
+                              std::vector<Lanes>& moves) {
   const std::size_t count = order.size();
   scratch.found.resize(count + 1);
   moves.resize(count);
@@ -92,17 +113,15 @@ void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratc
     if (symbols.failed()) break;
     const LaneVector mean = mean_of_parents(order.parents[slot], found);
     const LaneVector drift = scratch.drift[slot].v;
-    const LaneVector predicted = drift + mean;
-    const Triple residual = symbols.take(level_at(mean[3], body_size));
-    const auto x = static_cast<std::uint32_t>(residual.x);
-    const auto y = static_cast<std::uint32_t>(residual.y);
-    const auto z = static_cast<std::uint32_t>(residual.z);
-    const std::uint32_t move_x = nearest(predicted[0]) + x;
-    const std::uint32_t parity = move_x & 1U;
-    const LaneVector move = {move_x, 2 * (nearest_double(predicted[1], parity) + y) + parity,
-                             2 * (nearest_double(predicted[2], parity) + z) + parity, 0};
+    const Triple triple = symbols.take(level_at(mean[3], body_size));
+    const auto residuals = std::bit_cast<LaneVector>(SignedLaneVector{triple.x, triple.y, triple.z, 0});
+    const Nearest nearest(drift + mean);
+    const LaneVector x = nearest.x() + residuals;
+    const LaneVector parity = all_lanes(x[0] & 1U);
+    const LaneVector yz = ((nearest.yz(parity) + residuals) << 1) + parity;
+    const LaneVector move = chosen(first_lane, x, yz);
     moves[slot].v = move;
-    found[slot + 1].v = found_at(move, drift, size_of_residual(x, y, z));
+    found[slot + 1].v = found_at(move, drift, residuals);
   }
   reader = symbols;
 }

@@ -25,25 +25,29 @@ struct DriftWeights {
   std::array<std::int32_t, history_size> own{};
   std::array<std::int32_t, history_size> ring{};
   std::int32_t ring_of_ring = 0;
+
+  friend bool operator==(const DriftWeights&, const DriftWeights&) = default;
 };
 inline constexpr double own_weight_unit = 1.0 / 128.0;
 inline constexpr double ring_weight_unit = 1.0 / 1024.0;
 
 /// What each neighbour has more than the slot itself, added up.
 inline LaneVector ring_difference(const MeshOrder& order, std::size_t slot, const Lanes* field) {
-  const std::uint32_t begin = order.ring_begins[slot];
-  const std::uint32_t end = order.ring_begins[slot + 1];
   LaneVector sum = {0, 0, 0, 0};
-  for (std::uint32_t i = begin; i < end; ++i) sum += field[order.rings[i]].v;
-  const std::uint32_t degree = end - begin;
-  return sum - LaneVector{degree, degree, degree, degree} * field[slot].v;
+  for (const std::uint32_t neighbour : order.rings[slot]) sum += field[neighbour].v;
+  const std::uint32_t begin = order.ring_rest_begins[slot];
+  const std::uint32_t end = order.ring_rest_begins[slot + 1];
+  for (std::uint32_t i = begin; i < end; ++i) sum += field[order.ring_rests[i]].v;
+  const auto times = static_cast<std::uint32_t>(order.rings[slot].size()) + end - begin;
+  return sum - LaneVector{times, times, times, times} * field[slot].v;
 }
+void ring_differences(const MeshOrder& order, const std::vector<Lanes>& field, std::vector<Lanes>& out);
 
 /// Sets `drift` to the moves that the last ones make likely, in 16ths of a step. A spring-mass body answers to how its
-/// vertices moved against their neighbours, so the ring terms are a step of its wave equation. `scratch` is of any
-/// size.
+/// vertices moved against their neighbours, so the ring terms are a step of its wave equation. `ring` holds the
+/// ring_differences() of the last moves; it is left with others.
 void predict_drift(const MeshOrder& order, const MoveHistory& moves, const DriftWeights& weights,
-                   std::vector<Lanes>& scratch, std::vector<Lanes>& drift);
+                   std::vector<Lanes>& ring, std::vector<Lanes>& drift);
 
 /// Sets `drift` to the move that came after moves[k], for a list of them that is told backwards; 0 for the last one.
 void expect_after(const MoveHistory& moves, std::size_t k, std::vector<Lanes>& drift);
@@ -54,8 +58,8 @@ using Found = std::vector<Lanes>;
 
 /// Each lane, signed, over `count`, rounded down; count is at most parents_max.
 inline LaneVector divided(LaneVector lanes, std::uint32_t count) {
-  using Halves [[gnu::vector_size(8)]] = std::int32_t;
-  using DoubleLanes [[gnu::vector_size(16)]] = double;
+  using DoubleLanes [[gnu::vector_size(32)]] = double;
+  using WideLanes [[gnu::vector_size(32)]] = std::uint64_t;
   // floor(s / n) is the integer nearest to (s + 1/2) / n - 1/2, which is at least 1 / 2n from a tie.
   struct Division {
     double factor;
@@ -72,12 +76,13 @@ inline LaneVector divided(LaneVector lanes, std::uint32_t count) {
   // Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
   constexpr double rounding_shift = 0x1.8p52;
   const Division division = divisions[count];
-  const auto halves = std::bit_cast<std::array<Halves, 2>>(lanes);
-  const DoubleLanes low = __builtin_convertvector(halves[0], DoubleLanes) * division.factor + division.shift;
-  const DoubleLanes high = __builtin_convertvector(halves[1], DoubleLanes) * division.factor + division.shift;
-  const auto low_words = std::bit_cast<LaneVector>(low + rounding_shift);
-  const auto high_words = std::bit_cast<LaneVector>(high + rounding_shift);
-  return LaneVector{low_words[0], low_words[2], high_words[0], high_words[2]};
+  const DoubleLanes wide{static_cast<double>(static_cast<std::int32_t>(lanes[0])),
+                         static_cast<double>(static_cast<std::int32_t>(lanes[1])),
+                         static_cast<double>(static_cast<std::int32_t>(lanes[2])),
+                         static_cast<double>(static_cast<std::int32_t>(lanes[3]))};
+  const auto words = reinterpret_cast<WideLanes>((wide * division.factor + division.shift) + rounding_shift);
+  return LaneVector{static_cast<std::uint32_t>(words[0]), static_cast<std::uint32_t>(words[1]),
+                    static_cast<std::uint32_t>(words[2]), static_cast<std::uint32_t>(words[3])};
 }
 
 /// The mean of what was found at a slot's parents, each lane rounded down.

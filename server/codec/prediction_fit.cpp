@@ -4,76 +4,96 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
+
+#include "codec/clones.h"
 
 namespace pneuma::codec {
 
 namespace {
 
-constexpr std::size_t samples_max = 192;
+// One vertex in so many, within bounds. More save a tenth of a bit a vertex, and cost small bodies as much time as all
+// else.
+constexpr std::size_t vertices_a_sample = 8;
+constexpr std::size_t samples_min = 128;
+constexpr std::size_t samples_max = 256;
 constexpr std::size_t term_count = 2 * history_size + 1;
+constexpr std::size_t row_count = term_count + 1;  // and the move itself
 
 using Weights = std::array<double, term_count>;
-using FloatLanes [[gnu::vector_size(16)]] = float;
 
-FloatLanes to_float(LaneVector lanes) {
-  return __builtin_convertvector(std::bit_cast<SignedLaneVector>(lanes), FloatLanes);
-}
+// By their axes, the fourth always 0. Moves of one motion are near to each other: in single precision, sums of their
+// squares say little about what they differ in.
+using DoubleLanes [[gnu::vector_size(32)]] = double;
 
-/// What happened at a slot: its move, and the terms of its drift.
-struct Observation {
-  FloatLanes move = {};
-  std::array<FloatLanes, term_count> terms = {};
-
-  void add(float factor, const Observation& other) {
-    move += factor * other.move;
-    for (std::size_t i = 0; i < term_count; ++i) terms[i] += factor * other.terms[i];
-  }
-};
-
-class Observer {
+/// What happened at some slots against what happened at their parents, which is what coding will see: the terms of
+/// their drifts, and their moves.
+class Samples {
  public:
-  Observer(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history)
-      : order_(order), moves_(moves), history_(history), ring_(order.size()) {
-    for (std::size_t slot = 0; slot < order.size(); ++slot) {
-      ring_[slot].v = ring_difference(order, slot, history[0].data());
+  Samples(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history,
+          const RingHistory& rings) {
+    std::array<const Lanes*, row_count> fields{};
+    for (std::size_t k = 0; k < history_size; ++k) {
+      fields[k] = history[k].data();
+      fields[history_size + k] = rings.of_moves[k].data();
+    }
+    fields[2 * history_size] = rings.of_ring.data();
+    fields[term_count] = moves.data();
+    const std::size_t samples = std::clamp(order.size() / vertices_a_sample, samples_min, samples_max);
+    const std::size_t stride = (order.size() + samples - 1) / samples;
+    for (std::size_t slot = stride / 2; stride > 0 && slot < order.size(); slot += stride) {
+      const MeshOrder::Parents& parents = order.parents[slot];
+      if (parents.count == 0) continue;
+      for (std::size_t row = 0; row < row_count; ++row) {
+        const Lanes* const field = fields[row];
+        LaneVector sum = {};
+        for (std::size_t i = 0; i < parents.count; ++i) sum += field[parents.slots[i] - 1].v;
+        put(row, field[slot].v, sum, 1.0 / parents.count);
+      }
+      ++count_;
     }
   }
 
-  [[nodiscard]] Observation at(std::size_t slot) const {
-    Observation seen{to_float(moves_[slot].v), {}};
-    for (std::size_t k = 0; k < history_size; ++k) {
-      seen.terms[k] = to_float(history_[k][slot].v);
-      seen.terms[history_size + k] = to_float(ring_difference(order_, slot, history_[k].data()));
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// Of row `a` with each row up to it, added up over the samples.
+  template <std::size_t a>
+  [[nodiscard]] std::array<double, a + 1> products() const {
+    std::array<DoubleLanes, a + 1> sums{};
+    for (std::size_t i = 0; i < count_; ++i) {
+      for (std::size_t b = 0; b <= a; ++b) sums[b] += rows_[i][a] * rows_[i][b];
     }
-    seen.terms[2 * history_size] = to_float(ring_difference(order_, slot, ring_.data()));
-    return seen;
+    std::array<double, a + 1> totals{};
+    for (std::size_t b = 0; b <= a; ++b) totals[b] = sums[b][0] + sums[b][1] + sums[b][2];
+    return totals;
   }
 
  private:
-  const MeshOrder& order_;
-  const std::vector<Lanes>& moves_;
-  const MoveHistory& history_;
-  std::vector<Lanes> ring_;
+  void put(std::size_t row, LaneVector own, LaneVector parents_sum, double factor) {
+    const auto number = std::bit_cast<SignedLaneVector>(own);
+    const auto sum = std::bit_cast<SignedLaneVector>(parents_sum);
+    const auto against = [&](std::size_t axis) { return number[axis] - factor * sum[axis]; };
+    rows_[count_][row] = DoubleLanes{against(0), against(1), against(2), 0.0};
+  }
+
+  std::array<std::array<DoubleLanes, row_count>, samples_max> rows_;
+  std::size_t count_ = 0;
 };
 
 /// Normal equations of a move on its terms.
 struct Normal {
-  std::array<std::array<double, term_count>, term_count> terms{};
+  std::array<std::array<double, term_count>, term_count> terms{};  // the lower triangle
   std::array<double, term_count> move{};
   double squares = 0.0;
   std::size_t samples = 0;
 
-  void add(const Observation& seen) {
-    const auto dot = [](FloatLanes a, FloatLanes b) {
-      const FloatLanes product = a * b;
-      return static_cast<double>(product[0] + product[1] + product[2]);
+  explicit Normal(const Samples& seen) : samples(seen.count()) {
+    const auto take_terms = [&]<std::size_t... i>(std::index_sequence<i...>) {
+      (std::ranges::copy(seen.products<i>(), terms[i].begin()), ...);
     };
-    for (std::size_t i = 0; i < term_count; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) terms[i][j] += dot(seen.terms[i], seen.terms[j]);
-      move[i] += dot(seen.terms[i], seen.move);
-    }
-    squares += dot(seen.move, seen.move);
-    ++samples;
+    take_terms(std::make_index_sequence<term_count>());
+    const auto with_move = seen.products<term_count>();
+    std::ranges::copy_n(with_move.begin(), term_count, move.begin());
+    squares = with_move[term_count];
   }
 
   [[nodiscard]] Weights solved() const;
@@ -144,29 +164,15 @@ Weights from_units(const DriftWeights& rounded) {
   return weights;
 }
 
-Normal observe(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history) {
-  const Observer observer(order, moves, history);
-  Normal normal;
-  const std::size_t stride = (order.size() + samples_max - 1) / samples_max;
-  for (std::size_t slot = stride / 2; stride > 0 && slot < order.size(); slot += stride) {
-    const MeshOrder::Parents& parents = order.parents[slot];
-    Observation seen = observer.at(slot);
-    for (std::size_t i = 0; i < parents.count; ++i) {
-      seen.add(-1.0F / static_cast<float>(parents.count), observer.at(parents.slots[i] - 1));
-    }
-    normal.add(seen);
-  }
-  return normal;
-}
-
 }  // namespace
 
-std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
-                                           const MoveHistory& history, const DriftWeights& last) {
+PNEUMA_CLONED std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
+                                                         const MoveHistory& history, const RingHistory& rings,
+                                                         const DriftWeights& last) {
   // What weights take in a frame, and what is left of any vertex by the rounding of points.
   constexpr double weights_bits = 110.0;
   constexpr double noise = 1.5;
-  const Normal normal = observe(order, moves, history);
+  const Normal normal(Samples(order, moves, history, rings));
   const DriftWeights fitted = in_units(normal.solved());
   const double gain = (normal.left(from_units(last)) + noise) / (normal.left(from_units(fitted)) + noise);
   if (!(1.5 * static_cast<double>(order.size()) * std::log2(gain) > weights_bits)) return std::nullopt;

@@ -10,9 +10,20 @@
 
 namespace pneuma::codec {
 
+/// What a fit sees of the rings: the ring_differences() of the last moves, and those of the first of these.
+struct RingHistory {
+  MoveHistory of_moves;
+  std::vector<Lanes> of_ring;
+
+  explicit RingHistory(std::size_t vertices) : of_ring(vertices) {
+    for (auto& moves : of_moves) moves.resize(vertices);
+  }
+};
+
 /// The weights that leave the least squares of `moves` on a sample of the vertices, given the moves before them.
 /// Nothing where they would save less, against `last`, than they take in the frame.
 [[nodiscard]] std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
-                                                         const MoveHistory& history, const DriftWeights& last);
+                                                         const MoveHistory& history, const RingHistory& rings,
+                                                         const DriftWeights& last);
 
 }  // namespace pneuma::codec

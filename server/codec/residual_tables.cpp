@@ -49,10 +49,10 @@ ResidualTable make_table(std::uint64_t ratio) {
     ResidualTable::Range& range = table.ranges[range_of(residual)];
     range.begin = static_cast<std::uint16_t>(slot);
     set_reciprocal(range);
-    for (std::uint32_t i = 0; i < range.frequency; ++i) {
-      table.slots[slot++] = (static_cast<std::uint32_t>(residual) << slot_residual_shift) |
-                            (std::uint32_t{range.frequency} << slot_frequency_shift) | i;
-    }
+    const std::uint32_t same = (static_cast<std::uint32_t>(residual) << slot_residual_shift) |
+                               (residual == escape ? slot_escape_bit : 0) |
+                               (std::uint32_t{range.frequency} << slot_frequency_shift);
+    for (std::uint32_t i = 0; i < range.frequency; ++i) table.slots[slot++] = same | i;
   }
   return table;
 }

@@ -34,8 +34,8 @@ inline constexpr std::uint32_t level_max = 91;
 
 /// The residuals of one expected size, without their low bits.
 struct ResidualTable {
-  /// Of the range that the coder's state points into: the residual (8 bits, signed), the length of its range (12) and
-  /// how far in the slot is (12).
+  /// Of the range that the coder's state points into: the residual (the upper 8 bits, signed), whether it is the escape
+  /// (1 bit), the length of the range (11) and how far in the slot is (12).
   using Slot = std::uint32_t;
   struct Range {
     std::uint16_t frequency = 0;  // 0: cannot be written by itself, but as an escape
@@ -49,7 +49,9 @@ struct ResidualTable {
 };
 inline constexpr int slot_residual_shift = 24;
 inline constexpr int slot_frequency_shift = 12;
-inline constexpr std::uint32_t slot_mask = 0xfff;
+inline constexpr std::uint32_t slot_frequency_mask = 0x7ff;
+inline constexpr std::uint32_t slot_offset_mask = 0xfff;
+inline constexpr std::uint32_t slot_escape_bit = 1U << 23;
 
 inline constexpr std::uint32_t table_count = 32;
 

@@ -142,7 +142,9 @@ void resting_body(benchmark::State& bench) {
   bench.counters["bytes"] = static_cast<double>(most);
 }
 
-// The built-in ball is 1 m across: half a millimetre of a ball of 2 m is a quarter of one of it. Of the hand, 0.1 %.
+// Half a millimetre of a ball of 2 m, and a fifth of that: on a ball of that size, and as large a share of the built-in
+// one, which is 1 m across and bounces faster for its size. Of the hand, 0.1 %.
+const std::vector<std::string> ball_of_2_m{"meshes[0].icosphere.radius_m=1"};
 const std::vector<std::string> ball_of_2562{"meshes[0].icosphere.subdivisions=4", "stepping.substeps=0"};
 BENCHMARK_CAPTURE(frames, ball_162_coarse, Case{"bouncing-ball", {}, 0.25e-3})
     ->Name("codec/ball_162_coarse")
@@ -150,6 +152,14 @@ BENCHMARK_CAPTURE(frames, ball_162_coarse, Case{"bouncing-ball", {}, 0.25e-3})
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, ball_162_fine, Case{"bouncing-ball", {}, 0.05e-3})
     ->Name("codec/ball_162_fine")
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frames, ball_162_2m_coarse, Case{"bouncing-ball", ball_of_2_m, 0.5e-3})
+    ->Name("codec/ball_162_2m_coarse")
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(frames, ball_162_2m_fine, Case{"bouncing-ball", ball_of_2_m, 0.1e-3})
+    ->Name("codec/ball_162_2m_fine")
     ->Iterations(3)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(frames, ball_2562, Case{"bouncing-ball", ball_of_2562, 0.1e-3})
@@ -176,6 +186,8 @@ bool expect_case(const std::string& name, const std::string& meaning, double bit
 [[maybe_unused]] const bool listed =
     expect_case("ball_162_coarse", "ball of 162, 0.25 mm of 1 m", 9.5) &&
     expect_case("ball_162_fine", "ball of 162, 0.05 mm of 1 m", 14.0) &&
+    expect_case("ball_162_2m_coarse", "ball of 162, 0.5 mm of 2 m", 9.5) &&
+    expect_case("ball_162_2m_fine", "ball of 162, 0.1 mm of 2 m", 14.0) &&
     expect_case("ball_2562", "ball of 2,562, 0.1 mm of 1 m", 10.0) && expect_case("hand", "hand, 0.2 mm", 8.0) &&
     expect_case("five_balls", "five balls, 0.5 mm of 1 m", 0.0) &&
     expect({"codec_resting_body/", "bytes", Bound::at_most, 2.0, "a resting body: bytes of its frame's payload"});

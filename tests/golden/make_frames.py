@@ -256,6 +256,10 @@ FAN = (24, [v for i in range(1, 23) for v in (0, i, i + 1)])  # a vertex of more
 BROKEN = (7, [0, 1, 2, 2, 2, 5, 0, 1, 3, 0, 1, 5, 5, 5, 5])  # an edge of three faces, repeated corners, loose vertices
 
 
+def strip(vertex_count):
+    return vertex_count, [v for i in range(vertex_count - 2) for v in (i, i + 1, i + 2)]
+
+
 def split(vertex_count, indices):
     """Each face in four, with a vertex in the middle of each edge."""
     middles, faces = {}, []
@@ -428,6 +432,7 @@ def main():
         out.write("# Streams of frame payloads and what they mean; see README.md. Made by make_frames.py.\n")
         write_stream(out, "one vertex", [(1, [])], one_vertex)
         write_stream(out, "every way to predict", [TETRAHEDRON, SHEET, BROKEN, FAN, BALL], every_way)
+        write_stream(out, "strips, as the fuzzer has them", [strip(40), strip(7), strip(3)], every_way)
         write_stream(out, "every level", [SHEET], every_level)
         write_stream(out, "rest, leaps and points far out", [TETRAHEDRON, BROKEN, SHEET], rest_and_leaps)
         write_stream(out, "refused", [(1, [])], refused)
