@@ -126,7 +126,9 @@ export class Picture {
       skin.geometry.computeBoundingBox();
       box.union(skin.geometry.boundingBox!);
     }
-    for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
+    for (const solid of this.solids) if (solid?.isRoom) box.expandByObject(solid.mesh);
+    // A rigid body may have flown off; where there is nothing else, it is what there is to see.
+    if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
