@@ -133,7 +133,7 @@ export class Picture {
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
     const aspect = Math.min(this.camera.aspect, 1);
-    const far = (0.95 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
+    const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
     this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
     this.camera.near = far / 200;
     this.camera.far = 20 * far;
