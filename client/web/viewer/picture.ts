@@ -126,12 +126,14 @@ export class Picture {
       skin.geometry.computeBoundingBox();
       box.union(skin.geometry.boundingBox!);
     }
-    for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
+    for (const solid of this.solids) if (solid?.isRoom) box.expandByObject(solid.mesh);
+    // A rigid body may have flown off; where there is nothing else, it is what there is to see.
+    if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
     const aspect = Math.min(this.camera.aspect, 1);
-    const far = (0.95 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
+    const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
     this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
     this.camera.near = far / 200;
     this.camera.far = 20 * far;

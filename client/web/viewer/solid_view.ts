@@ -46,7 +46,6 @@ export class SolidView {
 
   private constructor(
     readonly mesh: Mesh<BufferGeometry, MeshPhongMaterial>,
-    /** Whether the view should hold all of it. */
     readonly isBounded: boolean,
     /** Of a room: its edges, for those of the walls that are seen through. */
     readonly outline: LineSegments<EdgesGeometry, LineBasicMaterial> | undefined,

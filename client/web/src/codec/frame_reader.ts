@@ -1,7 +1,7 @@
 // Reads a stream's payloads one after the other: proto/WIRE.md, "Frame payload".
 import { type BlockHead, levelOfRest, malformed, pointMax, takeHeads } from "./block_heads.js";
 import type { MeshOrder } from "./mesh_order.js";
-import { type Moves, predictDrift, takeMoves, takeWeights, type Weights } from "./move_reader.js";
+import { type Moves, predictDrift, Scratch, takeMoves, takeWeights, type Weights } from "./move_reader.js";
 import { TripleReader } from "./triple_reader.js";
 
 /** Where a body's vertices are on the grid and how they came there; x y z of each slot. */
@@ -28,40 +28,50 @@ function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Ar
   return sums;
 }
 
-function takeKeyPoints(order: MeshOrder, level: number, anchor: Float64Array, triples: TripleReader, body: number) {
-  const steps = takeMoves(order, level, new Int32Array(3 * order.size), triples);
-  return sumOf(
-    Float64Array.from(steps, (_, i) => anchor[i % 3]!),
-    steps,
-    body,
-  );
-}
+/** Reads the blocks of one payload, body by body. */
+class BlockReader {
+  constructor(
+    private readonly triples: TripleReader,
+    private readonly scratch: Scratch,
+  ) {}
 
-/** The last four moves: each is told by how it differs from the one after it. */
-function takeOwnMoves(order: MeshOrder, levels: readonly number[], triples: TripleReader): Moves {
-  let drift = new Int32Array(3 * order.size);
-  const [m1, m2, m3, m4] = levels.map((level) => {
-    const moves = level === levelOfRest ? new Int32Array(3 * order.size) : takeMoves(order, level, drift, triples);
-    drift = moves.map((move) => move << 4);
-    return moves;
-  });
-  return [m1!, m2!, m3!, m4!];
-}
+  take(order: MeshOrder, head: BlockHead, last: Motion, body: number): Motion {
+    const { moves, points } = last;
+    this.scratch.fit(order.size);
+    if (head.mode === "still") {
+      const none = new Int32Array(points.length);
+      return { ...last, moves: [none, moves[0], moves[1], moves[2]] };
+    }
+    if (head.mode === "moved") {
+      const weights = head.hasWeights ? takeWeights(this.triples) : last.weights;
+      predictDrift(order, moves, weights, this.scratch);
+      const move = takeMoves(order, head.level, this.scratch, this.triples);
+      return { points: sumOf(points, move, body), moves: [move, moves[0], moves[1], moves[2]], weights };
+    }
+    const weights = takeWeights(this.triples);
+    const own = head.mode === "plain" ? head.points : this.takePoints(order, head.level, head.points, body);
+    return { points: own, moves: this.takeOwnMoves(order, head.moveLevels), weights };
+  }
 
-function takeBlock(order: MeshOrder, head: BlockHead, last: Motion, triples: TripleReader, body: number): Motion {
-  const { moves, points } = last;
-  if (head.mode === "still") {
-    const none = new Int32Array(points.length);
-    return { ...last, moves: [none, moves[0], moves[1], moves[2]] };
+  private takePoints(order: MeshOrder, level: number, anchor: Float64Array, body: number): Float64Array {
+    this.scratch.drift.fill(0);
+    const steps = takeMoves(order, level, this.scratch, this.triples);
+    const anchors = Float64Array.from(steps, (_, i) => anchor[i % 3]!);
+    return sumOf(anchors, steps, body);
   }
-  if (head.mode === "moved") {
-    const weights = head.hasWeights ? takeWeights(triples) : last.weights;
-    const move = takeMoves(order, head.level, predictDrift(order, moves, weights), triples);
-    return { points: sumOf(points, move, body), moves: [move, moves[0], moves[1], moves[2]], weights };
+
+  /** The last four moves: each is told by how it differs from the one after it. */
+  private takeOwnMoves(order: MeshOrder, levels: readonly number[]): Moves {
+    const { drift } = this.scratch;
+    drift.fill(0);
+    const [m1, m2, m3, m4] = levels.map((level) => {
+      const isRest = level === levelOfRest;
+      const moves = isRest ? new Int32Array(3 * order.size) : takeMoves(order, level, this.scratch, this.triples);
+      for (let i = 0; i < moves.length; ++i) drift[i] = moves[i]! << 4;
+      return moves;
+    });
+    return [m1!, m2!, m3!, m4!];
   }
-  const weights = takeWeights(triples);
-  const own = head.mode === "plain" ? head.points : takeKeyPoints(order, head.level, head.points, triples, body);
-  return { points: own, moves: takeOwnMoves(order, head.moveLevels, triples), weights };
 }
 
 /** The soft bodies of one layout of a stream. Any bytes are safe to read: what cannot be read is refused. */
@@ -69,6 +79,7 @@ export class FrameReader {
   // After the last frame of each time layer.
   private readonly layers: Motion[][];
   private last: Motion[];
+  private readonly scratch = new Scratch();
 
   constructor(private readonly orders: readonly MeshOrder[]) {
     this.last = orders.map(motionOf);
@@ -89,8 +100,9 @@ export class FrameReader {
       this.orders.map((order) => order.size),
     );
     const triples = new TripleReader(residuals);
+    const blocks = new BlockReader(triples, this.scratch);
     const motions = this.orders.map((order, body) => {
-      const motion = takeBlock(order, heads[body]!, motionsBefore[body]!, triples, body);
+      const motion = blocks.take(order, heads[body]!, motionsBefore[body]!, body);
       if (triples.failed()) throw malformed("the payload ends in this body's residuals", body);
       return motion;
     });

@@ -18,56 +18,87 @@ export function takeWeights(triples: TripleReader): Weights {
   const weights = new Int32Array(3 * weightTriples);
   for (let i = 0; i < weightTriples && !triples.failed(); ++i) {
     triples.take(weightLevel);
-    weights.set([triples.x, triples.y, triples.z], 3 * i);
+    weights.set(triples.triple, 3 * i);
   }
   return weights;
 }
 
-/** Sums up what each slot's neighbours have more than it. */
-function ringSums({ size, rings }: MeshOrder, values: Int32Array): Int32Array {
-  const sums = new Int32Array(values.length);
-  const { begins, entries } = rings;
-  for (let slot = 0; slot < size; ++slot) {
+/** Arrays that reading a block needs for a while; of the largest body so far. */
+export class Scratch {
+  flow = new Int32Array(0);
+  drift = new Int32Array(0);
+  /** The error of each slot, x y z, and its size: beside each other, since they are asked for together. */
+  found = new Int32Array(0);
+
+  fit(slots: number): void {
+    if (this.found.length >= 4 * slots) return;
+    this.flow = new Int32Array(3 * slots);
+    this.drift = new Int32Array(3 * slots);
+    this.found = new Int32Array(4 * slots);
+  }
+}
+
+/** Writes the drift of each slot, in 16ths of a step. */
+export function predictDrift(order: MeshOrder, moves: Moves, weights: Weights, { flow, drift }: Scratch): void {
+  const [m1, m2, m3, m4] = moves;
+  const [a1 = 0, a2 = 0, a3 = 0, a4 = 0, b1 = 0, b2 = 0, b3 = 0, b4 = 0, c = 0] = weights;
+  const { begins, entries } = order.rings;
+  if (c === 0) flow.fill(0);
+  for (let slot = 0; slot < order.size && c !== 0; ++slot) {
+    const at = 3 * slot;
     const begin = begins[slot]!;
     const end = begins[slot + 1]!;
-    let x = 0;
-    let y = 0;
-    let z = 0;
-    for (let at = begin; at < end; ++at) {
-      const from = 3 * entries[at]!;
-      x = (x + values[from]!) | 0;
-      y = (y + values[from + 1]!) | 0;
-      z = (z + values[from + 2]!) | 0;
+    let x = Math.imul(begin - end, m1[at]!);
+    let y = Math.imul(begin - end, m1[at + 1]!);
+    let z = Math.imul(begin - end, m1[at + 2]!);
+    for (let i = begin; i < end; ++i) {
+      const near = 3 * entries[i]!;
+      x = (x + m1[near]!) | 0;
+      y = (y + m1[near + 1]!) | 0;
+      z = (z + m1[near + 2]!) | 0;
     }
-    const to = 3 * slot;
-    sums[to] = x - Math.imul(end - begin, values[to]!);
-    sums[to + 1] = y - Math.imul(end - begin, values[to + 1]!);
-    sums[to + 2] = z - Math.imul(end - begin, values[to + 2]!);
+    flow[at] = Math.imul(c, x);
+    flow[at + 1] = Math.imul(c, y);
+    flow[at + 2] = Math.imul(c, z);
   }
-  return sums;
+  for (let i = 0; i < m1.length; ++i) {
+    const n1 = m1[i]!;
+    const n2 = m2[i]!;
+    const n3 = m3[i]!;
+    const n4 = m4[i]!;
+    const ofRing = Math.imul(b1, n1) + Math.imul(b2, n2) + Math.imul(b3, n3) + Math.imul(b4, n4);
+    flow[i]! += ofRing;
+    drift[i] = (Math.imul(a1, n1) + Math.imul(a2, n2) + Math.imul(a3, n3) + Math.imul(a4, n4)) << 3;
+  }
+  for (let slot = 0; slot < order.size; ++slot) {
+    const at = 3 * slot;
+    const begin = begins[slot]!;
+    const end = begins[slot + 1]!;
+    let x = (drift[at]! + Math.imul(begin - end, flow[at]!)) | 0;
+    let y = (drift[at + 1]! + Math.imul(begin - end, flow[at + 1]!)) | 0;
+    let z = (drift[at + 2]! + Math.imul(begin - end, flow[at + 2]!)) | 0;
+    for (let i = begin; i < end; ++i) {
+      const near = 3 * entries[i]!;
+      x = (x + flow[near]!) | 0;
+      y = (y + flow[near + 1]!) | 0;
+      z = (z + flow[near + 2]!) | 0;
+    }
+    drift[at] = (x + 32) >> 6;
+    drift[at + 1] = (y + 32) >> 6;
+    drift[at + 2] = (z + 32) >> 6;
+  }
 }
 
-/** The drift of each slot, in 16ths of a step. */
-export function predictDrift(order: MeshOrder, [m1, m2, m3, m4]: Moves, weights: Weights): Int32Array {
-  const [a1 = 0, a2 = 0, a3 = 0, a4 = 0, b1 = 0, b2 = 0, b3 = 0, b4 = 0, c = 0] = weights;
-  const flow = c === 0 ? new Int32Array(m1.length) : ringSums(order, m1);
-  for (let i = 0; i < flow.length; ++i) {
-    const own = Math.imul(b1, m1[i]!) + Math.imul(b2, m2[i]!) + Math.imul(b3, m3[i]!) + Math.imul(b4, m4[i]!);
-    flow[i] = own + Math.imul(c, flow[i]!);
-  }
-  const drift = ringSums(order, flow);
-  for (let i = 0; i < drift.length; ++i) {
-    const own = Math.imul(a1, m1[i]!) + Math.imul(a2, m2[i]!) + Math.imul(a3, m3[i]!) + Math.imul(a4, m4[i]!);
-    drift[i] = ((own << 3) + drift[i]! + 32) >> 6;
-  }
-  return drift;
-}
+// So that 1 / n of a multiple of n is not a little less than whole: less than the sixth by which other quotients are
+// above a whole number, more than the rounding of 2^32 / n.
+const nudge = 2 ** -10;
+const reciprocals = Float64Array.from({ length: 7 }, (_, count) => 1 / count);
 
-/** Reads a list of moves. Where the text ends early, the reader has failed and the rest is 0. */
-export function takeMoves(order: MeshOrder, level: number, drift: Int32Array, triples: TripleReader): Int32Array {
-  const moves = new Int32Array(drift.length);
-  const errors = new Int32Array(drift.length);
-  const sizes = new Int32Array(order.size);
+/** Reads a list of moves, with the drift in `scratch`. Where the text ends early, the reader has failed. */
+export function takeMoves(order: MeshOrder, level: number, scratch: Scratch, triples: TripleReader): Int32Array {
+  const moves = new Int32Array(3 * order.size);
+  const { drift, found } = scratch;
+  const { triple } = triples;
   const listSize = sizeOf(level);
   const { begins, entries } = order.parents;
   for (let slot = 0; slot < order.size && !triples.failed(); ++slot) {
@@ -87,20 +118,22 @@ export function takeMoves(order: MeshOrder, level: number, drift: Int32Array, tr
       let errorZ = 0;
       let sizeSum = 0;
       for (let at = begin; at < begin + count; ++at) {
-        const parent = entries[at]!;
-        errorX = (errorX + errors[3 * parent]!) | 0;
-        errorY = (errorY + errors[3 * parent + 1]!) | 0;
-        errorZ = (errorZ + errors[3 * parent + 2]!) | 0;
-        sizeSum += sizes[parent]!;
+        const parent = 4 * entries[at]!;
+        errorX = (errorX + found[parent]!) | 0;
+        errorY = (errorY + found[parent + 1]!) | 0;
+        errorZ = (errorZ + found[parent + 2]!) | 0;
+        sizeSum = (sizeSum + found[parent + 3]!) | 0;
       }
-      // Quotients of doubles are exact enough: they are no nearer to a whole number than a sixth, or are one.
-      x += Math.floor(errorX / count);
-      y += Math.floor(errorY / count);
-      z += Math.floor(errorZ / count);
-      size += 4 * Math.floor(sizeSum / count);
+      const share = reciprocals[count]!;
+      x += Math.floor(errorX * share + nudge);
+      y += Math.floor(errorY * share + nudge);
+      z += Math.floor(errorZ * share + nudge);
+      size += 4 * Math.floor(sizeSum * share + nudge);
     }
     triples.take(Math.min(levelOf(size), levelMax));
-    const { x: residualX, y: residualY, z: residualZ } = triples;
+    const residualX = triple[0]!;
+    const residualY = triple[1]!;
+    const residualZ = triple[2]!;
     const moveX = (((x + 8) >> 4) + residualX) | 0;
     const parity = moveX & 1;
     const centre = 16 - 16 * parity;
@@ -109,10 +142,11 @@ export function takeMoves(order: MeshOrder, level: number, drift: Int32Array, tr
     moves[to] = moveX;
     moves[to + 1] = moveY;
     moves[to + 2] = moveZ;
-    errors[to] = (moveX << 4) - driftX;
-    errors[to + 1] = (moveY << 4) - driftY;
-    errors[to + 2] = (moveZ << 4) - driftZ;
-    sizes[slot] = Math.min(4 * (Math.abs(residualX) + 2 * (Math.abs(residualY) + Math.abs(residualZ))), sizeMax);
+    const here = 4 * slot;
+    found[here] = (moveX << 4) - driftX;
+    found[here + 1] = (moveY << 4) - driftY;
+    found[here + 2] = (moveZ << 4) - driftZ;
+    found[here + 3] = Math.min(4 * (Math.abs(residualX) + 2 * (Math.abs(residualY) + Math.abs(residualZ))), sizeMax);
   }
   return moves;
 }

@@ -11,10 +11,8 @@ const stateCount = 3;
 const paddingWords = 3 * 5;
 
 export class TripleReader {
-  /** Of the last triple taken. */
-  x = 0;
-  y = 0;
-  z = 0;
+  /** x y z of the last triple taken. */
+  readonly triple = new Int32Array(stateCount);
   private readonly words: Uint16Array;
   private readonly end: number;
   private next = 0;
@@ -35,19 +33,26 @@ export class TripleReader {
     }
   }
 
-  /** Takes the next triple into x, y, z; failed() tells whether there was one. */
+  /** Takes the next triple; failed() tells whether there was one. */
   take(level: number): void {
     const lowBits = lowBitsOf(level);
     const table = tableOf(level - 4 * lowBits);
     const tableOfYZ = tableOf(level - 4 * lowBits - 4);
-    if (lowBits === 0) {
-      this.x = this.value(0, table);
-      this.y = this.value(1, tableOfYZ);
-      this.z = this.value(2, tableOfYZ);
-    } else {
-      this.x = this.valueInParts(0, table, lowBits);
-      this.y = this.valueInParts(1, tableOfYZ, lowBits);
-      this.z = this.valueInParts(2, tableOfYZ, lowBits);
+    if (lowBits !== 0) {
+      for (let i = 0; i < stateCount; ++i) this.triple[i] = this.takeInParts(i, i === 0 ? table : tableOfYZ, lowBits);
+      return;
+    }
+    const { words, states, triple } = this;
+    for (let i = 0; i < stateCount; ++i) {
+      const state = states[i]!;
+      const slot = residualSlots[(i === 0 ? table : tableOfYZ) + (state & probabilityMask)]!;
+      const value = slot >> 24;
+      const after = Math.imul((slot >> 12) & 0xfff, state >>> probabilityBits) + (slot & 0xfff);
+      // As step(), without its branch, which is close to chance: all ones where a word is wanted.
+      const isLow = ((after >>> 16) - 1) >> 31;
+      states[i] = (isLow & ((after << 16) | words[this.next]!)) | (~isLow & after);
+      this.next -= isLow;
+      triple[i] = value === escapeValue ? this.escaped(i) : value;
     }
   }
 
@@ -65,15 +70,7 @@ export class TripleReader {
     this.states[which] = state >>> 16 === 0 ? (state << 16) | this.words[this.next++]! : state;
   }
 
-  private value(which: number, table: number): number {
-    const state = this.states[which]!;
-    const slot = residualSlots[table + (state & probabilityMask)]!;
-    this.step(which, Math.imul((slot >> 12) & 0xfff, state >>> probabilityBits) + (slot & 0xfff));
-    const value = slot >> 24;
-    return value === escapeValue ? this.escaped(which) : value;
-  }
-
-  private valueInParts(which: number, table: number, lowBits: number): number {
+  private takeInParts(which: number, table: number, lowBits: number): number {
     const stepBits = Math.min(lowBits, stepLowBitsMax);
     const high = lowBits === stepBits ? 0 : this.plain(which, lowBits - stepBits) << stepBits;
     const state = this.states[which]!;

@@ -3,24 +3,9 @@ import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { Client, type ClientState, type Frame, PneumaError, type StreamListener } from "../../src/index.js";
+import { Client, type ClientState, PneumaError } from "../../src/index.js";
+import { Frames } from "../frames.js";
 import { Server } from "../server.js";
-
-/** Hands frames to whoever waits for one. */
-class Frames implements StreamListener {
-  private waiting: { isWanted: (frame: Frame) => boolean; resolve: (frame: Frame) => void }[] = [];
-
-  frame(frame: Frame): void {
-    const wanted = this.waiting.filter(({ isWanted }) => isWanted(frame));
-    this.waiting = this.waiting.filter(({ isWanted }) => !isWanted(frame));
-    for (const { resolve } of wanted) resolve(frame);
-  }
-
-  /** The first frame to come of which `isWanted` is true. */
-  next(isWanted: (frame: Frame) => boolean = () => true): Promise<Frame> {
-    return new Promise((resolve) => this.waiting.push({ isWanted, resolve }));
-  }
-}
 
 function refusal(code: string, where: string) {
   return (error: unknown) => error instanceof PneumaError && error.code === code && error.where === where;

@@ -1,0 +1,137 @@
+// The real page in a real browser (Debian's Chromium, drawing in software) on a real server; what it does to the world is
+// asked of the server by another client.
+import assert from "node:assert/strict";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { type Browser, chromium, type Page } from "playwright-core";
+import { Client, type Frame } from "../../src/index.js";
+import { Frames } from "../frames.js";
+import { Server } from "../server.js";
+
+const world = "bouncing-ball";
+const patienceMs = 60_000;
+
+let browser: Browser;
+let server: Server;
+let client: Client;
+let page: Page;
+let complaints: string[];
+
+before(async () => {
+  browser = await chromium.launch({
+    executablePath: "/usr/bin/chromium",
+    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  });
+});
+after(() => browser.close());
+
+beforeEach(async () => {
+  server = await Server.start(["--scene", world, "--scene", "five-balls"]);
+  client = await Client.connect(server.url);
+  page = await browser.newPage({ viewport: { width: 800, height: 600 } });
+  page.setDefaultTimeout(patienceMs);
+  complaints = [];
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  await open(page);
+});
+afterEach(async () => {
+  await page.close();
+  client.close();
+  await server.kill();
+});
+
+/** Shows the world, and waits until a frame of it has come. */
+async function open(on: Page): Promise<void> {
+  await on.goto(`http://${server.http}/#world=${world}`);
+  await on.waitForSelector("#status[data-tick]");
+}
+
+/** Waits until the page has a frame past this tick. */
+async function pastTick(tick: number): Promise<void> {
+  await page.waitForFunction((least) => Number(document.getElementById("status")!.dataset["tick"]) > least, tick);
+}
+
+function shownTick(): Promise<number> {
+  return page.$eval("#status", (status) => Number(status.dataset["tick"]));
+}
+
+function centreX({ positions }: Frame): number {
+  const points = positions[0]!;
+  let sum = 0;
+  for (let i = 0; i < points.length; i += 3) sum += points[i]!;
+  return (3 * sum) / points.length;
+}
+
+/** Where the picture shows the ball: in the middle of what the panel leaves free, once it is framed. */
+async function ballPlace(): Promise<{ x: number; y: number }> {
+  await page.click("#frame-all");
+  const panel = (await (await page.$("#panel"))!.boundingBox())!;
+  return { x: panel.x / 2, y: 300 };
+}
+
+test("frames arrive, the picture changes, and nothing is complained about", async () => {
+  const first = await page.screenshot();
+  await pastTick((await shownTick()) + 30);
+  assert.ok(!first.equals(await page.screenshot()));
+  assert.deepEqual(complaints, []);
+  assert.equal(await page.$eval("#world", (select) => (select as HTMLSelectElement).value), world);
+});
+
+test("a ball that is dragged moves on the server", async () => {
+  const frames = new Frames();
+  await client.subscribe(world, {}, frames);
+  await client.pause(world);
+  const { x, y } = await ballPlace();
+  await page.waitForFunction(() => document.getElementById("pause")!.textContent === "Resume");
+  const grabbed = new Promise<void>((resolve, reject) => {
+    const applied = ({ command }: { command?: { request: { case?: string | undefined } } }) => {
+      if (command?.request.case === "grab") resolve();
+    };
+    client.subscribe(world, { commands: true, maxErrorM: 0.01 }, { frame: () => {}, applied }).catch(reject);
+  });
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await client.resume(world);
+  await grabbed;
+  const start = centreX(await frames.next());
+  for (let way = 0; way < 150; way += 10) await page.mouse.move(x + way, y - 50);
+  await frames.next((frame) => centreX(frame) > start + 0.2);
+  await page.mouse.up();
+});
+
+test("a slider changes the gas, and the page says from which tick on", async () => {
+  const before = (await client.stats(world)).softBodies[0]!.moles;
+  await page.waitForSelector("#gas:enabled");
+  await page.fill("#gas", "1");
+  await page.waitForFunction(() => /tick \d+/.test(document.getElementById("effect")!.textContent!));
+  const { moles } = (await client.stats(world)).softBodies[0]!;
+  assert.ok(Math.abs(moles / before - 2) < 0.05, `${before} mol, then ${moles}`);
+});
+
+test("a paused world is shown as paused, and steps by the keyboard", async () => {
+  await page.keyboard.press("Space");
+  await page.waitForSelector("#step:enabled");
+  assert.ok((await client.stats(world)).paused);
+  const tick = await shownTick();
+  await page.keyboard.press(".");
+  await pastTick(tick);
+});
+
+test("a lost connection is told of, and comes back", async () => {
+  const { http } = server;
+  await server.kill();
+  await page.waitForSelector("body.lost");
+  assert.match((await page.textContent("#notice"))!, /Reconnecting/);
+  server = await Server.start(["--scene", world, "--http", http]);
+  await page.waitForSelector("body:not(.lost)");
+  await page.waitForSelector("#notice", { state: "hidden" });
+});
+
+test("on a phone the world comes first, its controls at a touch", async () => {
+  await page.setViewportSize({ width: 390, height: 780 });
+  await page.reload();
+  await page.waitForSelector("#status[data-tick]");
+  assert.ok(!(await page.isVisible("#pause")));
+  await page.click("#panel summary");
+  assert.ok(await page.isVisible("#pause"));
+});
