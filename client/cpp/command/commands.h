@@ -42,6 +42,7 @@ struct WatchArguments {
   double max_error_m = 0.0;
   std::string obj_folder;  // empty: none
   bool time_layers = false;
+  bool adaptive = false;
   bool stats = false;  // how the server sees this reader, once a second
 };
 

@@ -124,7 +124,7 @@ class Watch {
   const WatchArguments& arguments_;
   Clock::time_point start_;
   Clock::time_point stats_due_ = start_ + stats_interval;
-  std::uint32_t stream_id_ = 0;
+  std::uint32_t stream_id_ = 0;  // as the server knows it
   std::uint64_t frames_ = 0;
   std::uint64_t gaps_ = 0;
   std::uint64_t bytes_ = 0;
@@ -132,9 +132,10 @@ class Watch {
 };
 
 base::Status Watch::run() {
-  auto subscribed = session_.client.subscribe(
-      arguments_.world,
-      {.rate_hz = arguments_.rate_hz, .max_error_m = arguments_.max_error_m, .time_layers = arguments_.time_layers});
+  auto subscribed = session_.client.subscribe(arguments_.world, {.rate_hz = arguments_.rate_hz,
+                                                                 .max_error_m = arguments_.max_error_m,
+                                                                 .time_layers = arguments_.time_layers,
+                                                                 .adaptive = arguments_.adaptive});
   if (!subscribed.ok()) return subscribed.status();
   stream_id_ = subscribed->stream_id();
   base::Status status;
@@ -185,6 +186,9 @@ base::Status Watch::take(const v1::Gap& gap) {
 }
 
 base::Status Watch::take(const v1::Event& event) {
+  if (event.kind() == v1::Event::STREAM_REPLACED && event.stream_id() == stream_id_) {
+    stream_id_ = event.successor().stream_id();
+  }
   const std::string& kind = v1::Event::Kind_Name(event.kind());
   if (session_.json) {
     const base::Status written = session_.output.line(JsonObject()

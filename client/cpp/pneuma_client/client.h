@@ -34,6 +34,9 @@ struct SubscribeOptions {
   bool commands = false;     // tell of each change of the world (v1::Applied)
   double key_interval_s = 0.0;
   bool time_layers = false;  // read too slowly, the stream has fewer frames instead of gaps and keys
+  // The server may move the reader to coarser qualities and back: its frames then keep the id that subscribe() gave,
+  // and each move is an Event STREAM_REPLACED.
+  bool adaptive = false;
 };
 
 /// What comes unasked, in the order of its arrival.
