@@ -216,9 +216,13 @@ TEST_F(SlowClient, ASlowReaderGetsFramesWithGapsAndKeysAndIsNotWaitedFor) {
   constexpr int frames = 400;
   for (int tick = 1; tick <= frames; ++tick) {
     const std::string name = std::to_string(tick) + " " + body;
-    server_.server().publish(sessions, {1, static_cast<std::uint64_t>(tick), static_cast<std::uint64_t>(tick - 1),
-                                        std::make_shared<const std::string>("delta " + name),
-                                        std::make_shared<const std::string>("key " + name)});
+    StreamFrame frame;
+    frame.stream_id = 1;
+    frame.tick = static_cast<std::uint64_t>(tick);
+    frame.base_tick = frame.tick - 1;
+    frame.delta = std::make_shared<const std::string>("delta " + name);
+    frame.key = std::make_shared<const std::string>("key " + name);
+    server_.server().publish(sessions, std::move(frame));
   }
   int last = 0;
   int missed = 0;
