@@ -5,6 +5,7 @@
 #include <cmath>
 #include <deque>
 #include <functional>
+#include <map>
 #include <utility>
 
 #include "base/limits.h"
@@ -72,6 +73,11 @@ struct Client::Impl {
   /// Takes one message in: a reply goes to `reply`, what is unasked is kept. False when the deadline passes first.
   base::Result<bool> receive(Deadline deadline, std::optional<ServerMessage>& reply);
   base::Status take_unasked(ServerMessage& message, std::string_view bytes);
+  base::Status replace_stream(const v1::Event& event);
+  /// The id that the stream had at first, as its reader knows it.
+  [[nodiscard]] std::uint32_t first_id(std::uint32_t stream_id) const;
+  /// The id that the server knows it by now.
+  [[nodiscard]] std::uint32_t present_id(std::uint32_t stream_id) const;
   void keep(Update update);
   base::Status fail(base::Status status);
 
@@ -81,6 +87,7 @@ struct Client::Impl {
   StreamDecoder decoder;
   Tap tap;
   std::deque<Update> updates;
+  std::map<std::uint32_t, std::uint32_t> first_ids;  // of streams that replaced others
   std::uint64_t last_request_id = 0;
   std::uint64_t updates_dropped = 0;
   std::uint64_t gaps = 0;
@@ -115,6 +122,9 @@ base::Status Client::Impl::fail(base::Status status) {
 
 base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, Deadline deadline) {
   if (!failure.ok()) return failure;
+  if (request.has_unsubscribe()) {
+    request.mutable_unsubscribe()->set_stream_id(present_id(request.unsubscribe().stream_id()));
+  }
   const std::uint64_t id = ++last_request_id;
   request.set_request_id(id);
   const std::string bytes = request.SerializeAsString();
@@ -136,7 +146,13 @@ base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, Deadli
       const base::Status added = decoder.add_stream(reply->subscribed());
       if (!added.ok()) return fail(added);
     }
-    if (reply->has_done() && request.has_unsubscribe()) decoder.remove_stream(request.unsubscribe().stream_id());
+    if (reply->has_subscribed()) {
+      reply->mutable_subscribed()->set_stream_id(first_id(reply->subscribed().stream_id()));
+    }
+    if (reply->has_done() && request.has_unsubscribe()) {
+      decoder.remove_stream(request.unsubscribe().stream_id());
+      first_ids.erase(request.unsubscribe().stream_id());
+    }
     return std::move(*reply);
   }
   if (!sent.ok()) return fail(sent);
@@ -175,6 +191,7 @@ base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view
       auto frame = decoder.take_frame(message.frame(), bytes.size() + length_prefix_bytes);
       if (!frame.ok()) return frame.status();
       if (!*frame) return {};
+      (*frame)->stream_id = first_id((*frame)->stream_id);
       keep(std::move(**frame));
       return understood({});
     }
@@ -182,9 +199,13 @@ base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view
       if (!decoder.has_stream(message.gap().stream_id())) return {};
       ++gaps;
       ticks_missed += message.gap().to_tick() - message.gap().from_tick() + 1;
+      message.mutable_gap()->set_stream_id(first_id(message.gap().stream_id()));
       keep(message.gap());
       return understood({});
     case ServerMessage::kEvent:
+      if (message.event().kind() == v1::Event::STREAM_REPLACED) {
+        if (const base::Status replaced = replace_stream(message.event()); !replaced.ok()) return replaced;
+      }
       keep(message.event());
       return understood({});
     case ServerMessage::kApplied:
@@ -206,6 +227,30 @@ base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view
     default:
       return {};  // of a newer server
   }
+}
+
+base::Status Client::Impl::replace_stream(const v1::Event& event) {
+  const std::uint32_t ended = event.stream_id();
+  if (!decoder.has_stream(ended)) return {};
+  const base::Status added = decoder.add_stream(event.successor());
+  if (!added.ok()) return added;
+  const std::uint32_t first = first_id(ended);
+  decoder.remove_stream(ended);
+  first_ids.erase(ended);
+  if (first != event.successor().stream_id()) first_ids[event.successor().stream_id()] = first;
+  return {};
+}
+
+std::uint32_t Client::Impl::first_id(std::uint32_t stream_id) const {
+  const auto found = first_ids.find(stream_id);
+  return found == first_ids.end() ? stream_id : found->second;
+}
+
+std::uint32_t Client::Impl::present_id(std::uint32_t stream_id) const {
+  for (const auto& [present, first] : first_ids) {
+    if (first == stream_id) return present;
+  }
+  return stream_id;
 }
 
 void Client::Impl::keep(Update update) {

@@ -14,6 +14,9 @@ namespace pneuma::app {
 
 namespace {
 
+// A frame in a day of ticks is the rarest that is told apart.
+constexpr auto rate_divisor_max = static_cast<std::uint64_t>(86'400.0 * base::rate_hz_max);
+
 View view_of(const v1::Subscribe& request) {
   View view{{request.bodies().begin(), request.bodies().end()}, request.level_of_detail()};
   std::ranges::sort(view.bodies);
@@ -83,75 +86,109 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                         "subscribe.level_of_detail");
   }
   const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
-  // A frame in a day of ticks is the rarest that is told apart; more would not fit the integer.
-  constexpr double divisor_max = 86'400.0 * base::rate_hz_max;
-  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, divisor_max)),
+  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, static_cast<double>(rate_divisor_max))),
                         max_error_m,
                         view_of(request),
                         request.velocities(),
                         request.scalars(),
                         request.time_layers()};
-  const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
 
-  auto found = classes_.find(quality);
-  const bool joined = found != classes_.end() && found->second.subscribers.contains(session->id());
-  if (!joined && streams_of(session->id()) >= base::session_streams_per_world_max) {
-    return base::Status(
-        base::StatusCode::limit_exceeded,
-        "a session has at most " + std::to_string(base::session_streams_per_world_max) + " streams of a world",
-        "subscribe");
-  }
+  auto found = find_asked(session->id(), quality);
   if (found == classes_.end()) {
-    if (classes_.size() >= base::world_quality_classes_max) {
+    if (streams_of(session->id()) >= base::session_streams_per_world_max) {
+      return base::Status(
+          base::StatusCode::limit_exceeded,
+          "a session has at most " + std::to_string(base::session_streams_per_world_max) + " streams of a world",
+          "subscribe");
+    }
+    if (!classes_.contains(quality) && classes_.size() >= base::world_quality_classes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
                           "the world has its " + std::to_string(base::world_quality_classes_max) +
                               " qualities (of rate, error, layers and contents) already",
                           "subscribe");
     }
-    const std::uint32_t stream_id = take_stream_id_();
-    const FrameContents contents{
-        .max_error_m = max_error_m,
-        .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(max_error_m, rate_hz) : 0.0,
-        .scalars = quality.scalars};
-    QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
-                      0.0};
-    found = classes_.emplace(quality, std::move(made)).first;
+    found = class_of(quality, world_rate_hz);
+    found->second.subscribers.try_emplace(session->id(), Subscriber{session});
+    found->second.sessions.reset();
   }
-  QualityClass& quality_class = found->second;
   for (const std::string& hash : request.known_topologies()) {
     if (hash.size() == codec::topology_hash_bytes) session->knows_topology(hash);
   }
-  if (!joined) {
-    quality_class.subscribers.try_emplace(session->id(), Subscriber{session});
-    quality_class.sessions.reset();
-  }
-  Subscriber& subscriber = quality_class.subscribers.at(session->id());
-  subscriber.wants_commands = request.commands();
-  subscriber.key_interval_s = request.key_interval_s();
+  set_wishes(*found, session->id(), request, quality);
+  return describe(*found, request.world(), world_rate_hz);
+}
 
+v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::string& world,
+                                  double world_rate_hz) const {
+  const auto& [quality, quality_class] = entry;
   v1::Subscribed subscribed;
   subscribed.set_stream_id(quality_class.stream_id);
-  subscribed.set_world(request.world());
-  subscribed.set_rate_hz(rate_hz);
-  subscribed.set_max_error_m(max_error_m);
-  subscribed.set_grid_step_m(codec::grid_step_m(max_error_m));
+  subscribed.set_world(world);
+  subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+  subscribed.set_max_error_m(source_error_m_ + quality.max_error_m);
+  subscribed.set_grid_step_m(codec::grid_step_m(quality.max_error_m));
   if (const double max_error_m_s = quality_class.encoder.contents().max_velocity_error_m_s; max_error_m_s > 0.0) {
-    subscribed.set_max_velocity_error_m_s(max_error_m_s);
+    subscribed.set_max_velocity_error_m_s(source_velocity_error_m_s_ + max_error_m_s);
     subscribed.set_velocity_grid_step_m_s(codec::grid_step_m(max_error_m_s));
   }
   return subscribed;
 }
 
+// The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there.
+FrameHub::Classes::iterator FrameHub::find_asked(net::SessionId session, const Quality& asked) {
+  const auto same = classes_.find(asked);
+  if (same != classes_.end() && same->second.subscribers.contains(session)) return same;
+  return std::ranges::find_if(classes_, [&](const auto& entry) {
+    const auto subscriber = entry.second.subscribers.find(session);
+    return subscriber != entry.second.subscribers.end() && subscriber->second.adaptive &&
+           subscriber->second.adaptive->asked == asked;
+  });
+}
+
+FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double world_rate_hz) {
+  const auto found = classes_.find(quality);
+  if (found != classes_.end()) return found;
+  const std::uint32_t stream_id = take_stream_id_();
+  const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
+  const FrameContents contents{
+      .max_error_m = quality.max_error_m,
+      .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
+      .scalars = quality.scalars};
+  QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
+                    0.0};
+  return classes_.emplace(quality, std::move(made)).first;
+}
+
+void FrameHub::set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
+                          const Quality& asked) {
+  Subscriber& subscriber = entry.second.subscribers.at(session);
+  subscriber.wants_commands = request.commands();
+  subscriber.key_interval_s = request.key_interval_s();
+  std::optional<Adaptive>& adaptive = subscriber.adaptive;
+  if (request.adaptive()) {
+    if (!adaptive || adaptive->asked != asked) adaptive = Adaptive{request.world(), asked};
+    adaptive->ends = false;
+  } else if (entry.first == asked) {
+    adaptive.reset();
+  } else {
+    adaptive->to_rung = 0;
+    adaptive->ends = true;
+  }
+}
+
+FrameHub::Classes::iterator FrameHub::leave(Classes::iterator from, net::SessionId session) {
+  from->second.subscribers.erase(session);
+  from->second.sessions.reset();
+  if (!from->second.subscribers.empty()) return std::next(from);
+  drop_stream_id_(from->second.stream_id);
+  return classes_.erase(from);
+}
+
 bool FrameHub::unsubscribe(net::SessionId session, std::uint32_t stream_id, Outbox& outbox) {
   for (auto it = classes_.begin(); it != classes_.end(); ++it) {
-    QualityClass& quality_class = it->second;
-    if (quality_class.stream_id != stream_id || quality_class.subscribers.erase(session) == 0) continue;
-    quality_class.sessions.reset();
+    if (it->second.stream_id != stream_id || !it->second.subscribers.contains(session)) continue;
     outbox.end_stream(session, stream_id);
-    if (quality_class.subscribers.empty()) {
-      drop_stream_id_(stream_id);
-      classes_.erase(it);
-    }
+    leave(it, session);
     return true;
   }
   return false;
@@ -159,15 +196,92 @@ bool FrameHub::unsubscribe(net::SessionId session, std::uint32_t stream_id, Outb
 
 void FrameHub::session_ended(net::SessionId session) {
   for (auto it = classes_.begin(); it != classes_.end();) {
-    QualityClass& quality_class = it->second;
-    if (quality_class.subscribers.erase(session) > 0) quality_class.sessions.reset();
-    if (quality_class.subscribers.empty()) {
-      drop_stream_id_(quality_class.stream_id);
-      it = classes_.erase(it);
-    } else {
-      ++it;
+    it = it->second.subscribers.contains(session) ? leave(it, session) : std::next(it);
+  }
+}
+
+void FrameHub::reader_report(net::SessionId session, const net::ReaderReport& report) {
+  for (auto& [quality, quality_class] : classes_) {
+    const auto found = quality_class.subscribers.find(session);
+    if (quality_class.stream_id != report.stream.stream_id || found == quality_class.subscribers.end()) continue;
+    std::optional<Adaptive>& adaptive = found->second.adaptive;
+    if (!adaptive || adaptive->ends) continue;
+    if (const auto rung = adaptive->ladder.advise(report)) adaptive->to_rung = rung;
+  }
+}
+
+std::optional<FrameHub::Quality> FrameHub::on_rung(const Quality& asked, std::size_t rung) {
+  Quality quality = asked;
+  quality.max_error_m *= quality_rungs[rung].error_factor;
+  quality.rate_divisor *= quality_rungs[rung].rate_divisor;
+  if (quality.max_error_m > base::max_error_max_m || quality.rate_divisor > rate_divisor_max) return std::nullopt;
+  return quality;
+}
+
+void FrameHub::move_readers(std::uint64_t tick, double world_rate_hz, Outbox& outbox) {
+  struct Move {
+    Quality from;
+    net::SessionId session;
+    std::size_t rung;
+  };
+  std::vector<Move> moves;
+  for (auto& [quality, quality_class] : classes_) {
+    for (auto& [session, subscriber] : quality_class.subscribers) {
+      if (!subscriber.adaptive) continue;
+      if (const auto rung = std::exchange(subscriber.adaptive->to_rung, std::nullopt)) {
+        moves.push_back({quality, session, *rung});
+      }
     }
   }
+  for (const Move& move : moves) {
+    const auto from = classes_.find(move.from);
+    Adaptive& adaptive = *from->second.subscribers.at(move.session).adaptive;
+    // Where that one cannot be had, a coarser one may; a finer one waits for its next try.
+    const std::size_t last = move.rung > adaptive.ladder.rung() ? quality_rungs.size() - 1 : move.rung;
+    bool moved = false;
+    for (std::size_t rung = move.rung; rung <= last && !moved; ++rung) {
+      moved = move_reader(from, move.session, rung, tick, world_rate_hz, outbox);
+    }
+    if (!moved && adaptive.ends) adaptive.to_rung = move.rung;  // until there is room
+  }
+}
+
+// False, and nothing is changed, where there is no such quality, no room for another one, or the session has a stream
+// of it already.
+bool FrameHub::move_reader(Classes::iterator from, net::SessionId session, std::size_t rung, std::uint64_t tick,
+                           double world_rate_hz, Outbox& outbox) {
+  const Subscriber& before = from->second.subscribers.at(session);
+  const auto quality = on_rung(before.adaptive->asked, rung);
+  if (!quality) return false;
+  const auto there = classes_.find(*quality);
+  const bool leaves_room = from->second.subscribers.size() == 1;
+  if (there == classes_.end() && classes_.size() >= base::world_quality_classes_max && !leaves_room) return false;
+  if (there != classes_.end() && there->second.subscribers.contains(session)) return false;
+
+  Subscriber subscriber{before.session};
+  subscriber.wants_commands = before.wants_commands;
+  subscriber.key_interval_s = before.key_interval_s;
+  if (!before.adaptive->ends) {
+    Adaptive& adaptive = subscriber.adaptive.emplace(*before.adaptive);
+    adaptive.reported_on = false;
+    adaptive.ladder.moved(rung);
+  }
+  const std::string world = before.adaptive->world;
+  const std::uint32_t ended = from->second.stream_id;
+  leave(from, session);
+  const auto to = class_of(*quality, world_rate_hz);
+  to->second.subscribers.emplace(session, std::move(subscriber));
+  to->second.sessions.reset();
+
+  v1::ServerMessage message = event_message(v1::Event::STREAM_REPLACED, world, tick);
+  v1::Event& event = *message.mutable_event();
+  event.set_stream_id(ended);
+  *event.mutable_successor() = describe(*to, world, world_rate_hz);
+  event.set_detail("within " + base::number_text(event.successor().max_error_m()) + " m, " +
+                   base::number_text(event.successor().rate_hz()) + " frames a second");
+  outbox.end_stream(session, ended);
+  outbox.send(session, message);
+  return true;
 }
 
 void FrameHub::key_wanted(net::SessionId session, std::uint32_t stream_id) {
@@ -201,6 +315,8 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
 }
 
 void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox) {
+  if (classes_.empty()) return;
+  move_readers(tick, 1.0 / source.tick_period_s(), outbox);
   const auto updates = update_layouts(source);
   MeasuredScalars scalars(source);
   auto update = updates.begin();
@@ -222,6 +338,8 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
 }
 
 void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox) {
+  if (classes_.empty()) return;
+  move_readers(tick, 1.0 / source.tick_period_s(), outbox);
   const auto updates = update_layouts(source);
   MeasuredScalars scalars(source);
   auto update = updates.begin();
@@ -257,6 +375,9 @@ std::vector<WorldLayout::Update> FrameHub::update_layouts(const FrameSource& sou
 void FrameHub::introduce(QualityClass& quality_class, Outbox& outbox) {
   net::SharedBytes layout;
   for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (subscriber.adaptive && !std::exchange(subscriber.adaptive->reported_on, true)) {
+      outbox.report_on(id, quality_class.stream_id);
+    }
     const WorldLayout& now = quality_class.layout;
     if (subscriber.layout_id == now.id()) continue;
     for (const TopologyMessagePtr& topology : now.topologies()) outbox.send_topology(subscriber.session, *topology);
@@ -363,7 +484,7 @@ void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& 
     v1::Stats::Stream& stream = *out.add_streams();
     stream.set_stream_id(quality_class.stream_id);
     stream.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
-    stream.set_max_error_m(quality.max_error_m);
+    stream.set_max_error_m(source_error_m_ + quality.max_error_m);
     stream.set_encode_time_us(quality_class.encode_time_us);
     stream.set_drain_bytes_s(reader.drain_bytes_s);
     const auto read = std::ranges::find(reader.streams, quality_class.stream_id, &net::StreamStats::stream_id);

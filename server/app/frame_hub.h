@@ -16,6 +16,7 @@
 #include "app/layered_encoder.h"
 #include "app/layout.h"
 #include "app/outbox.h"
+#include "app/quality_ladder.h"
 #include "app/session.h"
 #include "base/status.h"
 #include "pneuma/v1/session.pb.h"
@@ -33,8 +34,14 @@ class FrameHub {
   /// Refuses what `source` cannot give: bodies that it does not hold, or what a recording lacks. Errors name the field.
   [[nodiscard]] static base::Status check_asked(const v1::Subscribe& request, const FrameSource& source);
 
-  /// Adds the session to the quality class that `request` asks for; a second time changes only its wish for commands
-  /// and key frames. Errors name the field.
+  /// What the source's own places and velocities may be off by; told in the bounds of every stream. 0 at first.
+  void set_source_error(double source_error_m, double source_velocity_error_m_s) {
+    source_error_m_ = source_error_m;
+    source_velocity_error_m_s_ = source_velocity_error_m_s;
+  }
+
+  /// Adds the session to the quality class that `request` asks for; a second time changes only its wishes, for
+  /// commands, key frames and adaptive quality. Errors name the field.
   [[nodiscard]] base::Result<v1::Subscribed> subscribe(const std::shared_ptr<Session>& session,
                                                        const v1::Subscribe& request, double world_rate_hz);
   /// False where the session has no such stream.
@@ -42,6 +49,9 @@ class FrameHub {
   void session_ended(net::SessionId session);
   /// The session waits for a key frame of the stream.
   void key_wanted(net::SessionId session, std::uint32_t stream_id);
+  /// How an adaptive reader does: where it should have another quality, it is moved by the next encode_tick or
+  /// encode_rest, which tells it (STREAM_REPLACED).
+  void reader_report(net::SessionId session, const net::ReaderReport& report);
   /// Ends all streams.
   void close(Outbox& outbox);
 
@@ -80,8 +90,17 @@ class FrameHub {
     bool time_layers;
     auto operator<=>(const Quality&) const = default;
   };
+  struct Adaptive {
+    std::string world;
+    Quality asked;
+    QualityLadder ladder{};
+    bool reported_on = false;              // of the stream that it has now
+    std::optional<std::size_t> to_rung{};  // where it is to be moved
+    bool ends = false;                     // with that move: it asked for a fixed quality again
+  };
   struct Subscriber {
     std::shared_ptr<Session> session;
+    std::optional<Adaptive> adaptive{};
     std::uint32_t layout_id = 0;  // the last one sent; 0: none
     bool wants_key = true;
     bool wants_commands = false;
@@ -96,10 +115,22 @@ class FrameHub {
     SessionIds sessions;          // of all subscribers; null where they changed
     double encode_time_us = 0.0;  // of the last frame
   };
+  using Classes = std::map<Quality, QualityClass>;
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
   /// Brings the layouts up to date, and tells of each class, in order, what came of it.
   [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source);
+  [[nodiscard]] v1::Subscribed describe(const Classes::value_type& entry, const std::string& world,
+                                        double world_rate_hz) const;
+  [[nodiscard]] Classes::iterator find_asked(net::SessionId session, const Quality& asked);
+  [[nodiscard]] Classes::iterator class_of(const Quality& quality, double world_rate_hz);
+  void set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
+                  const Quality& asked);
+  [[nodiscard]] static std::optional<Quality> on_rung(const Quality& asked, std::size_t rung);
+  void move_readers(std::uint64_t tick, double world_rate_hz, Outbox& outbox);
+  bool move_reader(Classes::iterator from, net::SessionId session, std::size_t rung, std::uint64_t tick,
+                   double world_rate_hz, Outbox& outbox);
+  Classes::iterator leave(Classes::iterator from, net::SessionId session);
   void introduce(QualityClass& quality_class, Outbox& outbox);
   [[nodiscard]] static std::vector<net::SessionId> take_due_keys(QualityClass& quality_class,
                                                                  std::uint64_t ticks_between, std::uint64_t tick,
@@ -111,7 +142,9 @@ class FrameHub {
   std::function<std::uint32_t()> take_stream_id_;
   std::function<void(std::uint32_t)> drop_stream_id_;
   MeshTopologies topologies_;
-  std::map<Quality, QualityClass> classes_;
+  Classes classes_;
+  double source_error_m_ = 0.0;
+  double source_velocity_error_m_s_ = 0.0;
 };
 
 }  // namespace pneuma::app

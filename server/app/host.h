@@ -30,6 +30,7 @@ class Host {
   virtual bool ask(const std::string& world, Request request) = 0;
   virtual bool ask_stream(std::uint32_t stream_id, Request request) = 0;
   virtual void key_wanted(net::SessionId session, std::uint32_t stream_id) = 0;
+  virtual void reader_report(net::SessionId session, const net::ReaderReport& report) = 0;
   virtual void session_ended(net::SessionId session, const std::string& world) = 0;
   [[nodiscard]] virtual std::vector<WorldStatus> statuses() const = 0;
   [[nodiscard]] virtual bool has(const std::string& world) const = 0;

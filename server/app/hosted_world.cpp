@@ -75,6 +75,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
     had_commands = true;
     if (const auto* request = std::get_if<Request>(&*command)) answer(*request, now, outbox);
     if (const auto* wanted = std::get_if<KeyWanted>(&*command)) hub_.key_wanted(wanted->session, wanted->stream_id);
+    if (const auto* read = std::get_if<ReaderReported>(&*command)) hub_.reader_report(read->session, read->report);
     if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session, outbox);
   }
   if (destroyed_by_) return;

@@ -28,7 +28,11 @@ struct KeyWanted {
 struct SessionEnded {
   net::SessionId session;
 };
-using Command = std::variant<Request, KeyWanted, SessionEnded>;
+struct ReaderReported {
+  net::SessionId session;
+  net::ReaderReport report;
+};
+using Command = std::variant<Request, KeyWanted, SessionEnded, ReaderReported>;
 
 class Inbox {
  public:

@@ -31,12 +31,16 @@ struct Outbox {
     SessionIds sessions;
     net::StreamFrame frame;
   };
+  struct ReportOn {
+    net::SessionId session;
+    std::uint32_t stream_id;
+  };
   struct EndStream {
     net::SessionId session;
     std::uint32_t stream_id;
   };
-  std::vector<std::variant<Send, SendTopology, Publish, EndStream>> items;  // in order
-  std::size_t bytes = 0;                                                    // of the messages to single sessions
+  std::vector<std::variant<Send, SendTopology, Publish, ReportOn, EndStream>> items;  // in order
+  std::size_t bytes = 0;  // of the messages to single sessions
 
   void send(net::SessionId session, const v1::ServerMessage& message) { send(session, serialise(message)); }
   void send(net::SessionId session, net::SharedBytes message) {
@@ -49,6 +53,7 @@ struct Outbox {
   void publish(SessionIds sessions, net::StreamFrame frame) {
     items.emplace_back(Publish{std::move(sessions), std::move(frame)});
   }
+  void report_on(net::SessionId session, std::uint32_t stream_id) { items.emplace_back(ReportOn{session, stream_id}); }
   void end_stream(net::SessionId session, std::uint32_t stream_id) {
     items.emplace_back(EndStream{session, stream_id});
   }
@@ -63,6 +68,7 @@ struct Outbox {
       }
       if (auto* frame = std::get_if<Publish>(&item))
         server.publish(std::move(frame->sessions), std::move(frame->frame));
+      if (auto* reader = std::get_if<ReportOn>(&item)) server.report_on(reader->session, reader->stream_id);
       if (auto* end = std::get_if<EndStream>(&item)) server.end_stream(end->session, end->stream_id);
     }
     items.clear();

@@ -92,6 +92,9 @@ net::Callbacks Service::callbacks() {
   callbacks.received = [this](net::SessionId id, std::string_view bytes) { received(id, bytes); };
   callbacks.closed = [this](net::SessionId id, const Status& why) { closed(id, why); };
   callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_->key_wanted(id, stream_id); };
+  callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
+    host_->reader_report(id, report);
+  };
   callbacks.http = [this](std::string_view path) { return page(path); };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;

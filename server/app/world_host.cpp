@@ -302,6 +302,12 @@ void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
   if (world != nullptr && world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(task);
 }
 
+// The world's next tick acts on it.
+void WorldHost::reader_report(net::SessionId session, const net::ReaderReport& report) {
+  const auto world = registry_.find_stream(report.stream.stream_id).world;
+  if (world != nullptr) (void)world->post(ReaderReported{session, report});
+}
+
 void WorldHost::session_ended(net::SessionId session, const std::string& name) {
   const auto [world, task, damaged] = registry_.find(name);
   if (world != nullptr && world->post(SessionEnded{session}) == Inbox::Post::taken) scheduler_.wake(task);

@@ -39,6 +39,7 @@ class WorldHost final : public Host {
   bool ask(const std::string& world, Request request) override;
   bool ask_stream(std::uint32_t stream_id, Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
+  void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
   [[nodiscard]] std::vector<WorldStatus> statuses() const override;
   [[nodiscard]] bool has(const std::string& world) const override { return registry_.find(world).world != nullptr; }

@@ -26,6 +26,13 @@ struct StreamStats {
   Duration queue_age{};  // of the oldest frame that is not written yet; 0: none waits
 };
 
+/// Of a stream that is reported on.
+struct ReaderReport {
+  TimePoint at;
+  double drain_bytes_s = 0.0;  // what the connection took in the last second
+  StreamStats stream;
+};
+
 struct ReaderStats {
   TimePoint at;
   double drain_bytes_s = 0.0;  // what the connection took in the last second

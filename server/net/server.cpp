@@ -217,6 +217,10 @@ void Server::pong(SessionId session, std::uint64_t nonce) {
   impl_->post_to_session(session, [nonce](Session& s) { s.pong(nonce); });
 }
 
+void Server::report_on(SessionId session, std::uint32_t stream_id) {
+  impl_->post_to_session(session, [stream_id](Session& s) { s.report_on(stream_id); });
+}
+
 void Server::end_stream(SessionId session, std::uint32_t stream_id) {
   impl_->post_to_session(session, [stream_id](Session& s) { s.end_stream(stream_id); });
 }

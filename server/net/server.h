@@ -65,6 +65,8 @@ struct Callbacks {
   std::function<void(SessionId, const base::Status& why)> closed;
   /// The session cannot use this stream's deltas any more and waits for a key frame.
   std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
+  /// How a stream is read of which reports were asked for: while frames of it come, a few times a second.
+  std::function<void(SessionId, const ReaderReport&)> reader_report;
   /// A GET of any path but /ws.
   std::function<HttpReply(std::string_view path)> http;
 
@@ -106,6 +108,8 @@ class Server {
   void authenticated(SessionId session);
   /// The client answered the ping with this nonce.
   void pong(SessionId session, std::uint64_t nonce);
+  /// Asks for reports on how the session reads the stream, until the stream ends.
+  void report_on(SessionId session, std::uint32_t stream_id);
   /// Forgets the stream's place in the session's queue and drops its unsent frames.
   void end_stream(SessionId session, std::uint32_t stream_id);
   /// Sends a goodbye with the reason after what is queued, then closes.

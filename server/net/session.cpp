@@ -25,6 +25,9 @@ constexpr std::chrono::milliseconds time_resolution_min{5};
 // under it.
 constexpr std::chrono::milliseconds linger_timeout{1'000};
 
+// Soon enough to act within a second of trouble, rarely enough that it costs nothing.
+constexpr std::chrono::milliseconds report_interval{250};
+
 std::chrono::milliseconds time_resolution(const base::Limits& limits) {
   const auto shortest = std::min(
       {limits.hello_timeout, limits.partial_message_timeout, limits.ping_interval, limits.write_stall_timeout});
@@ -77,7 +80,23 @@ void Session::offer(const StreamFrame& frame) {
   if (closing_ || over_) return;
   queue_.offer(frame, now());
   ask_for_keys();
+  report_readers();
   wake_writer();
+}
+
+void Session::end_stream(std::uint32_t stream_id) {
+  queue_.end_stream(stream_id);
+  reported_.erase(stream_id);
+}
+
+void Session::report_readers() {
+  if (reported_.empty()) return;
+  const TimePoint time = now();
+  if (time - last_report_ < report_interval) return;
+  last_report_ = time;
+  for (const StreamStats& stream : queue_.stream_stats(time)) {
+    if (reported_.contains(stream.stream_id)) callbacks_.reader_report(id_, {time, drain_.bytes_s(time), stream});
+  }
 }
 
 void Session::ask_for_keys() {

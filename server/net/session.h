@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <set>
 
 #include <boost/asio/steady_timer.hpp>
 
@@ -24,7 +25,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void refuse(const base::Status& why);
   void send(SharedBytes message);
   void offer(const StreamFrame& frame);
-  void end_stream(std::uint32_t stream_id) { queue_.end_stream(stream_id); }
+  void report_on(std::uint32_t stream_id) { reported_.insert(stream_id); }
+  void end_stream(std::uint32_t stream_id);
   void authenticated();
   void pong(std::uint64_t nonce) { timers_.pong(nonce); }
   /// Takes no more messages.
@@ -41,6 +43,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void spawn(asio::awaitable<void> (Session::*coroutine)());
   void say_closed(const base::Status& why);
   void ask_for_keys();
+  void report_readers();
   asio::awaitable<void> open();
   asio::awaitable<void> read_messages();
   asio::awaitable<void> write_queue();
@@ -56,6 +59,8 @@ class Session : public std::enable_shared_from_this<Session> {
   std::function<void(SessionId)> ended_;
   OutputQueue queue_;
   DrainMeter drain_;
+  std::set<std::uint32_t> reported_;  // streams
+  TimePoint last_report_{};
   SessionTimers timers_;
   asio::steady_timer writer_wake_;
   asio::steady_timer time_keeper_;

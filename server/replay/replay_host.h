@@ -32,6 +32,7 @@ class ReplayHost final : public app::Host {
   bool ask(const std::string& world, app::Request request) override;
   bool ask_stream(std::uint32_t stream_id, app::Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
+  void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
   [[nodiscard]] std::vector<app::WorldStatus> statuses() const override { return {world_.status()}; }
   [[nodiscard]] bool has(const std::string& world) const override { return world == world_.name(); }

@@ -46,7 +46,10 @@ ReplayedWorld::ReplayedWorld(client::Playback playback, const PlayOptions& optio
       playback_(std::move(playback)),
       shown_(1.0 / playback_.header().world_rate_hz()),
       hub_(std::move(wiring.take_stream_id), std::move(wiring.drop_stream_id), std::move(wiring.defer)),
-      paused_(options.paused) {}
+      paused_(options.paused) {
+  const v1::Subscribed& recorded = playback_.header().stream();
+  hub_.set_source_error(recorded.max_error_m(), recorded.max_velocity_error_m_s());
+}
 
 Status ReplayedWorld::begin(TimePoint now) {
   return go_to(options_.start_s, now);
@@ -71,6 +74,9 @@ void ReplayedWorld::drain(TimePoint now, app::Outbox& outbox) {
     }
     if (const auto* wanted = std::get_if<app::KeyWanted>(&*command)) {
       hub_.key_wanted(wanted->session, wanted->stream_id);
+    }
+    if (const auto* read = std::get_if<app::ReaderReported>(&*command)) {
+      hub_.reader_report(read->session, read->report);
     }
     if (const auto* ended = std::get_if<app::SessionEnded>(&*command)) hub_.session_ended(ended->session);
   }
@@ -235,10 +241,6 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
   }
   auto subscribed = hub_.subscribe(request.session, asked, playback_.header().world_rate_hz());
   if (!subscribed.ok()) return subscribed.status();
-  subscribed->set_max_error_m(recorded_error_m + left_m);
-  if (asked.velocities()) {
-    subscribed->set_max_velocity_error_m_s(recorded.max_velocity_error_m_s() + subscribed->max_velocity_error_m_s());
-  }
   v1::ServerMessage reply;
   reply.set_request_id(request.message.request_id());
   *reply.mutable_subscribed() = std::move(*subscribed);

@@ -1,6 +1,8 @@
 // Shows what subscribers of a running world see: the same world whoever watches, a key at once for who joins late, a
 // gap and a key for who reads too slowly, frames of a paused world, and a hit within a few frames.
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -259,6 +261,90 @@ TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
   EXPECT_EQ(gap->stream_id(), subscribed->subscribed().stream_id());
   EXPECT_LE(gap->from_tick(), gap->to_tick());
   EXPECT_TRUE(key_after_gap);
+}
+
+// A reader that asks for adaptive quality, and stalls until it was moved.
+TEST_F(Streaming, AnAdaptiveReaderThatStallsIsGivenAnotherStream) {
+  client::Client ann = connect();
+  v1::Scene scene = light_and_quick();
+  scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(2);
+  create(ann, scene, "w");
+  ASSERT_TRUE(ann.subscribe("w", {.max_error_m = 1e-6}).ok());
+  RawConnection slow(server_->tcp_address(), 16 * 1024);
+  ASSERT_TRUE(slow.say_hello());
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world("w");
+  subscribe.mutable_subscribe()->set_max_error_m(1e-6);
+  subscribe.mutable_subscribe()->set_adaptive(true);
+  ASSERT_TRUE(slow.send(subscribe));
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  std::uint32_t classes = 0;
+  std::uint64_t tick = 0;
+  while (classes < 2 && std::chrono::steady_clock::now() < deadline) {
+    // A server takes only so many requests a second.
+    ASSERT_TRUE(await_frame(ann, [&](const auto& frame) { return frame.tick >= tick + 100; }));
+    const auto stats = ann.stats("w");
+    ASSERT_TRUE(stats.ok()) << stats.status().message();
+    tick = stats->tick();
+    classes = stats->quality_classes();
+  }
+  ASSERT_EQ(classes, 2U) << "it has a quality of its own";
+
+  client::StreamDecoder decoder;
+  std::uint32_t present = 0;
+  bool was_replaced = false;
+  bool read_successor = false;
+  while (!read_successor) {
+    const auto message = slow.receive();
+    ASSERT_TRUE(message);
+    base::Status taken;
+    if (message->has_subscribed()) {
+      present = message->subscribed().stream_id();
+      taken = decoder.add_stream(message->subscribed());
+    } else if (message->has_topology()) {
+      taken = decoder.take_topology(message->topology());
+    } else if (message->has_layout()) {
+      EXPECT_EQ(message->layout().stream_id(), present);
+      taken = decoder.take_layout(message->layout());
+    } else if (message->has_event() && message->event().kind() == v1::Event::STREAM_REPLACED) {
+      const v1::Event& event = message->event();
+      EXPECT_EQ(event.stream_id(), present);
+      EXPECT_GT(event.successor().max_error_m(), 1e-6);
+      EXPECT_EQ(event.successor().world(), "w");
+      present = event.successor().stream_id();
+      taken = decoder.add_stream(event.successor());
+      was_replaced = true;
+    } else if (message->has_frame()) {
+      EXPECT_EQ(message->frame().stream_id(), present) << "nothing of a stream that was replaced";
+      taken = decoder.take_frame(message->frame(), 0).status();
+      read_successor = was_replaced;
+    }
+    ASSERT_TRUE(taken.ok()) << taken.message();
+  }
+}
+
+TEST_F(Streaming, TimeLayersShowTheSameWorld) {
+  client::Client ann = connect();
+  create(ann, two_balls(), "w", true);
+  const auto plain = ann.subscribe("w");
+  const auto layered = ann.subscribe("w", {.time_layers = true});
+  ASSERT_TRUE(plain.ok() && layered.ok());
+  ASSERT_TRUE(ann.step("w", 8).ok());
+  std::map<std::uint64_t, std::vector<double>> expected;
+  std::set<std::uint32_t> layers;
+  while (layers.size() < 3 || !expected.contains(8)) {
+    const auto frame = await_frame(ann);
+    ASSERT_TRUE(frame);
+    const std::vector<double>& seen = frame->bodies[0].positions_m;
+    if (frame->stream_id == plain->stream_id()) {
+      expected[frame->tick] = seen;
+      continue;
+    }
+    layers.insert(frame->layer);
+    const auto& same = expected.at(frame->tick);  // of the plain stream, which has the lower id and comes first
+    for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_NEAR(seen[i], same[i], 2e-3) << "each is within 1e-3";
+  }
 }
 
 TEST_F(Streaming, ARunawayBodyIsReportedAndTheOthersGoOn) {

@@ -168,7 +168,7 @@ class Watch {
   const WatchArguments& arguments_;
   Clock::time_point start_;
   Clock::time_point stats_due_ = start_ + stats_interval;
-  std::uint32_t stream_id_ = 0;
+  std::uint32_t stream_id_ = 0;  // as the server knows it
   std::uint64_t frames_ = 0;
   std::uint64_t gaps_ = 0;
   std::uint64_t bytes_ = 0;
@@ -227,6 +227,9 @@ base::Status Watch::take(const v1::Gap& gap) {
 }
 
 base::Status Watch::take(const v1::Event& event) {
+  if (event.kind() == v1::Event::STREAM_REPLACED && event.stream_id() == stream_id_) {
+    stream_id_ = event.successor().stream_id();
+  }
   const std::string& kind = v1::Event::Kind_Name(event.kind());
   if (session_.json) {
     const base::Status written = session_.output.line(JsonObject()

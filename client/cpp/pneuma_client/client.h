@@ -38,6 +38,9 @@ struct SubscribeOptions {
   bool velocities = false;
   bool scalars = false;
   bool time_layers = false;  // read too slowly, the stream has fewer frames instead of gaps and keys
+  // The server may move the reader to coarser qualities and back: its frames then keep the id that subscribe() gave,
+  // and each move is an Event STREAM_REPLACED.
+  bool adaptive = false;
 };
 
 /// What comes unasked, in the order of its arrival.

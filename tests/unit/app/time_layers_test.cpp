@@ -1,6 +1,8 @@
 // Shows a stream in time layers as its readers see it, whatever of it they shed: each frame decodes to the world within
 // the bound, fewer frames come to the slower ones and no keys, who joins is in step at once, and a world that comes to
 // rest is seen at rest by all. A real world, hub, queue and decoder; no sockets and no clock.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <random>

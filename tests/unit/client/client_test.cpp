@@ -346,6 +346,50 @@ TEST(ClientUpdates, FramesAfterUnsubscribeAreDropped) {
   EXPECT_TRUE(std::holds_alternative<v1::Event>(**update));
 }
 
+// An adaptive stream that is replaced twice; its reader sees one stream.
+TEST(ClientUpdates, AReplacedStreamGoesOnUnderItsFirstId) {
+  std::uint32_t ended = 0;
+  {
+    const FakeServer server([&](FakeSession& session) {
+      session.welcome();
+      session.reply([](const auto&, auto& message) { fill_subscribed(1, message); });
+      session.send(topology_message());
+      for (std::uint32_t id = 1; id <= 3; ++id) {
+        session.send(layout_message(id));
+        session.send(key_frame(id, id));
+        if (id == 3) break;
+        v1::ServerMessage successor;
+        fill_subscribed(id + 1, successor);
+        v1::ServerMessage replaced;
+        replaced.mutable_event()->set_kind(v1::Event::STREAM_REPLACED);
+        replaced.mutable_event()->set_stream_id(id);
+        *replaced.mutable_event()->mutable_successor() = successor.subscribed();
+        session.send(replaced);
+        session.send(key_frame(id, id));  // of the stream that has ended
+      }
+      session.reply([&](const auto& request, auto& message) {
+        ended = request.unsubscribe().stream_id();
+        message.mutable_done();
+      });
+      session.drain();
+    });
+    auto client = Client::connect(server.address());
+    ASSERT_TRUE(client.ok());
+    ASSERT_TRUE(client->subscribe("w", {.adaptive = true}).ok());
+    for (std::uint64_t tick = 1; tick <= 3; ++tick) {
+      const auto frame = client->next_frame(std::chrono::seconds(10));
+      ASSERT_TRUE(frame.ok() && *frame);
+      EXPECT_EQ((*frame)->tick, tick);
+      EXPECT_EQ((*frame)->stream_id, 1U);
+    }
+    const auto event = client->next_event(std::chrono::seconds(10));
+    ASSERT_TRUE(event.ok() && *event);
+    EXPECT_EQ((*event)->successor().stream_id(), 2U);
+    EXPECT_TRUE(client->unsubscribe(1).ok());
+  }
+  EXPECT_EQ(ended, 3U) << "by the id that the server knows";
+}
+
 TEST(ClientUpdates, OldestGoWhenNobodyTakesThem) {
   constexpr std::uint64_t extra = 10;
   const FakeServer server([](FakeSession& session) {

@@ -90,6 +90,32 @@ TEST_F(StreamDecoderTest, SpoiltPayloadIsRefusedAndTheStreamGoesOn) {
   EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
 }
 
+TEST_F(StreamDecoderTest, LayersBuildOnLowerOnesAlone) {
+  const auto layered = [](std::uint64_t tick, std::uint64_t base_tick, std::int64_t offset, std::uint32_t layer,
+                          std::int64_t base_offset = 0) {
+    auto message = delta_frame(stream_id, tick, base_tick, offset, base_offset);
+    message.mutable_frame()->set_layer(layer);
+    return message;
+  };
+  const auto x_of = [&](const v1::ServerMessage& message) {
+    const auto frame = take(message);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return frame.ok() ? (*frame)->bodies[0].positions_m[0] : 0.0;
+  };
+  ASSERT_TRUE(take(key_frame(stream_id, 4)).ok());
+  expect_refused(layered(5, 4, 1, 3), "no layer 3");
+  EXPECT_DOUBLE_EQ(x_of(layered(5, 4, 10, 2)), 0.010);
+  EXPECT_DOUBLE_EQ(x_of(layered(6, 4, 20, 1)), 0.020) << "not on the frame of layer 2";
+  EXPECT_DOUBLE_EQ(x_of(layered(7, 6, 30, 2, 20)), 0.030);
+  expect_refused(layered(8, 7, 40, 2), "on top of tick 7");
+  expect_refused(layered(8, 6, 40, 1), "on top of tick 6");
+  expect_refused(layered(8, 6, 40, 0), "on top of tick 6");
+  EXPECT_DOUBLE_EQ(x_of(layered(8, 4, 40, 0)), 0.040);
+  auto key = key_frame(stream_id, 9);
+  key.mutable_frame()->set_layer(1);
+  expect_refused(key, "layer 0");
+}
+
 TEST_F(StreamDecoderTest, FrameOfAnotherLayoutIsRefused) {
   expect_refused(key_frame(stream_id, 1, 0, 2), "layout 2");
 }
