@@ -1,17 +1,14 @@
 // What frames cost: bits a vertex of recorded built-in scenes at 60 Hz with all that a frame takes on the wire, beside
 // peers on the same motion at the same bound, and the time to write and read them.
 #include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <string>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
-#include "bench/codec_peers.h"
 #include "bench/figures.h"
+#include "bench/frame_costs.h"
 #include "codec/frame_codec.h"
-#include "pneuma/v1/session.pb.h"
 #include "support/recording.h"
 
 namespace pneuma::bench {
@@ -19,85 +16,8 @@ namespace pneuma::bench {
 namespace {
 
 using support::Recording;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t ticks = 300;
-constexpr std::size_t length_prefix_bytes = 4;
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
-}
-
-/// Of a delta frame, as it is sent.
-std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
-  v1::ServerMessage message;
-  v1::Frame& frame = *message.mutable_frame();
-  frame.set_stream_id(1);
-  frame.set_layout_id(1);
-  frame.set_tick(tick);
-  frame.set_time_s(static_cast<double>(tick) / 60.0);
-  frame.set_base_tick(tick - 1);
-  frame.set_payload(payload);
-  return length_prefix_bytes + message.ByteSizeLong();
-}
-
-struct Cost {
-  double bytes = 0.0;            // of all frames, as sent
-  std::vector<double> write_ns;  // a vertex, one a frame
-  std::vector<double> read_ns;
-};
-
-Cost cost_of(const Recording& recording, double max_error_m) {
-  codec::FrameWriter writer(recording.orders, max_error_m);
-  codec::FrameReader reader(recording.orders);
-  std::string payload;
-  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
-    writer.place_body(body, recording.frames_m[0][body]);
-  }
-  writer.write_key(payload);
-  bool good = reader.read(payload, true).ok();
-  Cost cost;
-  const auto vertices = static_cast<double>(recording.vertex_count());
-  for (std::size_t tick = 1; tick < recording.frames_m.size(); ++tick) {
-    payload.clear();
-    const auto start = Clock::now();
-    writer.begin_delta();
-    for (std::size_t body = 0; body < recording.orders.size(); ++body) {
-      writer.move_body(body, recording.frames_m[tick][body]);
-    }
-    writer.take_delta(payload);
-    const auto written = Clock::now();
-    good = reader.read(payload, false).ok() && good;
-    const auto read = Clock::now();
-    cost.write_ns.push_back(std::chrono::duration<double, std::nano>(written - start).count() / vertices);
-    cost.read_ns.push_back(std::chrono::duration<double, std::nano>(read - written).count() / vertices);
-    cost.bytes += static_cast<double>(message_bytes(payload, tick));
-  }
-  if (!good) cost.bytes = std::nan("");
-  return cost;
-}
-
-/// Bytes of all frames, without any of what carries them: positions on the cubic grid of the bound, less where linear
-/// motion would have taken them.
-PeerBytes peers_of(const Recording& recording, double max_error_m) {
-  const double step_m = 2.0 * max_error_m / std::sqrt(3.0);
-  PeerBytes sum;
-  for (std::size_t tick = 2; tick < recording.frames_m.size(); ++tick) {
-    std::vector<std::int32_t> residuals;
-    for (std::size_t body = 0; body < recording.orders.size(); ++body) {
-      for (std::size_t i = 0; i < recording.frames_m[tick][body].size(); ++i) {
-        const auto cell = [&](std::size_t at) { return std::llround(recording.frames_m[at][body][i] / step_m); };
-        residuals.push_back(static_cast<std::int32_t>(cell(tick) - 2 * cell(tick - 1) + cell(tick - 2)));
-      }
-    }
-    const PeerBytes bytes = peer_bytes(residuals);
-    sum.zstd += bytes.zstd;
-    sum.meshoptimizer += bytes.meshoptimizer;
-    sum.draco += bytes.draco;
-  }
-  return sum;
-}
 
 struct Case {
   const char* scene;
@@ -107,21 +27,16 @@ struct Case {
 
 void frames(benchmark::State& bench, const Case& chosen) {
   const Recording recording = support::record(support::world_of(chosen.scene, chosen.assignments), ticks);
-  Cost cost;
-  for ([[maybe_unused]] auto _ : bench) cost = cost_of(recording, chosen.max_error_m);
-  const auto frame_count = static_cast<double>(recording.frames_m.size() - 1);
-  const double vertex_frames = frame_count * static_cast<double>(recording.vertex_count());
-  const PeerBytes peers = peers_of(recording, chosen.max_error_m);
-  const double peer_vertex_frames = vertex_frames * (frame_count - 1.0) / frame_count;
-  const auto peer_bits = [&](std::size_t bytes) { return 8.0 * static_cast<double>(bytes) / peer_vertex_frames; };
-  const double bits = 8.0 * cost.bytes / vertex_frames;
-  bench.counters["bits"] = bits;
-  bench.counters["zstd_bits"] = peer_bits(peers.zstd);
-  bench.counters["meshoptimizer_bits"] = peer_bits(peers.meshoptimizer);
-  bench.counters["draco_bits"] = peer_bits(peers.draco);
-  bench.counters["over_best_peer"] = bits / peer_bits(std::min({peers.zstd, peers.meshoptimizer, peers.draco}));
-  bench.counters["write_ns"] = median(cost.write_ns);
-  bench.counters["read_ns"] = median(cost.read_ns);
+  FrameCost cost;
+  for ([[maybe_unused]] auto _ : bench) cost = frame_cost(recording, chosen.max_error_m);
+  const PeerBits peers = peer_bits(recording, chosen.max_error_m);
+  bench.counters["bits"] = cost.bits;
+  bench.counters["zstd_bits"] = peers.zstd;
+  bench.counters["meshoptimizer_bits"] = peers.meshoptimizer;
+  bench.counters["draco_bits"] = peers.draco;
+  bench.counters["over_best_peer"] = cost.bits / peers.least();
+  bench.counters["write_ns"] = cost.write_ns;
+  bench.counters["read_ns"] = cost.read_ns;
 }
 
 void resting_body(benchmark::State& bench) {
