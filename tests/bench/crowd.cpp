@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstddef>
 #include <mutex>
+#include <stdexcept>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -94,7 +95,13 @@ base::Status Crowd::add(Pace pace, std::size_t count) {
   const std::size_t wanted = impl_->present + count;
   for (std::size_t i = 0; i < count; ++i) asio::co_spawn(impl_->io, impl_->attend(pace), asio::detached);
   const auto deadline = Clock::now() + join_patience;
-  while (impl_->present < wanted && Clock::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto failed = [this] {
+    const std::scoped_lock lock(impl_->mutex);
+    return !impl_->failure.empty();
+  };
+  while (impl_->present < wanted && !failed() && Clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
   const std::scoped_lock lock(impl_->mutex);
   if (!impl_->failure.empty()) return {base::StatusCode::unavailable, impl_->failure};
   if (impl_->present < wanted) return {base::StatusCode::unavailable, "not all of the crowd got in"};
@@ -143,7 +150,9 @@ asio::awaitable<void> Crowd::Impl::read_promptly(Tcp::socket& socket) {
     std::string_view rest = unread;
     while (rest.size() >= length_prefix_bytes && rest.size() - length_prefix_bytes >= length_at(rest.data())) {
       const std::size_t length = length_at(rest.data());
-      message.ParseFromArray(rest.data() + length_prefix_bytes, static_cast<int>(length));
+      if (!message.ParseFromArray(rest.data() + length_prefix_bytes, static_cast<int>(length))) {
+        co_return fail("the server sent what is no message");
+      }
       rest.remove_prefix(length_prefix_bytes + length);
       if (message.has_error() || message.has_goodbye()) co_return fail(message.ShortDebugString());
       if (!message.has_frame()) continue;
@@ -177,8 +186,8 @@ OnCore::OnCore(std::size_t core) {
     if (CPU_ISSET(i, &set)) before_.push_back(i);
   }
   CPU_ZERO(&set);
-  CPU_SET(before_[core % before_.size()], &set);
-  sched_setaffinity(0, sizeof set, &set);
+  CPU_SET(before_.at(core), &set);
+  if (sched_setaffinity(0, sizeof set, &set) != 0) throw std::runtime_error("a thread cannot be put on a core");
 }
 
 OnCore::~OnCore() {

@@ -1,9 +1,12 @@
 #include "bench/frame_costs.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bench/codec_peers.h"
@@ -71,6 +74,7 @@ FrameCost frame_cost(const Recording& recording, double max_error_m) {
   writer.write_key(payload);
   read(true);
   FrameCost cost;
+  cost.error_max_m = furthest_m(recording, 0, reader, writer.grid_step_m());
   std::vector<double> write_ns;
   std::vector<double> read_ns;
   double bytes = 0.0;

@@ -8,7 +8,7 @@
 
 namespace pneuma::bench {
 
-/// Of a recording's delta frames.
+/// Of a recording's delta frames; the error of its key frame, too.
 struct FrameCost {
   double bits = 0.0;      // a vertex a frame, with all that a frame takes on the wire
   double write_ns = 0.0;  // a vertex, of the median frame

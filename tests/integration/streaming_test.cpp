@@ -100,7 +100,9 @@ TEST_F(Streaming, AJoinerOfAPausedWorldGetsAKeyWithoutAStep) {
 
 TEST_F(Streaming, AJoinerSeesItsFirstFrameWithinTwoTicks) {
   client::Client ann = connect();
-  create(ann, two_balls(), "w");
+  v1::Scene slow = two_balls();  // a tick is longer than this machine may take from one request to the next
+  slow.mutable_stepping()->set_rate_hz(10.0);
+  create(ann, slow, "w");
   v1::ClientMessage ask;
   ask.set_request_id(2);
   ask.mutable_get_stats()->set_world("w");
@@ -109,7 +111,7 @@ TEST_F(Streaming, AJoinerSeesItsFirstFrameWithinTwoTicks) {
   join.mutable_subscribe()->set_world("w");
   const std::string both =
       RawConnection::envelope(ask.SerializeAsString()) + RawConnection::envelope(join.SerializeAsString());
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 5; ++i) {
     RawConnection raw(server_->tcp_address());
     ASSERT_TRUE(raw.say_hello());
     ASSERT_TRUE(raw.send(both));
@@ -330,20 +332,28 @@ TEST_F(Streaming, TimeLayersShowTheSameWorld) {
   const auto plain = ann.subscribe("w");
   const auto layered = ann.subscribe("w", {.time_layers = true});
   ASSERT_TRUE(plain.ok() && layered.ok());
-  ASSERT_TRUE(ann.step("w", 8).ok());
-  std::map<std::uint64_t, std::vector<double>> expected;
+  using Places = std::map<std::uint64_t, std::vector<double>>;  // by tick
+  Places expected;
+  Places seen;
   std::set<std::uint32_t> layers;
-  while (layers.size() < 3 || !expected.contains(8)) {
-    const auto frame = await_frame(ann);
-    ASSERT_TRUE(frame);
-    const std::vector<double>& seen = frame->bodies[0].positions_m;
-    if (frame->stream_id == plain->stream_id()) {
-      expected[frame->tick] = seen;
-      continue;
+  // Where this machine is too slow for the streams, some frames are left out.
+  while (layers.size() < 3) {
+    const auto done = ann.step("w", 8);
+    ASSERT_TRUE(done.ok());
+    while (!expected.contains(done->tick()) || !seen.contains(done->tick())) {
+      const auto frame = await_frame(ann);
+      ASSERT_TRUE(frame);
+      Places& places = frame->stream_id == plain->stream_id() ? expected : seen;
+      places[frame->tick] = frame->bodies[0].positions_m;
+      if (frame->stream_id == layered->stream_id()) layers.insert(frame->layer);
     }
-    layers.insert(frame->layer);
-    const auto& same = expected.at(frame->tick);  // of the plain stream, which has the lower id and comes first
-    for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_NEAR(seen[i], same[i], 2e-3) << "each is within 1e-3";
+  }
+  for (const auto& [tick, places_m] : seen) {
+    const auto same = expected.find(tick);
+    if (same == expected.end()) continue;
+    for (std::size_t i = 0; i < places_m.size(); ++i) {
+      EXPECT_NEAR(places_m[i], same->second[i], 2e-3) << "each is within 1e-3";
+    }
   }
 }
 

@@ -119,7 +119,8 @@ void write_times(Context& context) {
 void run(Context& context) {
   context.page.heading("Frames");
   context.page.paragraph(
-      "What a frame of the stream takes on the wire, everything in it counted, over recorded built-in scenes; and what "
+      "What a delta frame of the stream takes on the wire, everything in it counted, over recorded built-in scenes; "
+      "and what "
       "general and mesh compressors make of the same motion, quantised to the same bound and less where linear motion "
       "would have taken it (without what would carry them). Every vertex of every frame is read back and "
       "compared with where it was: the last column is the largest distance, which may not pass the bound.");
