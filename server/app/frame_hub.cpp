@@ -167,7 +167,7 @@ void FrameHub::set_wishes(Classes::value_type& entry, net::SessionId session, co
   std::optional<Adaptive>& adaptive = subscriber.adaptive;
   if (request.adaptive()) {
     if (!adaptive || adaptive->asked != asked) adaptive = Adaptive{request.world(), asked};
-    adaptive->ends = false;
+    if (std::exchange(adaptive->ends, false)) adaptive->to_rung.reset();
   } else if (entry.first == asked) {
     adaptive.reset();
   } else {
@@ -327,8 +327,10 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
     const bool due = tick % quality.rate_divisor == 0;
     const bool out_of_turn = all || came == WorldLayout::Update::changed || !quality_class.encoder.key_tick();
     if (due || out_of_turn) {
-      // What comes out of its turn is for everyone.
-      const bool layered = quality.time_layers && !out_of_turn;
+      // What comes out of its turn is for everyone, and so is what can build on nothing: of a recording, the same tick
+      // once more or an earlier one.
+      const bool builds = came == WorldLayout::Update::none && quality_class.encoder.key_tick() < tick;
+      const bool layered = quality.time_layers && !out_of_turn && builds;
       publish_new(quality, quality_class, source, scalars, tick,
                   layered ? LayeredEncoder::layer_of(tick / quality.rate_divisor) : 0, outbox);
     } else {

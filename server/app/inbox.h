@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -39,12 +40,17 @@ class Inbox {
   enum class Post { taken, full, closed };
 
   /// A full inbox refuses requests, not what keeps its own books right. All that waits counts, in the memory that it
-  /// takes: a message's empty fields are small on the wire alone.
+  /// takes: a message's empty fields are small on the wire alone. Of the reports on a reader of a stream the last one
+  /// waits, beside all that: they come of themselves, at a world that takes none while it is paused, too.
   Post post(Command command) {
     const auto* request = std::get_if<Request>(&command);
     const std::size_t bytes = request == nullptr ? 0 : request->message.SpaceUsedLong();
     const std::lock_guard lock(mutex_);
     if (closed_) return Post::closed;
+    if (const auto* reader = std::get_if<ReaderReported>(&command)) {
+      reports_.insert_or_assign({reader->session, reader->report.stream.stream_id}, *reader);
+      return Post::taken;
+    }
     const bool is_full =
         waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
     if (request != nullptr && is_full) return Post::full;
@@ -53,9 +59,10 @@ class Inbox {
     return Post::taken;
   }
 
-  /// The one that has waited longest; nothing where none waits.
+  /// The one that has waited longest, and after all others the reports; nothing where none waits.
   [[nodiscard]] std::optional<Command> take() {
     const std::lock_guard lock(mutex_);
+    if (waiting_.empty() && !reports_.empty()) return reports_.extract(reports_.begin()).mapped();
     if (waiting_.empty()) return std::nullopt;
     Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
@@ -91,7 +98,8 @@ class Inbox {
 
   std::mutex mutex_;
   std::deque<Waiting> waiting_;
-  std::size_t bytes_ = 0;  // of all that waits
+  std::map<std::pair<net::SessionId, std::uint32_t>, ReaderReported> reports_;  // by session and stream
+  std::size_t bytes_ = 0;                                                       // of all that waits
   bool closed_ = false;
 };
 

@@ -1,6 +1,7 @@
 #include "net/output_queue.h"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "net/framing.h"
@@ -20,6 +21,7 @@ void OutputQueue::push_goodbye(SharedBytes message) {
 }
 
 void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
+  assert(frame.layer == 0 || frame.delta != nullptr);
   Stream& stream = streams_[frame.stream_id];
   for (std::uint32_t layer = time_layer_max; layer > 0 && layer >= frame.layer && !has_room(stream); --layer) {
     shed(frame.stream_id, stream, layer);

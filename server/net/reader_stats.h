@@ -39,7 +39,7 @@ struct ReaderStats {
   std::vector<StreamStats> streams;
 };
 
-/// How long frames waited before they were written.
+/// How long frames waited before their write began.
 struct QueueAges {
   static constexpr std::array bounds_s{1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5, 1.0, 5.0};
   std::array<std::uint64_t, bounds_s.size() + 1> counts{};  // up to each bound, and past the last

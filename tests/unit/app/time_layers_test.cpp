@@ -225,6 +225,23 @@ TEST_F(TimeLayers, AWorldAtRestIsSeenAtRestByThoseWhoShedItsLastFrame) {
   }
 }
 
+TEST_F(TimeLayers, TheSameTickOnceMoreAndAnEarlierOneAreOfLayerZero) {
+  Reader ann(1, hub_);
+  for (int i = 0; i < 5; ++i) ann.deliver(tick());
+  ann.deliver(rest());
+  ann.read();
+  for (const std::uint64_t tick : {5U, 3U, 3U}) {  // none of them of a turn of layer 0
+    Outbox outbox;
+    hub_.encode_tick(LiveFrames(world_.physics()), tick, false, outbox);
+    ann.deliver(outbox);
+    const auto frames = ann.read();
+    ASSERT_EQ(frames.size(), 1U);
+    EXPECT_TRUE(frames[0].key);
+    EXPECT_EQ(frames[0].layer, 0U);
+    EXPECT_EQ(frames[0].tick, tick);
+  }
+}
+
 TEST_F(TimeLayers, KeysAtAnIntervalAreOfLayerZero) {
   const auto session = std::make_shared<Session>(1);
   v1::Subscribe request;

@@ -1,0 +1,38 @@
+#include "app/inbox.h"
+
+#include <gtest/gtest.h>
+
+namespace pneuma::app {
+namespace {
+
+ReaderReported report(net::SessionId session, std::uint32_t stream_id, double drain_bytes_s) {
+  return {session, {.at = {}, .drain_bytes_s = drain_bytes_s, .stream = {.stream_id = stream_id, .totals = {}}}};
+}
+
+TEST(Inbox, KeepsTheLastReportOnAReaderOfAStream) {
+  Inbox inbox;
+  for (int i = 1; i <= 10'000; ++i) {
+    for (const std::uint32_t stream_id : {1U, 2U}) {
+      ASSERT_EQ(inbox.post(report(7, stream_id, i)), Inbox::Post::taken);
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    const auto taken = inbox.take();
+    ASSERT_TRUE(taken);
+    EXPECT_EQ(std::get<ReaderReported>(*taken).report.drain_bytes_s, 10'000.0);
+  }
+  EXPECT_FALSE(inbox.take());
+}
+
+TEST(Inbox, RequestsComeBeforeReportsAndAreCountedWithoutThem) {
+  Inbox inbox;
+  for (std::uint32_t i = 0; i < base::world_inbox_requests_max; ++i) (void)inbox.post(report(1, i, 0.0));
+  for (std::size_t i = 0; i < base::world_inbox_requests_max; ++i) {
+    ASSERT_EQ(inbox.post(Request{}), Inbox::Post::taken);
+  }
+  EXPECT_EQ(inbox.post(Request{}), Inbox::Post::full);
+  EXPECT_TRUE(std::holds_alternative<Request>(*inbox.take()));
+}
+
+}  // namespace
+}  // namespace pneuma::app
