@@ -149,7 +149,7 @@ void add_export(CLI::App& app, FileWork& work) {
           "targets; usda: USD with time samples")
       ->required()
       ->check(CLI::IsMember({"obj", "gltf", "pc2", "usda"}));
-  command->add_option("--out", arguments->out, "The folder or file")->required();
+  command->add_option("--out", arguments->out, "The folder, or the file: .glb for gltf, .usda for usda")->required();
   command->add_flag("--force", arguments->force, "Replace what is there");
   command->add_option("--body", range.body, "This soft body alone");
   command->add_option("--from", range.from_s, "Seconds into the recording")->check(not_negative_check());

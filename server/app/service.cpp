@@ -48,7 +48,9 @@ Status Service::start() {
   }
   if (config_.http != "off" && config_.web_dir != "off") {
     auto web = WebFolder::load(config_.web_dir);
-    if (!web.ok()) return web.status().inside("--web-dir");
+    if (!web.ok()) {
+      return {web.status().code(), web.status().what(), "--web-dir " + web.status().where()};
+    }
     web_ = std::move(*web);
   }
   if (auto status = host_->start(); !status.ok()) return status;

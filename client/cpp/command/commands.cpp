@@ -36,6 +36,7 @@ base::Status print_head(Session& session, const v1::Stats& stats) {
              stats.paused() ? "paused" : "running", number_text(stats.rate_hz()), std::to_string(stats.substeps()),
              stats.integrator(), hash_text(stats.state_hash())});
   base::Status printed = table.print(session.output);
+  if (printed.ok() && !stats.substeps_reason().empty()) printed = session.output.line(stats.substeps_reason());
   if (!printed.ok()) return printed;
 
   Table pace({"time_ratio", "slipped_s", "step_ms", "step_ms_max", "encode_ms", "due_error_ms_p99", "subscribers",
