@@ -52,6 +52,17 @@ test("a second stream of the same kind is refused, and the first goes on", async
   await client.unsubscribe(stream);
 });
 
+test("a second stream that only the server knows to be the same leaves the first its wishes", async () => {
+  let heard: () => void;
+  const applied = new Promise<void>((resolve) => (heard = resolve));
+  const stream = await client.subscribe("five-balls", { commands: true }, { frame: () => {}, applied: () => heard() });
+  const again = client.subscribe("five-balls", { rateHz: stream.subscribed.rateHz }, new Frames());
+  await assert.rejects(again, refusal("FAILED_PRECONDITION", ""));
+  await client.impulse("five-balls", { body: "ball-1", impulse: { x: 0, y: 1, z: 0 } });
+  await applied;
+  await client.unsubscribe(stream);
+});
+
 test("a paused world steps as asked, and an edit shows in its scene", async () => {
   await client.createWorld({ name: "paused", source: { case: "builtin", value: "bouncing-ball" }, paused: true });
   const { tick } = await client.step("paused", 5);
@@ -123,8 +134,9 @@ test("a lost connection comes back with its streams", async () => {
   await lasting.subscribe("bouncing-ball", {}, frames);
   await frames.next(({ isKey }) => !isKey);
   await first.kill();
+  const again = frames.next(({ isKey }) => isKey);
   const second = await Server.start([...flags, "--http", first.http]);
-  await frames.next(({ isKey }) => isKey);
+  await again;
   assert.deepEqual(states, ["open", "lost", "open"]);
   assert.equal((await lasting.worlds()).length, 1);
   lasting.close();
