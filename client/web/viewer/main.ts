@@ -166,6 +166,8 @@ class Page {
         { maxErrorM, commands: true },
         {
           frame: (frame) => this.take(frame),
+          // A pause may be among what was left out.
+          gap: () => void this.ask(async () => this.tellWorld(await client.worlds())),
           applied: ({ command }) => {
             const kind = command?.request.case;
             if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { Client, type ClientState, PneumaError } from "../../src/index.js";
+import { Client, type ClientState, type Frame, InlineDecoder, PneumaError } from "../../src/index.js";
 import { Frames } from "../frames.js";
 import { Server } from "../server.js";
 
@@ -141,6 +141,33 @@ test("a lost connection comes back with its streams", async () => {
   assert.equal((await lasting.worlds()).length, 1);
   lasting.close();
   await second.kill();
+});
+
+/** Is behind once, when it is told to be. */
+class BusyDecoder extends InlineDecoder {
+  isBusy = false;
+
+  override isBehind(): boolean {
+    const { isBusy } = this;
+    this.isBusy = false;
+    return isBusy;
+  }
+}
+
+test("a stream that was decoded too slowly goes on with a key frame", async () => {
+  const decoder = new BusyDecoder();
+  const own = await Client.connect(server.url, { decoder });
+  const frames = new Frames();
+  let gap: readonly number[] = [];
+  const listener = { frame: (frame: Frame) => frames.frame(frame), gap: (...ticks: number[]) => (gap = ticks) };
+  await own.subscribe("five-balls", { commands: true }, listener);
+  const last = await frames.next(({ isKey }) => !isKey);
+  const key = frames.next(({ isKey }) => isKey);
+  decoder.isBusy = true;
+  const { tick } = await key;
+  assert.ok(last.tick < gap[0]! && gap[0]! <= gap[1]! && gap[1]! <= tick, `${last.tick} ${gap} ${tick}`);
+  await frames.next(({ isKey }) => !isKey);
+  own.close();
 });
 
 test("where nothing listens, connecting says so", async () => {

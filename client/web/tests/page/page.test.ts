@@ -163,6 +163,19 @@ test("a lost connection is told of, and comes back", async () => {
   await page.waitForSelector("#notice", { state: "hidden" });
 });
 
+test("a server that asks for a token after it was restarted is given one", async () => {
+  const { http } = server;
+  await server.kill();
+  server = await Server.start(["--scene", world, "--http", http], "secret-of-this-test");
+  await page.waitForSelector("#sign-in:not([hidden])");
+  const tick = await shownTick();
+  await page.fill("#token", "secret-of-this-test");
+  await page.click("#sign-in button");
+  await page.waitForSelector("body:not(.lost)");
+  await page.waitForFunction((last) => Number(document.getElementById("status")!.dataset["tick"]) !== last, tick);
+  assert.ok(!(await page.isVisible("#sign-in")));
+});
+
 test("on a phone the world comes first, its controls at a touch", async () => {
   await page.setViewportSize({ width: 390, height: 780 });
   await page.reload();
