@@ -25,6 +25,7 @@ for (const name of readdirSync(folder)) {
   writeFileSync(join(folder, `${name}.gz`), compressed);
   bytes += compressed.length;
 }
+// A second or two of a slow phone line (2 Mbit/s), and twice what it is: three.js, its largest part, is to come in once.
 const bytesMax = 350_000;
 console.log(`the page is ${Math.ceil(bytes / 1000)} kB compressed`);
 if (bytes > bytesMax) throw new Error(`that is past ${bytesMax / 1000} kB`);

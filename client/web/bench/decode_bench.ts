@@ -19,6 +19,9 @@ class Recorder implements FrameDecoder {
     this.recorded.payloads.push({ payload, base });
     return Promise.resolve(new Float64Array(3 * this.recorded.meshes.reduce((sum, mesh) => sum + mesh.vertexCount, 0)));
   }
+  isBehind(): boolean {
+    return false;
+  }
   end(): void {}
   close(): void {}
 }

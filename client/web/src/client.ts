@@ -7,7 +7,6 @@ import {
   type Event,
   Event_Kind,
   type GrabSchema,
-  type Grabbed,
   type ImpulseSchema,
   type Stats,
   SubscribeSchema,
@@ -17,8 +16,10 @@ import {
 } from "../proto/pneuma/v1/session_pb.js";
 import { Connection, type Reply, type ReplyKind, type Request, type Update } from "./connection.js";
 import { type FrameDecoder, InlineDecoder } from "./decoder.js";
-import { type ErrorCode, PneumaError } from "./errors.js";
-import { MeshStore, Stream, type StreamListener, type SubscribeOptions } from "./stream.js";
+import { callUser, type ErrorCode, PneumaError } from "./errors.js";
+import { Grab } from "./grab.js";
+import { retryDelayMs, steadyMs } from "./retry.js";
+import { type Feed, MeshStore, Stream, type StreamListener, type SubscribeOptions } from "./stream.js";
 
 /** A message's fields, those left out at their default. */
 type Fields<Schema extends Parameters<typeof create>[0], Without extends string = never> = Omit<
@@ -39,7 +40,7 @@ export interface ClientOptions {
   readonly replyTimeoutMs?: number;
   /** Whether a connection that broke is made anew, and its streams with it. Unset: yes. */
   readonly reconnect?: boolean;
-  /** Unset: frames are decoded on this thread. Closed with the client. */
+  /** Unset: frames are decoded on this thread. Closed with the client, or when connecting fails. */
   readonly decoder?: FrameDecoder;
   /** Called with each change of state, and why. */
   readonly stateChanged?: (state: ClientState, reason?: PneumaError) => void;
@@ -47,14 +48,11 @@ export interface ClientOptions {
   readonly event?: (event: Event) => void;
 }
 
-const retryMsMin = 250;
-const retryMsMax = 10_000;
 // Trying again does not help.
 const lastingErrors: ReadonlySet<ErrorCode> = new Set(["UNAUTHENTICATED", "UNSUPPORTED", "INVALID_ARGUMENT"]);
 
-/** How long to wait before the try after `failures`: twice as long each time, less up to a half so that many clients spread. */
-export function retryDelayMs(failures: number, random = Math.random()): number {
-  return Math.min(retryMsMin * 2 ** failures, retryMsMax) * (1 - random / 2);
+function streamExists(): PneumaError {
+  return new PneumaError("FAILED_PRECONDITION", "there is a stream of this world with these frames");
 }
 
 /**
@@ -64,11 +62,20 @@ export function retryDelayMs(failures: number, random = Math.random()): number {
 export class Client {
   private readonly decoder: FrameDecoder;
   private readonly meshes = new MeshStore();
+  /** Those that were accepted once and are not over. */
   private readonly streams = new Set<Stream>();
+  /** Those whose first Subscribe has no answer yet. */
+  private readonly asked = new Set<Stream>();
+  /** Of this connection. */
   private streamsById = new Map<number, Stream>();
+  /** By id, those of this connection whose Unsubscribe has no answer yet. */
+  private leaving = new Map<number, Promise<unknown>>();
   private connection: Connection | undefined;
   private state_: ClientState = "lost";
-  private retry: ReturnType<typeof setTimeout> | undefined;
+  private openedAtMs = 0;
+  /** Connections in a row that failed or did not last. */
+  private failures = 0;
+  private readonly timers = new Set<ReturnType<typeof setTimeout>>();
   private streamsMade = 0;
 
   private constructor(
@@ -84,7 +91,12 @@ export class Client {
    */
   static async connect(url: string, options: ClientOptions = {}): Promise<Client> {
     const client = new Client(url, options);
-    await client.open();
+    try {
+      await client.open();
+    } catch (error) {
+      client.decoder.close();
+      throw error;
+    }
     return client;
   }
 
@@ -120,21 +132,29 @@ export class Client {
   }
 
   /**
-   * Subscribes to a world's frames. Asking again for the same world, rate and error bound is FAILED_PRECONDITION as long as
-   * the first stream lasts.
+   * Subscribes to a world's frames. Asking again for the same frames of the same world is FAILED_PRECONDITION as long as the
+   * first stream lasts.
    */
   async subscribe(world: string, options: SubscribeOptions, listener: StreamListener): Promise<Stream> {
-    const failed = (error: PneumaError) => this.connection?.end(error);
-    const stream = new Stream(world, options, listener, this.streamsMade++, this.decoder, this.meshes, failed);
-    await this.begin(stream);
+    const stream = new Stream(world, options, listener, this.streamsMade++, this.decoder, this.meshes);
+    if (this.hasLike(stream)) throw streamExists();
+    this.asked.add(stream);
+    try {
+      // An Unsubscribe sent after this Subscribe, for the successor of a stream that was left, could be for this one.
+      if (this.leaving.size > 0) await Promise.all(this.leaving.values());
+      await this.begin(stream);
+    } finally {
+      this.asked.delete(stream);
+    }
     return stream;
   }
 
   async unsubscribe(stream: Stream): Promise<void> {
     if (!this.streams.has(stream)) return;
     const { streamId } = stream.subscribed;
+    const isOpen = this.streamsById.get(streamId) === stream;
     this.endStream(stream, new PneumaError("UNAVAILABLE", "the stream was closed"));
-    if (this.connection) await this.call({ case: "unsubscribe", value: { streamId } }, "done");
+    if (isOpen) await this.leave(streamId);
   }
 
   /** All changes take effect between two ticks, or none does. */
@@ -199,7 +219,7 @@ export class Client {
   private setState(state: ClientState, reason?: PneumaError): void {
     if (state === this.state_) return;
     this.state_ = state;
-    this.options.stateChanged?.(state, reason);
+    callUser(() => this.options.stateChanged?.(state, reason));
   }
 
   private async open(): Promise<void> {
@@ -213,64 +233,150 @@ export class Client {
     });
     if (this.state_ === "closed") return connection.end(new PneumaError("UNAVAILABLE", "the client was closed"));
     this.connection = connection;
+    this.openedAtMs = Date.now();
     this.setState("open");
-    await Promise.all([...this.streams].map((stream) => this.beginAgain(stream)));
+    for (const stream of this.streams) void this.beginAgain(stream);
   }
 
   private lose(error: PneumaError): void {
     this.connection = undefined;
     this.streamsById = new Map();
+    this.leaving = new Map();
     if (this.state_ === "closed") return;
     if (this.options.reconnect === false || lastingErrors.has(error.code)) return this.closeFor(error);
+    if (Date.now() - this.openedAtMs >= steadyMs) this.failures = 0;
     this.setState("lost", error);
-    this.tryAgain(0);
+    this.tryAgain(error);
   }
 
-  private tryAgain(failures: number): void {
-    this.retry = setTimeout(() => {
+  private tryAgain({ retryAfterS }: PneumaError): void {
+    this.later(retryDelayMs(this.failures++, retryAfterS), () => {
       this.open().catch((error: PneumaError) => {
         if (lastingErrors.has(error.code)) this.closeFor(error);
-        else if (this.state_ === "lost") this.tryAgain(failures + 1);
+        else if (this.state_ === "lost") this.tryAgain(error);
       });
-    }, retryDelayMs(failures));
+    });
+  }
+
+  /** Not past the client's end. */
+  private later(delayMs: number, action: () => void): void {
+    if (this.state_ === "closed") return;
+    const timer = setTimeout(() => {
+      this.timers.delete(timer);
+      action();
+    }, delayMs);
+    this.timers.add(timer);
   }
 
   private closeFor(error: PneumaError): void {
     if (this.state_ === "closed") return;
     this.setState("closed", error);
-    clearTimeout(this.retry);
+    for (const timer of this.timers) clearTimeout(timer);
     for (const stream of this.streams) this.endStream(stream, error);
     this.connection?.end(error);
     this.decoder.close();
   }
 
-  private async begin(stream: Stream): Promise<void> {
-    const value = { ...stream.options, world: stream.world, knownTopologies: this.meshes.hashes() };
-    let isTaken = false;
+  private hasLike(stream: Stream): boolean {
+    return [...this.streams, ...this.asked].some((other) => other !== stream && other.isLike(stream));
+  }
+
+  /** @param timeoutMs unset: that of all replies; 0: as long as the connection lasts */
+  private async begin(stream: Stream, timeoutMs?: number): Promise<void> {
+    const connection = this.connected();
+    let holder: Stream | undefined;
+    let isGivenUp = false;
     const accepted = (info: Subscribed) => {
-      isTaken = this.streamsById.has(info.streamId);
-      if (isTaken) return;
-      stream.begin(info);
+      holder = this.streamsById.get(info.streamId);
+      if (holder) return;
+      if (stream.isOver || isGivenUp) {
+        if (!this.hasLike(stream)) this.leaveUnasked(info.streamId);
+        return;
+      }
+      stream.begin(info, this.feedOf(stream, connection));
       this.streamsById.set(info.streamId, stream);
       this.streams.add(stream);
     };
-    await this.connected().call({ case: "subscribe", value: create(SubscribeSchema, value) }, "subscribed", accepted);
-    if (isTaken) throw new PneumaError("FAILED_PRECONDITION", "there is a stream of this world, rate and error bound");
+    try {
+      await connection.call(this.subscribeRequest(stream), "subscribed", accepted, timeoutMs);
+    } catch (error) {
+      isGivenUp = true;
+      throw error;
+    }
+    if (!holder) return;
+    // Only the server could tell that the two are one. The first keeps the wishes it had.
+    await connection.call(this.subscribeRequest(holder), "subscribed");
+    throw streamExists();
   }
 
-  private async beginAgain(stream: Stream): Promise<void> {
+  private subscribeRequest(stream: Stream): Request {
+    const value = { ...stream.options, world: stream.world, knownTopologies: this.meshes.hashes() };
+    return { case: "subscribe", value: create(SubscribeSchema, value) };
+  }
+
+  /** On a connection on which it is not begun; of one that breaks, the next begins it. */
+  private async beginAgain(stream: Stream, failures = 0): Promise<void> {
+    const { connection } = this;
+    const isStale = () => stream.isOver || connection === undefined || connection !== this.connection;
+    if (isStale()) return;
     try {
-      await this.begin(stream);
+      await this.begin(stream, 0);
     } catch (error) {
-      // Of a connection that broke again, the next one begins it.
-      if ((error as PneumaError).code !== "UNAVAILABLE") this.endStream(stream, error as PneumaError);
+      if (isStale()) return;
+      const { code, retryAfterS } = error as PneumaError;
+      if (code !== "UNAVAILABLE") return this.endStream(stream, error as PneumaError);
+      this.later(retryDelayMs(failures, retryAfterS), () => {
+        if (!isStale()) void this.beginAgain(stream, failures + 1);
+      });
     }
+  }
+
+  private feedOf(stream: Stream, connection: Connection): Feed {
+    return {
+      failed: (error) => {
+        if (connection !== this.connection) return;
+        // Bytes may be broken once. What cannot be read for another reason, or by a decoder that is broken, never can.
+        if (error.code === "MALFORMED") connection.end(error);
+        else this.closeFor(error);
+      },
+      behind: (caughtUp) => void this.catchUp(stream, caughtUp),
+    };
+  }
+
+  /** Leaves the stream at the server until what was received of it is decoded; it begins anew with a key frame. */
+  private async catchUp(stream: Stream, caughtUp: Promise<unknown>): Promise<void> {
+    const { connection } = this;
+    const { streamId } = stream.subscribed;
+    this.streamsById.delete(streamId);
+    await Promise.allSettled([this.leave(streamId), caughtUp]);
+    if (connection === this.connection) await this.beginAgain(stream);
   }
 
   private endStream(stream: Stream, error: PneumaError): void {
     this.streams.delete(stream);
-    this.streamsById.delete(stream.subscribed.streamId);
+    const { streamId } = stream.subscribed;
+    // Its id may be of an earlier connection, and another's by now.
+    if (this.streamsById.get(streamId) === stream) this.streamsById.delete(streamId);
     stream.end(error);
+  }
+
+  /** Ends a stream at the server. One that is not there any more is left, too. */
+  private leave(streamId: number): Promise<void> {
+    const { leaving } = this;
+    const left = this.call({ case: "unsubscribe", value: { streamId } }, "done").then(
+      () => {},
+      (error: PneumaError) => {
+        if (error.code !== "NOT_FOUND") throw error;
+      },
+    );
+    const done = () => void leaving.delete(streamId);
+    leaving.set(streamId, left.then(done, done));
+    return left;
+  }
+
+  /** Nobody waits to hear that it failed. */
+  private leaveUnasked(streamId: number): void {
+    this.leave(streamId).catch(() => {});
   }
 
   private take(message: Update, bytes: number): void {
@@ -289,61 +395,22 @@ export class Client {
 
   private takeEvent(event: Event): void {
     const stream = this.streamsById.get(event.streamId);
+    const { successor } = event;
     if (event.kind === Event_Kind.STREAM_RATE_CHANGED) {
       stream?.setRate(event.rateHz);
-    } else if (event.kind === Event_Kind.STREAM_REPLACED && stream && event.successor) {
+    } else if (event.kind === Event_Kind.STREAM_REPLACED && successor) {
       this.streamsById.delete(event.streamId);
-      stream.begin(event.successor);
-      this.streamsById.set(event.successor.streamId, stream);
+      if (stream && this.connection) {
+        stream.begin(successor, this.feedOf(stream, this.connection));
+        this.streamsById.set(successor.streamId, stream);
+      } else if (this.leaving.has(event.streamId)) {
+        this.leaveUnasked(successor.streamId); // it crossed the Unsubscribe
+      }
     } else if (event.kind === Event_Kind.WORLD_DESTROYED) {
       const gone = [...this.streams].filter(({ world }) => world === event.world);
       for (const each of gone)
         this.endStream(each, new PneumaError("NOT_FOUND", "the world was destroyed", each.world));
     }
-    this.options.event?.(event);
-  }
-}
-
-// So that moves alone do not use up the requests a second that a server takes.
-const moveIntervalMs = 25;
-
-/** A vertex that is held. Over when it is released, its body is gone, the world is reset, or the connection ends. */
-export class Grab {
-  private target: Point | undefined;
-  private isMoving = false;
-
-  constructor(
-    private readonly connection: Connection,
-    private readonly world: string,
-    /** What was grabbed, and at which tick. */
-    readonly grabbed: Grabbed,
-  ) {}
-
-  /**
-   * Moves the point that it is held to. May be called as often as the pointer moves: while one target is under way the
-   * newest waits, those between are left out. Rejects when the grab is over.
-   */
-  async moveTo(target: Point): Promise<void> {
-    this.target = target;
-    if (this.isMoving) return;
-    this.isMoving = true;
-    try {
-      while (this.target) {
-        const next: Point = this.target;
-        this.target = undefined;
-        const { grabId } = this.grabbed;
-        const pause = new Promise((resolve) => setTimeout(resolve, moveIntervalMs));
-        await this.connection.call({ case: "moveGrab", value: { world: this.world, grabId, target: next } }, "done");
-        await pause;
-      }
-    } finally {
-      this.isMoving = false;
-    }
-  }
-
-  async release(): Promise<void> {
-    this.target = undefined;
-    const { grabId } = this.grabbed;
-    await this.connection.call({ case: "releaseGrab", value: { world: this.world, grabId } }, "done");
+    callUser(() => this.options.event?.(event));
   }
 }

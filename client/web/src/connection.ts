@@ -91,12 +91,13 @@ export class Connection {
         if (isWelcome) options.ended(error);
       },
     });
-    socket.onerror = null;
+    socket.onerror = () => {}; // `close` follows; in `ws`, an error that nobody hears ends the program
     socket.onclose = () => connection.end(new PneumaError("UNAVAILABLE", "the connection broke"));
     socket.onmessage = ({ data }) => connection.take(data);
     try {
       const hello = { protocolVersion, token: options.token, clientName: options.clientName };
       connection.welcome = await connection.call({ case: "hello", value: hello }, "welcome");
+      if (connection.error) throw connection.error; // it said goodbye in the same breath
       isWelcome = true;
       return connection;
     } catch (error) {
@@ -107,7 +108,7 @@ export class Connection {
 
   /**
    * Sends a request and waits for its reply.
-   * @param accepted takes the reply before any message that comes after it
+   * @param accepted takes the reply before any message that comes after it, and also one that comes too late
    * @param timeoutMs 0: as long as the connection lasts
    */
   call<Kind extends ReplyKind>(
@@ -131,7 +132,6 @@ export class Connection {
       const waiting: Waiting = { settle, reject };
       if (timeoutMs > 0) {
         waiting.timer = setTimeout(() => {
-          this.waiting.delete(requestId);
           reject(new PneumaError("UNAVAILABLE", `no reply in ${timeoutMs / 1000} s`, request.case));
         }, timeoutMs);
       }

@@ -9,11 +9,13 @@ export interface FrameDecoder {
   begin(stream: number, meshes: readonly Triangles[], gridStep: number): void;
   /**
    * The vertices of all meshes, in the grid's unit: x y z of each vertex, mesh after mesh. Rejects with PneumaError
-   * MALFORMED what is no frame.
+   * MALFORMED what is no frame, with another code where no later one can be decoded either.
    * @param base the time layer whose last frame it builds on; undefined: a key frame
    * @param layer its own
    */
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array>;
+  /** Whether so many of a stream's frames wait that more are not to be asked for. */
+  isBehind(stream: number): boolean;
   end(stream: number): void;
   /** Frees what it holds; nothing is asked of it after. */
   close(): void;
@@ -62,6 +64,10 @@ export class InlineDecoder implements FrameDecoder {
 
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
     return new Promise((resolve) => resolve(this.readers.decode(stream, payload, base, layer)));
+  }
+
+  isBehind(): boolean {
+    return false;
   }
 
   end(stream: number): void {

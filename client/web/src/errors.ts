@@ -29,3 +29,14 @@ export class PneumaError extends Error {
     this.name = "PneumaError";
   }
 }
+
+/** Calls back into the program that uses the library. What that throws is uncaught there, and leaves the library whole. */
+export function callUser(callback: () => void): void {
+  try {
+    callback();
+  } catch (error) {
+    queueMicrotask(() => {
+      throw error;
+    });
+  }
+}

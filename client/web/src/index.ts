@@ -1,9 +1,10 @@
 // @pneuma/client: a client of pneuma-server for browsers and Node.
-export { Client, type ClientOptions, type ClientState, Grab, type Point } from "./client.js";
+export { Client, type ClientOptions, type ClientState, type Point } from "./client.js";
 export type { ReplyKind, Reply, Request, RequestKind } from "./connection.js";
 export type { Triangles } from "./codec/mesh_order.js";
 export { type FrameDecoder, InlineDecoder } from "./decoder.js";
 export { type ErrorCode, PneumaError } from "./errors.js";
+export { Grab } from "./grab.js";
 export {
   type Frame,
   type Layout,

@@ -11,7 +11,7 @@ import { QuaternionSchema, type Quaternion, type Shape, type Vec3, Vec3Schema } 
 import type { Applied, Subscribed, SubscribeSchema } from "../proto/pneuma/v1/session_pb.js";
 import type { Triangles } from "./codec/mesh_order.js";
 import type { FrameDecoder } from "./decoder.js";
-import { PneumaError } from "./errors.js";
+import { callUser, PneumaError } from "./errors.js";
 
 /** The fields of `Subscribe` but those that the library sets; proto/pneuma/v1/session.proto says what each is. */
 export type SubscribeOptions = Omit<
@@ -68,10 +68,21 @@ interface Held {
 }
 const layersMax = 3;
 
+/** Where a stream's frames come from: a connection. */
+export interface Feed {
+  /** What came cannot be read. */
+  failed(error: PneumaError): void;
+  /** More comes than is decoded: nothing is wanted until `caughtUp`, and a key frame then. */
+  behind(caughtUp: Promise<unknown>): void;
+}
+
 export interface StreamListener {
   /** Frames come in order; those of a Gap do not come. */
   frame(frame: Frame): void;
-  /** Frames of these ticks were not sent, because this client read too slowly; a key frame follows. */
+  /**
+   * Frames of these ticks are left out, because this client read or decoded too slowly; a key frame follows. Where it decoded
+   * too slowly, what was applied meanwhile is left out, too.
+   */
   gap?(fromTick: number, toTick: number): void;
   /** With `commands` asked for: a change of the world was carried out. */
   applied?(applied: Applied): void;
@@ -83,6 +94,8 @@ export interface StreamListener {
 const meshVerticesMax = 65_536;
 const meshIndicesMax = 3 * 262_144;
 const worldVerticesMax = 262_144;
+
+const maxErrorMDefault = 0.001; // of Subscribe.max_error_m
 
 function hexadecimal(bytes: Uint8Array): string {
   return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
@@ -125,6 +138,19 @@ function byBody(layout: Layout, all: Float64Array): Float64Array[] {
   });
 }
 
+/** What makes two subscriptions of a world one stream: all but the wishes. proto/WIRE.md, "Streams". */
+function kindOf(options: SubscribeOptions): string {
+  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, timeLayers } = options;
+  const marks = [velocities, scalars, timeLayers].map((mark) => mark ?? false);
+  return JSON.stringify([
+    rateHz ?? 0,
+    maxErrorM || maxErrorMDefault,
+    [...(bodies ?? [])].sort(),
+    levelOfDetail ?? 0,
+    marks,
+  ]);
+}
+
 const noLayout: Layout = { softBodies: [], solids: [] };
 
 /** Of Client.subscribe. It outlives a connection that is restored: its next frame is then a key frame. */
@@ -134,7 +160,12 @@ export class Stream {
   private posesAtFirst: readonly SolidPose[] = [];
   private layout_ = noLayout;
   private info: Subscribed | undefined;
-  private isOver = false;
+  private feed: Feed | undefined;
+  /** What the decoder was begun with. */
+  private begunWith = "";
+  /** The first tick that was left out, since the last frame that was not. */
+  private leftOutFrom: number | undefined;
+  private isOver_ = false;
   private told: Promise<unknown> = Promise.resolve();
 
   // In the decoder, which keeps places and velocities apart.
@@ -148,14 +179,12 @@ export class Stream {
     ordinal: number,
     private readonly decoder: FrameDecoder,
     private readonly meshes: MeshStore,
-    /** Called when what came cannot be read. */
-    private readonly failed: (error: PneumaError) => void,
   ) {
     this.placesKey = 2 * ordinal;
     this.velocitiesKey = 2 * ordinal + 1;
   }
 
-  /** What the server has agreed to: rate, error bound. */
+  /** What the server has agreed to: rate, error bound. While the connection is lost, as it was before. */
   get subscribed(): Subscribed {
     if (!this.info) throw new PneumaError("FAILED_PRECONDITION", "not subscribed");
     return this.info;
@@ -165,9 +194,19 @@ export class Stream {
     return this.layout_;
   }
 
+  get isOver(): boolean {
+    return this.isOver_;
+  }
+
+  /** Whether the server would take them for one; it may find others alike, as it rounds rates. */
+  isLike(other: Stream): boolean {
+    return this.world === other.world && kindOf(this.options) === kindOf(other.options);
+  }
+
   /** It was accepted: the frames of `info.streamId` are its own. */
-  begin(info: Subscribed): void {
+  begin(info: Subscribed, feed: Feed): void {
     this.info = info;
+    this.feed = feed;
     this.held = [];
   }
 
@@ -190,18 +229,28 @@ export class Stream {
     this.posesAtFirst = solids.map(() => nowhere);
     const { gridStepM, velocityGridStepMS } = this.subscribed;
     const meshes = softBodies.map(({ mesh }) => mesh);
+    // The same again, of a stream that begins anew: its key frame alone sets the decoder right.
+    const begunWith = JSON.stringify([meshes.map(({ hash }) => hash), gridStepM, velocityGridStepMS]);
+    if (begunWith === this.begunWith) return;
+    this.begunWith = begunWith;
     this.decoder.begin(this.placesKey, meshes, gridStepM);
     if (this.options.velocities) this.decoder.begin(this.velocitiesKey, meshes, velocityGridStepMS);
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
     const { layoutId, tick, timeS, payload, scalars, layer } = message;
+    const { feed } = this;
+    if (this.decoder.isBehind(this.placesKey)) {
+      this.leftOutFrom ??= Number(tick);
+      return feed?.behind(this.told);
+    }
     if (layoutId !== this.layoutId) throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
     const base = this.baseOf(message);
     const poses = this.posesOf(message, base);
     this.held[layer] = { tick, poses };
     const layout = this.layout_;
     const isKey = base === undefined;
+    this.tellLeftOut(Number(tick));
     const decoded = Promise.all([
       this.decoder.decode(this.placesKey, payload, base, layer),
       this.options.velocities ? this.decoder.decode(this.velocitiesKey, message.velocities, base, layer) : undefined,
@@ -222,7 +271,9 @@ export class Stream {
             scalars,
           });
         },
-      (error: PneumaError) => () => this.failed(error),
+      (error) => () => {
+        feed?.failed(error instanceof PneumaError ? error : new PneumaError("INTERNAL", String(error)));
+      },
     );
     this.tell(decoded);
   }
@@ -236,17 +287,25 @@ export class Stream {
   }
 
   end(error: PneumaError): void {
-    this.isOver = true;
+    if (this.isOver_) return;
+    this.isOver_ = true;
     this.decoder.end(this.placesKey);
     if (this.options.velocities) this.decoder.end(this.velocitiesKey);
-    this.listener.ended?.(error);
+    callUser(() => this.listener.ended?.(error));
+  }
+
+  private tellLeftOut(nextTick: number): void {
+    const from = this.leftOutFrom;
+    if (from === undefined) return;
+    this.leftOutFrom = undefined;
+    this.tell(() => this.listener.gap?.(from, Math.max(from, nextTick - 1)));
   }
 
   /** Calls the listener in the order of these calls, whenever what there is to tell is ready. */
   private tell(notice: (() => void) | Promise<() => void>): void {
     const turn = this.told.then(() => notice);
     void turn.then((notify) => {
-      if (!this.isOver) notify();
+      if (!this.isOver) callUser(notify);
     });
     this.told = turn;
   }

@@ -11,7 +11,11 @@ export type DecodeRequest =
 
 export type DecodeReply = { positions: Float64Array } | { code: ErrorCode; what: string; where: string };
 
+// Half a second at 60 Hz. What waits longer is late already, and is memory that nothing else bounds.
+const waitingMax = 30;
+
 interface Waiting {
+  readonly stream: number;
   resolve(positions: Float64Array): void;
   reject(error: PneumaError): void;
 }
@@ -40,10 +44,14 @@ export class WorkerDecoder implements FrameDecoder {
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
     if (this.broken) return Promise.reject(this.broken);
     return new Promise((resolve, reject) => {
-      this.waiting.push({ resolve, reject });
+      this.waiting.push({ stream, resolve, reject });
       const own = payload.slice(); // a view of a message takes all of it along
       this.post({ kind: "decode", stream, payload: own, base, layer }, [own.buffer]);
     });
+  }
+
+  isBehind(stream: number): boolean {
+    return this.waiting.filter((waiting) => waiting.stream === stream).length >= waitingMax;
   }
 
   end(stream: number): void {

@@ -32,6 +32,7 @@ export class Server {
 
   /** Ends it as a crash would. */
   async kill(): Promise<void> {
+    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
     const exit = once(this.process, "exit");
     this.process.kill("SIGKILL");
     await exit;

@@ -1,5 +1,6 @@
 // The sliders: gravity, gas and stiffness of a world, as its scene has them and as they are changed.
 import { type Client, PneumaError, type Scene } from "../src/index.js";
+import { element } from "./element.js";
 import { Latest } from "./latest.js";
 
 type Changes = Parameters<Client["edit"]>[1]["changes"];
@@ -8,10 +9,6 @@ interface Slider {
   readonly input: HTMLInputElement;
   readonly output: HTMLOutputElement;
   text(value: number): string;
-}
-
-function element<Type extends HTMLElement>(id: string): Type {
-  return document.getElementById(id) as Type;
 }
 
 /** Gas and stiffness go by factors of what they were: powers of two, one a unit of the slider. */

@@ -1,5 +1,6 @@
 // Sends the newest of many values, one at a time and no faster than a server takes them.
 
+// 20 a second, of the requests that a server takes from a client: so that a slider alone does not use them up.
 const intervalMs = 50;
 
 export class Latest<Value> {

@@ -1,13 +1,18 @@
 // The page: connects, shows the worlds and one of them in 3D, and hands what its controls say to the server.
-import { Client, Event_Kind, type Frame, PneumaError, type Stream, WorkerDecoder } from "../src/index.js";
+import {
+  Client,
+  Event_Kind,
+  type Frame,
+  PneumaError,
+  type Stream,
+  WorkerDecoder,
+  type WorldList_World,
+} from "../src/index.js";
 import { Sliders } from "./changes.js";
+import { element } from "./element.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
 import { Playback } from "./playback.js";
-
-function element<Type extends HTMLElement = HTMLElement>(id: string): Type {
-  return document.getElementById(id) as Type;
-}
 
 const phoneWidthPx = 600; // as in style.css
 const maxErrorM = 0.0005;
@@ -37,6 +42,9 @@ class Page {
   private stream: Stream | undefined;
   private world = "";
   private isPaused = false;
+  // Worlds are opened one after the other, and of those that wait only the last.
+  private opening: Promise<void> = Promise.resolve();
+  private openings = 0;
   private pictures = 0;
   private counted = { frames: 0, bytes: 0 };
 
@@ -69,7 +77,8 @@ class Page {
         stateChanged: (state, reason) => {
           document.body.classList.toggle("lost", state !== "open");
           if (state === "open") void this.resume();
-          else say(state === "lost" ? "The connection is lost. Reconnecting…" : (reason?.message ?? ""));
+          else if (state === "lost") say("The connection is lost. Reconnecting…");
+          else if (reason) this.turnedAway(reason, token);
         },
         event: ({ kind, world }) => {
           if (kind === Event_Kind.WORLD_RESET && world === this.world) void this.readScene();
@@ -78,10 +87,14 @@ class Page {
       sessionStorage.setItem(tokenKey, token);
       await this.open();
     } catch (error) {
-      const { code, message } = error as PneumaError;
-      element("sign-in").hidden = code !== "UNAUTHENTICATED";
-      say(code === "UNAUTHENTICATED" && token === "" ? "" : message);
+      this.turnedAway(error as PneumaError, token);
     }
+  }
+
+  /** Of a token that was refused, also where the server asks for another one than before. */
+  private turnedAway({ code, message }: PneumaError, token: string): void {
+    element("sign-in").hidden = code !== "UNAUTHENTICATED";
+    say(code === "UNAUTHENTICATED" && token === "" ? "" : message);
   }
 
   private listen(): void {
@@ -114,9 +127,11 @@ class Page {
       f: "frame-all",
     };
     addEventListener("keydown", (event) => {
-      const isTyping = event.target instanceof HTMLElement && event.target.matches("input, select, button, summary");
-      const id = keys[event.key.toLowerCase()];
-      if (!id || isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+      const { key, target } = event;
+      const isOn = (controls: string) => target instanceof HTMLElement && target.matches(controls);
+      const isTaken = isOn("select, #token") || (key === " " && isOn("button, summary, input"));
+      const id = keys[key?.toLowerCase()]; // a browser that fills in a field sends events without a key
+      if (!id || isTaken || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       element(id).click();
     });
@@ -128,33 +143,41 @@ class Page {
   }
 
   /** Shows the world that the address names, or the first one. */
-  private async open(): Promise<void> {
+  private open(): Promise<void> {
+    const own = ++this.openings;
+    this.opening = this.opening.then(() => (own === this.openings ? this.show() : undefined));
+    return this.opening;
+  }
+
+  private async show(): Promise<void> {
     const { client } = this;
     if (!client) return;
     try {
-      const names = await this.listWorlds(client);
-      const world = wantedWorld() ?? names[0];
+      const list = await this.listWorlds(client);
+      const world = wantedWorld() ?? list[0]?.name;
       if (this.stream) await client.unsubscribe(this.stream);
-      this.stream = undefined;
       this.playback.clear();
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
+      this.tellWorld(list);
       this.picture.forget();
       this.stream = await client.subscribe(
         world,
         { maxErrorM, commands: true },
         {
           frame: (frame) => this.take(frame),
+          // A pause may be among what was left out.
+          gap: () => void this.ask(async () => this.tellWorld(await client.worlds())),
           applied: ({ command }) => {
             const kind = command?.request.case;
             if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");
           },
           ended: (error) => {
+            this.stream = undefined;
             if (error.code === "NOT_FOUND") say(error.message);
           },
         },
       );
-      worlds.value = world;
       document.title = `${world} · Pneuma`;
       say("");
       await this.readScene();
@@ -163,20 +186,28 @@ class Page {
     }
   }
 
-  private async listWorlds(client: Client): Promise<string[]> {
+  private async listWorlds(client: Client): Promise<WorldList_World[]> {
     const list = (await client.worlds()).filter(({ damaged }) => !damaged);
     worlds.replaceChildren(...list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name)));
-    this.setPaused(list.find(({ name }) => name === (wantedWorld() ?? list[0]?.name))?.paused ?? false);
-    return list.map(({ name }) => name);
+    return list;
+  }
+
+  private tellWorld(list: readonly WorldList_World[]): void {
+    worlds.value = this.world;
+    this.setPaused(list.find(({ name }) => name === this.world)?.paused ?? false);
   }
 
   /** After a connection that was lost. */
   private async resume(): Promise<void> {
-    if (!this.stream || !this.client) return;
-    say("");
-    await this.listWorlds(this.client);
-    worlds.value = this.world;
-    await this.readScene();
+    if (!this.client) return;
+    if (!this.stream) return this.open();
+    try {
+      say("");
+      this.tellWorld(await this.listWorlds(this.client));
+      await this.readScene();
+    } catch (error) {
+      say((error as PneumaError).message);
+    }
   }
 
   private async readScene(): Promise<void> {

@@ -94,14 +94,16 @@ class HeadReader {
   }
 }
 
-/** The heads, and the bytes of the residuals behind them. Throws PneumaError MALFORMED. */
+/** The heads, and the bytes of the residuals behind them. Throws PneumaError MALFORMED, UNSUPPORTED for another format. */
 export function takeHeads(
   payload: Uint8Array,
   isKey: boolean,
   vertexCounts: readonly number[],
 ): { heads: BlockHead[]; residuals: Uint8Array } {
   if (payload.length === 0) throw malformed("the payload is empty");
-  if (payload[0] !== format) throw malformed(`format ${payload[0]}; this client reads ${format}`);
+  if (payload[0] !== format) {
+    throw new PneumaError("UNSUPPORTED", `format ${payload[0]}; this client reads ${format}`, "payload");
+  }
   const reader = new HeadReader(payload);
   const heads = vertexCounts.map((count, body) => reader.head(body, count, isKey));
   return { heads, residuals: reader.rest() };

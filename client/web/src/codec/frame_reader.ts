@@ -87,7 +87,7 @@ export class FrameReader {
   }
 
   /**
-   * Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED) nothing is kept.
+   * Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED or UNSUPPORTED) nothing is kept.
    * @param base the layer whose last frame it builds on; undefined: a key frame
    * @param layer its own
    */

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { Client, type ClientState, PneumaError } from "../../src/index.js";
+import { Client, type ClientState, type Frame, InlineDecoder, PneumaError } from "../../src/index.js";
 import { Frames } from "../frames.js";
 import { Server } from "../server.js";
 
@@ -49,6 +49,17 @@ test("a second stream of the same kind is refused, and the first goes on", async
   const again = client.subscribe("five-balls", { maxErrorM: 0.003 }, new Frames());
   await assert.rejects(again, refusal("FAILED_PRECONDITION", ""));
   await frames.next(({ isKey }) => !isKey);
+  await client.unsubscribe(stream);
+});
+
+test("a second stream that only the server knows to be the same leaves the first its wishes", async () => {
+  let heard: () => void;
+  const applied = new Promise<void>((resolve) => (heard = resolve));
+  const stream = await client.subscribe("five-balls", { commands: true }, { frame: () => {}, applied: () => heard() });
+  const again = client.subscribe("five-balls", { rateHz: stream.subscribed.rateHz }, new Frames());
+  await assert.rejects(again, refusal("FAILED_PRECONDITION", ""));
+  await client.impulse("five-balls", { body: "ball-1", impulse: { x: 0, y: 1, z: 0 } });
+  await applied;
   await client.unsubscribe(stream);
 });
 
@@ -123,12 +134,40 @@ test("a lost connection comes back with its streams", async () => {
   await lasting.subscribe("bouncing-ball", {}, frames);
   await frames.next(({ isKey }) => !isKey);
   await first.kill();
+  const again = frames.next(({ isKey }) => isKey);
   const second = await Server.start([...flags, "--http", first.http]);
-  await frames.next(({ isKey }) => isKey);
+  await again;
   assert.deepEqual(states, ["open", "lost", "open"]);
   assert.equal((await lasting.worlds()).length, 1);
   lasting.close();
   await second.kill();
+});
+
+/** Is behind once, when it is told to be. */
+class BusyDecoder extends InlineDecoder {
+  isBusy = false;
+
+  override isBehind(): boolean {
+    const { isBusy } = this;
+    this.isBusy = false;
+    return isBusy;
+  }
+}
+
+test("a stream that was decoded too slowly goes on with a key frame", async () => {
+  const decoder = new BusyDecoder();
+  const own = await Client.connect(server.url, { decoder });
+  const frames = new Frames();
+  let gap: readonly number[] = [];
+  const listener = { frame: (frame: Frame) => frames.frame(frame), gap: (...ticks: number[]) => (gap = ticks) };
+  await own.subscribe("five-balls", { commands: true }, listener);
+  const last = await frames.next(({ isKey }) => !isKey);
+  const key = frames.next(({ isKey }) => isKey);
+  decoder.isBusy = true;
+  const { tick } = await key;
+  assert.ok(last.tick < gap[0]! && gap[0]! <= gap[1]! && gap[1]! <= tick, `${last.tick} ${gap} ${tick}`);
+  await frames.next(({ isKey }) => !isKey);
+  own.close();
 });
 
 test("where nothing listens, connecting says so", async () => {

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { type Browser, chromium, type Page } from "playwright-core";
-import { Client, type Frame } from "../../src/index.js";
+import { type Applied, Client, type Frame } from "../../src/index.js";
 import { Frames } from "../frames.js";
 import { Server } from "../server.js";
 
@@ -69,8 +69,23 @@ async function ballPlace(): Promise<{ x: number; y: number }> {
   return { x: panel.x / 2, y: 300 };
 }
 
+/** How many colours are in a picture, as the browser reads it. */
+function colours(png: Buffer): Promise<number> {
+  return page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const picture = await createImageBitmap(new Blob([bytes]));
+    const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d")!;
+    context.drawImage(picture, 0, 0);
+    return new Set(new Uint32Array(context.getImageData(0, 0, picture.width, picture.height).data.buffer)).size;
+  }, png.toString("base64"));
+}
+
 test("frames arrive, the picture changes, and nothing is complained about", async () => {
+  await page.evaluate(() => {
+    for (const each of document.querySelectorAll<HTMLElement>("header, #panel")) each.style.visibility = "hidden";
+  });
   const first = await page.screenshot();
+  assert.ok((await colours(first)) > 10, "the canvas is blank");
   await pastTick((await shownTick()) + 30);
   assert.ok(!first.equals(await page.screenshot()));
   assert.deepEqual(complaints, []);
@@ -83,12 +98,12 @@ test("a ball that is dragged moves on the server", async () => {
   await client.pause(world);
   const { x, y } = await ballPlace();
   await page.waitForFunction(() => document.getElementById("pause")!.textContent === "Resume");
-  const grabbed = new Promise<void>((resolve, reject) => {
-    const applied = ({ command }: { command?: { request: { case?: string | undefined } } }) => {
-      if (command?.request.case === "grab") resolve();
-    };
-    client.subscribe(world, { commands: true, maxErrorM: 0.01 }, { frame: () => {}, applied }).catch(reject);
-  });
+  let isGrabbed: () => void;
+  const grabbed = new Promise<void>((resolve) => (isGrabbed = resolve));
+  const applied = ({ command }: Applied) => {
+    if (command?.request.case === "grab") isGrabbed();
+  };
+  await client.subscribe(world, { commands: true, maxErrorM: 0.01 }, { frame: () => {}, applied });
   await page.mouse.move(x, y);
   await page.mouse.down();
   await client.resume(world);
@@ -117,6 +132,27 @@ test("a paused world is shown as paused, and steps by the keyboard", async () =>
   await pastTick(tick);
 });
 
+test("of two quick changes of world the second is shown, and it alone is subscribed to", async () => {
+  await client.createWorld({ name: "last", source: { case: "builtin", value: "hanging-ball" } });
+  await page.evaluate(() => {
+    location.hash = "#world=five-balls";
+    setTimeout(() => (location.hash = "#world=last"));
+  });
+  await page.waitForFunction(() => document.title.startsWith("last"));
+  assert.equal(await page.$eval("#world", (select) => (select as HTMLSelectElement).value), "last");
+  const subscribers = (await client.worlds()).map(({ name, subscribers }) => `${name} ${subscribers}`);
+  assert.deepEqual(subscribers.sort(), [`${world} 0`, "five-balls 0", "last 1"]);
+});
+
+test("keys work after a control was clicked", async () => {
+  await page.click("#wireframe");
+  await page.keyboard.press("r");
+  await page.waitForFunction(() => Number(document.getElementById("status")!.dataset["time"]) < 1);
+  await page.focus("#pause");
+  await page.keyboard.press("Space"); // once: by the button alone
+  await page.waitForSelector("#step:enabled");
+});
+
 test("a lost connection is told of, and comes back", async () => {
   const { http } = server;
   await server.kill();
@@ -125,6 +161,19 @@ test("a lost connection is told of, and comes back", async () => {
   server = await Server.start(["--scene", world, "--http", http]);
   await page.waitForSelector("body:not(.lost)");
   await page.waitForSelector("#notice", { state: "hidden" });
+});
+
+test("a server that asks for a token after it was restarted is given one", async () => {
+  const { http } = server;
+  await server.kill();
+  server = await Server.start(["--scene", world, "--http", http], "secret-of-this-test");
+  await page.waitForSelector("#sign-in:not([hidden])");
+  const tick = await shownTick();
+  await page.fill("#token", "secret-of-this-test");
+  await page.click("#sign-in button");
+  await page.waitForSelector("body:not(.lost)");
+  await page.waitForFunction((last) => Number(document.getElementById("status")!.dataset["tick"]) !== last, tick);
+  assert.ok(!(await page.isVisible("#sign-in")));
 });
 
 test("on a phone the world comes first, its controls at a touch", async () => {

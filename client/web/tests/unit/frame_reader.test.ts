@@ -26,7 +26,7 @@ function isRead(reader: FrameReader, payload: Uint8Array, isKey: boolean): boole
     reader.read(payload, isKey ? undefined : 0);
     return true;
   } catch (error) {
-    if (error instanceof PneumaError && error.code === "MALFORMED") return false;
+    if (error instanceof PneumaError && ["MALFORMED", "UNSUPPORTED"].includes(error.code)) return false;
     throw error;
   }
 }
