@@ -130,13 +130,16 @@ test("a stream that ends leaves another that has its former id", async () => {
   const peer = await connect();
   const frames = new Frames();
   await subscribed(peer, 1, frames);
-  await subscribed(peer, 2, listener, 30);
+  let end: () => void;
+  const isOver = new Promise<void>((resolve) => (end = resolve));
+  await subscribed(peer, 2, { ...listener, ended: () => end() }, 30);
   const next = server.peer();
   peer.drop();
   const again = await next;
   const [first, second] = [await again.next("subscribe"), await again.next("subscribe")];
   first.subscribed(2);
   second.refuse("NOT_FOUND");
+  await isOver;
   const frame = frames.next();
   sendLayout(again, 2);
   sendKey(again, 2, 7);
