@@ -117,6 +117,20 @@ test("frames of another format end the client for good", async () => {
   assert.deepEqual(states, ["open", "closed"]);
 });
 
+test("a decoder that is broken ends the client for good", async () => {
+  const decoder = new SlowDecoder();
+  decoder.decode = () => Promise.reject(new PneumaError("INTERNAL", "the worker cannot be loaded"));
+  const peer = await connect({ decoder });
+  const ended = new Promise<PneumaError>((resolve) => {
+    void client.subscribe(world, {}, { ...listener, ended: resolve });
+  });
+  (await peer.next("subscribe")).subscribed(1);
+  sendLayout(peer, 1);
+  sendKey(peer, 1, 1);
+  assert.equal((await ended).code, "INTERNAL");
+  assert.equal(client.state, "closed");
+});
+
 test("connecting in vain closes the decoder", async () => {
   await connect();
   const { url } = server;
