@@ -155,6 +155,7 @@ class Page {
     try {
       const list = await this.listWorlds(client);
       const world = wantedWorld() ?? list[0]?.name;
+      if (this.stream && world === this.world) return this.tellWorld(list);
       if (this.stream) await client.unsubscribe(this.stream);
       this.playback.clear();
       if (world === undefined) return say("This server has no worlds.");
@@ -189,6 +190,7 @@ class Page {
   private async listWorlds(client: Client): Promise<WorldList_World[]> {
     const list = (await client.worlds()).filter(({ damaged }) => !damaged);
     worlds.replaceChildren(...list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name)));
+    worlds.value = this.world;
     return list;
   }
 

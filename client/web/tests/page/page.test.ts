@@ -136,7 +136,7 @@ test("of two quick changes of world the second is shown, and it alone is subscri
   await client.createWorld({ name: "last", source: { case: "builtin", value: "hanging-ball" } });
   await page.evaluate(() => {
     location.hash = "#world=five-balls";
-    setTimeout(() => (location.hash = "#world=last"));
+    setTimeout(() => (location.hash = "#world=last"), 20); // while the page asks for the first
   });
   await page.waitForFunction(() => document.title.startsWith("last"));
   assert.equal(await page.$eval("#world", (select) => (select as HTMLSelectElement).value), "last");

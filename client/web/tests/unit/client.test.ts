@@ -117,6 +117,20 @@ test("frames of another format end the client for good", async () => {
   assert.deepEqual(states, ["open", "closed"]);
 });
 
+test("a decoder that is broken ends the client for good", async () => {
+  const decoder = new SlowDecoder();
+  decoder.decode = () => Promise.reject(new PneumaError("INTERNAL", "the worker cannot be loaded"));
+  const peer = await connect({ decoder });
+  const ended = new Promise<PneumaError>((resolve) => {
+    void client.subscribe(world, {}, { ...listener, ended: resolve });
+  });
+  (await peer.next("subscribe")).subscribed(1);
+  sendLayout(peer, 1);
+  sendKey(peer, 1, 1);
+  assert.equal((await ended).code, "INTERNAL");
+  assert.equal(client.state, "closed");
+});
+
 test("connecting in vain closes the decoder", async () => {
   await connect();
   const { url } = server;
@@ -130,13 +144,16 @@ test("a stream that ends leaves another that has its former id", async () => {
   const peer = await connect();
   const frames = new Frames();
   await subscribed(peer, 1, frames);
-  await subscribed(peer, 2, listener, 30);
+  let end: () => void;
+  const isOver = new Promise<void>((resolve) => (end = resolve));
+  await subscribed(peer, 2, { ...listener, ended: () => end() }, 30);
   const next = server.peer();
   peer.drop();
   const again = await next;
   const [first, second] = [await again.next("subscribe"), await again.next("subscribe")];
   first.subscribed(2);
   second.refuse("NOT_FOUND");
+  await isOver;
   const frame = frames.next();
   sendLayout(again, 2);
   sendKey(again, 2, 7);
