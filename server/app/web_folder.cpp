@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <system_error>
 #include <utility>
 
 #include "base/crc32c.h"
@@ -50,33 +52,68 @@ std::string tag_of(std::string_view bytes) {
   return tag.data();
 }
 
+bool is_hidden(const fs::path& file) {
+  return file.filename().native().starts_with('.');
+}
+
+/// Both without links.
+bool is_within(const fs::path& file, const fs::path& folder) {
+  return *file.lexically_relative(folder).begin() != "..";
+}
+
+/// The files to serve, by their path from the folder, each with where it really lies.
+base::Result<std::map<fs::path, fs::path>> files_in(const fs::path& folder) {
+  std::error_code error;
+  const fs::path real_folder = fs::canonical(folder, error);
+  if (error) return Status(StatusCode::not_found, error.message(), folder.string());
+  std::map<fs::path, fs::path> files;
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    const fs::path& path = entry->path();
+    if (is_hidden(path)) {
+      entry.disable_recursion_pending();
+      continue;
+    }
+    std::error_code unreadable;  // the increment would overwrite `error`
+    const bool is_file = entry->is_regular_file(unreadable);
+    if (!unreadable && !is_file) continue;
+    fs::path real = unreadable ? fs::path() : fs::canonical(path, unreadable);
+    if (unreadable) return Status(StatusCode::unavailable, unreadable.message(), path.string());
+    if (!is_within(real, real_folder)) {
+      return Status(StatusCode::invalid_argument, "a link that leads out of the folder", path.string());
+    }
+    files.emplace(path.lexically_relative(folder), std::move(real));
+  }
+  if (error) return Status(StatusCode::unavailable, error.message(), folder.string());
+  return files;
+}
+
 }  // namespace
 
 base::Result<WebFolder> WebFolder::load(const std::string& folder) {
+  const auto files = files_in(folder);
+  if (!files.ok()) return files.status();
   WebFolder web;
-  std::error_code error;
   std::uintmax_t bytes = 0;
-  fs::recursive_directory_iterator entry(folder, error);
-  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
-    if (!entry->is_regular_file(error)) continue;
-    const fs::path& path = entry->path();
-    const auto refuse = [&](std::string what) {
-      return Status(StatusCode::invalid_argument, std::move(what), path.string());
+  for (const auto& [path, real] : *files) {
+    const auto refuse = [&, &named = path](std::string what) {
+      return Status(StatusCode::invalid_argument, std::move(what), (fs::path(folder) / named).string());
     };
-    bytes += entry->file_size(error);
-    if (error || bytes > folder_bytes_max) return refuse("more than the page of a server may be");
     const bool compressed = path.extension() == ".gz";
     const fs::path plain = compressed ? fs::path(path).replace_extension() : path;
     std::string type = content_type_of(plain);
     if (type.empty()) return refuse("of a type that is not served");
-    auto content = read(path);
+    std::error_code error;
+    bytes += fs::file_size(real, error);
+    if (error) return refuse(error.message());
+    if (bytes > folder_bytes_max) return refuse("more than the page of a server may be");
+    auto content = read(real);
     if (!content.ok()) return content.status();
-    net::HttpReply& file = web.files_[std::string("/").append(fs::relative(plain, folder, error).generic_string())];
+    net::HttpReply& file = web.files_[std::string("/").append(plain.generic_string())];
     file.content_type = std::move(type);
     if (!compressed) file.tag = tag_of(*content);
     (compressed ? file.gzip_body : file.body) = std::move(*content);
   }
-  if (error) return Status(StatusCode::not_found, error.message(), folder);
   if (web.find("/") == nullptr) return Status(StatusCode::not_found, "holds no index.html", folder);
   return web;
 }
