@@ -40,7 +40,7 @@ struct WatchArguments {
   std::optional<double> seconds;
   SubscribeOptions stream;
   std::string obj_folder;  // empty: none
-  bool stats = false;  // how the server sees this reader, once a second
+  bool stats = false;      // how the server sees this reader, once a second
 };
 
 struct RecordArguments {
