@@ -102,6 +102,7 @@ TEST_F(Streaming, AJoinerSeesItsFirstFrameWithinTwoTicks) {
   client::Client ann = connect();
   v1::Scene slow = two_balls();  // a tick is longer than this machine may take from one request to the next
   slow.mutable_stepping()->set_rate_hz(10.0);
+  slow.mutable_stepping()->set_substeps(64);
   create(ann, slow, "w");
   v1::ClientMessage ask;
   ask.set_request_id(2);
