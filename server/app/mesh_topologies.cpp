@@ -1,8 +1,12 @@
 #include "app/mesh_topologies.h"
 
 #include <algorithm>
+#include <exception>
 #include <mutex>
+#include <optional>
 #include <span>
+
+#include <spdlog/spdlog.h>
 
 #include "app/protocol.h"
 #include "codec/topology_hash.h"
@@ -38,10 +42,24 @@ TopologyMessagePtr coarse_topology_of(const physics::Mesh& mesh, std::uint32_t l
 }  // namespace
 
 struct MeshTopologies::Workshop {
+  void make(const Key& key);
+
   std::mutex mutex;
   bool busy = false;
-  std::vector<std::pair<Key, TopologyMessagePtr>> made;
+  std::optional<std::pair<Key, TopologyMessagePtr>> made;
 };
+
+void MeshTopologies::Workshop::make(const Key& key) {
+  TopologyMessagePtr topology;
+  try {
+    topology = coarse_topology_of(*key.first, key.second);
+  } catch (const std::exception& error) {  // out of memory, most likely; who waits asks again
+    spdlog::error("a mesh at level {} could not be made: {}", key.second, error.what());
+  }
+  const std::lock_guard lock(mutex);
+  if (topology != nullptr) made.emplace(key, std::move(topology));
+  busy = false;
+}
 
 MeshTopologies::MeshTopologies(Defer defer) : defer_(std::move(defer)), workshop_(std::make_shared<Workshop>()) {}
 
@@ -55,33 +73,26 @@ TopologyMessagePtr MeshTopologies::find(const std::shared_ptr<const physics::Mes
 }
 
 void MeshTopologies::make_missing() {
-  if (collect() || missing_.empty()) return;
-  workshop_->busy = true;
-  defer_([workshop = workshop_, keys = std::exchange(missing_, {})] {
-    for (const auto& [mesh, level] : keys) {
-      TopologyMessagePtr topology = coarse_topology_of(*mesh, level);
-      const std::lock_guard lock(workshop->mutex);
-      workshop->made.emplace_back(Key(mesh, level), std::move(topology));
-    }
-    const std::lock_guard lock(workshop->mutex);
-    workshop->busy = false;
-  });
+  for (const Key& key : missing_) {
+    if (collect()) return;
+    if (found_.contains(key)) continue;
+    workshop_->busy = true;
+    defer_([workshop = workshop_, key] { workshop->make(key); });
+  }
   static_cast<void>(collect());
 }
 
-/// What was made is missing no more. True where a job is under way.
+/// True where a job is under way.
 bool MeshTopologies::collect() {
   const std::lock_guard lock(workshop_->mutex);
-  for (auto& [key, topology] : workshop_->made) {
-    std::erase(missing_, key);
-    found_.insert_or_assign(key, std::move(topology));
-  }
-  workshop_->made.clear();
+  if (auto made = std::exchange(workshop_->made, std::nullopt)) found_.insert(std::move(*made));
   return workshop_->busy;
 }
 
 void MeshTopologies::drop_unused() {
-  std::erase_if(found_, [](const auto& entry) { return entry.second.use_count() == 1; });
+  const auto is_asked_for = [this](const Key& key) { return std::ranges::find(missing_, key) != missing_.end(); };
+  std::erase_if(found_, [&](const auto& entry) { return entry.second.use_count() == 1 && !is_asked_for(entry.first); });
+  missing_.clear();
 }
 
 }  // namespace pneuma::app

@@ -27,15 +27,17 @@ using TopologyMessagePtr = std::shared_ptr<const TopologyMessage>;
 /// Each is made once for as long as someone holds it. Coarser versions may take long, so they are made apart.
 class MeshTopologies {
  public:
-  /// Carries `make` out, now or on another thread; then sees to it that the world asks again.
+  /// Carries `make` out, now or on another thread; then sees to it that the world asks again. `make` makes one mesh and
+  /// does not throw.
   using Defer = std::function<void(std::function<void()> make)>;
   explicit MeshTopologies(Defer defer);
 
   /// Null where it is yet to be made.
   [[nodiscard]] TopologyMessagePtr find(const std::shared_ptr<const physics::Mesh>& mesh, std::uint32_t level);
-  /// Has those made that were not found; at most one job is under way.
+  /// Has those made that were not found, one after another: at most one is under way, and the next is begun when the
+  /// world asks again. So the worlds take turns, and none is begun that nobody waits for any more.
   void make_missing();
-  /// Forgets those that nobody holds.
+  /// Ends a round of asking: forgets those that nobody holds or asked for, and what was asked for.
   void drop_unused();
 
  private:
@@ -46,7 +48,7 @@ class MeshTopologies {
 
   Defer defer_;
   std::map<Key, TopologyMessagePtr> found_;
-  std::vector<Key> missing_;
+  std::vector<Key> missing_;            // asked for in this round, and not found then
   std::shared_ptr<Workshop> workshop_;  // shared with the job under way, which may outlive the world
 };
 

@@ -113,9 +113,29 @@ bool may_upgrade(const Request& request) {
   return origin == request.end() || is_same_origin(origin->value(), request[http::field::host]);
 }
 
+/// A weight of 0 says no, and `*` stands for the codings that are not named (RFC 9110, 12.5.3).
 bool takes_gzip(const Request& request) {
-  http::ext_list codings(request[http::field::accept_encoding]);
-  return codings.exists("gzip");
+  std::optional<bool> gzip;
+  std::optional<bool> any;
+  const http::ext_list codings(request[http::field::accept_encoding]);
+  for (const auto& [coding, parameters] : codings) {
+    bool taken = true;
+    for (const auto& [name, value] : parameters) {
+      if (beast::iequals(name, "q")) taken = value.find_first_not_of("0.") != std::string_view::npos;
+    }
+    if (beast::iequals(coding, "gzip")) gzip = taken;
+    if (coding == "*") any = taken;
+  }
+  return gzip.value_or(any.value_or(false));
+}
+
+/// What goes out for a request is one of a file's two forms; they differ, so their tags do.
+bool goes_compressed(const Request& request, const HttpReply& reply) {
+  return !reply.gzip_body.empty() && takes_gzip(request);
+}
+
+std::string compressed_tag(const std::string& tag) {
+  return tag.substr(0, tag.size() - 1).append("-gzip\"");
 }
 
 /// Whether the client holds this content already.
@@ -139,7 +159,7 @@ Response make_response(const Request& request, HttpReply reply) {
   if (reply.status == 426) response.set(http::field::upgrade, "websocket");
   if (reply.status == 503) response.set(http::field::retry_after, "1");
   response.keep_alive(request.keep_alive());
-  if (!reply.gzip_body.empty() && takes_gzip(request)) {
+  if (goes_compressed(request, reply)) {
     response.set(http::field::content_encoding, "gzip");
     reply.body = std::move(reply.gzip_body);
   }
@@ -162,6 +182,7 @@ HttpReply answer(const Request& request, const HttpFront& front) {
   const std::string_view path = target.substr(0, target.find('?'));
   if (path == "/ws") return plain(426, "speaks WebSocket only\n");
   HttpReply reply = front.reply(path);
+  if (!reply.tag.empty() && goes_compressed(request, reply)) reply.tag = compressed_tag(reply.tag);
   if (is_held(request, reply.tag)) return {304, std::move(reply.content_type), {}, {}, std::move(reply.tag)};
   return reply;
 }
@@ -246,6 +267,7 @@ asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
     keep_alive = is_whole && front.upgraded && request.keep_alive();
     Response response = make_response(request, std::move(*reply));
     response.keep_alive(keep_alive);
+    beast::get_lowest_layer(stream).expires_after(front.timeout);
     if (co_await write_response(stream, std::move(response), request.method() == http::verb::head)) co_return;
   }
   co_await linger(stream);

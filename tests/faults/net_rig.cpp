@@ -27,7 +27,8 @@ std::uint16_t port_of(const std::string& address) {
 
 }  // namespace
 
-EchoServer::EchoServer(const base::Limits& limits, const std::optional<Tls>& tls) : server_(limits, callbacks()) {
+EchoServer::EchoServer(const base::Limits& limits, const std::optional<Tls>& tls)
+    : late_after_(limits.partial_message_timeout + std::chrono::milliseconds(100)), server_(limits, callbacks()) {
   const base::Status tcp = server_.listen_tcp("127.0.0.1:0", tls);
   const base::Status http = server_.listen_http("127.0.0.1:0", tls);
   EXPECT_TRUE(tcp.ok()) << tcp.message();
@@ -82,7 +83,11 @@ Callbacks EchoServer::callbacks() {
     const std::scoped_lock lock(mutex_);
     ++keys_wanted_;
   };
-  callbacks.http = [](std::string_view path) {
+  callbacks.http = [this](std::string_view path) {
+    if (path == "/late") {
+      std::this_thread::sleep_for(late_after_);
+      return HttpReply{200, "text/plain", std::string(late_page_bytes, 'x'), {}, {}};
+    }
     if (path == "/file") return HttpReply{200, "text/plain", "as it is", "compressed", "\"tag\""};
     return path == "/hello" ? HttpReply{200, "text/plain", "world", {}, {}}
                             : HttpReply{404, "text/plain", "nothing", {}, {}};

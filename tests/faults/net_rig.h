@@ -2,6 +2,7 @@
 // failure.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <map>
@@ -16,8 +17,11 @@
 
 namespace pneuma::net {
 
+constexpr std::size_t late_page_bytes = 16 * 1024 * 1024;  // more than goes at once
+
 /// Echoes each message; the first one authenticates. "end" closes the session. Everything that it says by itself is
-/// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO".
+/// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late,
+/// which comes when the time for its request is over.
 class EchoServer {
  public:
   explicit EchoServer(const base::Limits& limits, const std::optional<Tls>& tls = std::nullopt);
@@ -43,6 +47,7 @@ class EchoServer {
   Callbacks callbacks();
   void check_open(SessionId id);
 
+  const std::chrono::milliseconds late_after_;
   Server server_;
   std::mutex mutex_;
   std::condition_variable changed_;

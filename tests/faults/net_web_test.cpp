@@ -132,11 +132,32 @@ TEST_F(Web, AFileGoesCompressedWhereThatIsTakenAndNotAgainWhereItIsHeld) {
   const std::string compressed = get("Accept-Encoding: deflate, gzip;q=0.8\r\n");
   EXPECT_TRUE(compressed.ends_with("\r\n\r\ncompressed"));
   EXPECT_NE(compressed.find("Content-Encoding: gzip\r\n"), std::string::npos);
+  EXPECT_NE(compressed.find("ETag: \"tag-gzip\"\r\n"), std::string::npos) << "strong tags tell the forms apart";
 
   const std::string held = get("If-None-Match: \"other\", \"tag\"\r\n");
   EXPECT_TRUE(held.starts_with("HTTP/1.1 304 "));
   EXPECT_TRUE(held.ends_with("\r\n\r\n"));
   EXPECT_TRUE(get("If-None-Match: \"other\"\r\n").starts_with("HTTP/1.1 200 "));
+
+  const std::string gzip = "Accept-Encoding: gzip\r\n";
+  const std::string held_compressed = get(gzip + "If-None-Match: \"tag-gzip\"\r\n");
+  EXPECT_TRUE(held_compressed.starts_with("HTTP/1.1 304 "));
+  EXPECT_NE(held_compressed.find("ETag: \"tag-gzip\"\r\n"), std::string::npos);
+  EXPECT_TRUE(get(gzip + "If-None-Match: \"tag\"\r\n").ends_with("\r\n\r\ncompressed"));
+  EXPECT_TRUE(get("If-None-Match: \"tag-gzip\"\r\n").ends_with("\r\n\r\nas it is"));
+}
+
+TEST_F(Web, OnlyWhoTakesGzipGetsIt) {
+  const auto is_compressed = [&](const std::string& codings) {
+    return ask("GET /file HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAccept-Encoding: " + codings + "\r\n\r\n")
+        .ends_with("\r\n\r\ncompressed");
+  };
+  for (const char* yes : {"gzip", "GZIP", "br, gzip", "gzip;q=0.001", "gzip; q=1.0, *;q=0", "*", "*;q=0.5"}) {
+    EXPECT_TRUE(is_compressed(yes)) << yes;
+  }
+  for (const char* no : {"", "br", "gzip;q=0", "gzip; Q=0.000", "gzip;q=0, *", "*;q=0", "identity"}) {
+    EXPECT_FALSE(is_compressed(no)) << no;
+  }
 }
 
 TEST_F(Web, AConnectionIsKeptForTheNextRequest) {
@@ -162,6 +183,12 @@ TEST_F(SlowWeb, ASlowLorisIsClosed) {
   client.send_bytes("GET /hello HTTP/1.1\r\nHost: localhost\r\n");
   EXPECT_EQ(client.read_rest(), "");  // and the rest of the request never comes
   EXPECT_TRUE(ask("GET /hello HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n").starts_with("HTTP/1.1 200 "));
+}
+
+TEST_F(SlowWeb, AReplyHasTimeOfItsOwn) {
+  RawClient client(server_.http_port());
+  client.send_bytes("GET /late HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_TRUE(client.read_bytes(late_page_bytes)) << "none of it is missing";
 }
 
 TEST_F(Web, OnlyPagesOfThisServerMayUpgrade) {
