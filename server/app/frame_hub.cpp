@@ -14,9 +14,6 @@ namespace pneuma::app {
 
 namespace {
 
-// A frame in a day of ticks is the rarest that is told apart.
-constexpr auto rate_divisor_max = static_cast<std::uint64_t>(86'400.0 * base::rate_hz_max);
-
 View view_of(const v1::Subscribe& request) {
   View view{{request.bodies().begin(), request.bodies().end()}, request.level_of_detail()};
   std::ranges::sort(view.bodies);
@@ -159,23 +156,6 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
   return classes_.emplace(quality, std::move(made)).first;
 }
 
-void FrameHub::set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
-                          const Quality& asked) {
-  Subscriber& subscriber = entry.second.subscribers.at(session);
-  subscriber.wants_commands = request.commands();
-  subscriber.key_interval_s = request.key_interval_s();
-  std::optional<Adaptive>& adaptive = subscriber.adaptive;
-  if (request.adaptive()) {
-    if (!adaptive || adaptive->asked != asked) adaptive = Adaptive{request.world(), asked};
-    if (std::exchange(adaptive->ends, false)) adaptive->to_rung.reset();
-  } else if (entry.first == asked) {
-    adaptive.reset();
-  } else {
-    adaptive->to_rung = 0;
-    adaptive->ends = true;
-  }
-}
-
 FrameHub::Classes::iterator FrameHub::leave(Classes::iterator from, net::SessionId session) {
   from->second.subscribers.erase(session);
   from->second.sessions.reset();
@@ -198,90 +178,6 @@ void FrameHub::session_ended(net::SessionId session) {
   for (auto it = classes_.begin(); it != classes_.end();) {
     it = it->second.subscribers.contains(session) ? leave(it, session) : std::next(it);
   }
-}
-
-void FrameHub::reader_report(net::SessionId session, const net::ReaderReport& report) {
-  for (auto& [quality, quality_class] : classes_) {
-    const auto found = quality_class.subscribers.find(session);
-    if (quality_class.stream_id != report.stream.stream_id || found == quality_class.subscribers.end()) continue;
-    std::optional<Adaptive>& adaptive = found->second.adaptive;
-    if (!adaptive || adaptive->ends) continue;
-    if (const auto rung = adaptive->ladder.advise(report)) adaptive->to_rung = rung;
-  }
-}
-
-std::optional<FrameHub::Quality> FrameHub::on_rung(const Quality& asked, std::size_t rung) {
-  Quality quality = asked;
-  quality.max_error_m *= quality_rungs[rung].error_factor;
-  quality.rate_divisor *= quality_rungs[rung].rate_divisor;
-  if (quality.max_error_m > base::max_error_max_m || quality.rate_divisor > rate_divisor_max) return std::nullopt;
-  return quality;
-}
-
-void FrameHub::move_readers(std::uint64_t tick, double world_rate_hz, Outbox& outbox) {
-  struct Move {
-    Quality from;
-    net::SessionId session;
-    std::size_t rung;
-  };
-  std::vector<Move> moves;
-  for (auto& [quality, quality_class] : classes_) {
-    for (auto& [session, subscriber] : quality_class.subscribers) {
-      if (!subscriber.adaptive) continue;
-      if (const auto rung = std::exchange(subscriber.adaptive->to_rung, std::nullopt)) {
-        moves.push_back({quality, session, *rung});
-      }
-    }
-  }
-  for (const Move& move : moves) {
-    const auto from = classes_.find(move.from);
-    Adaptive& adaptive = *from->second.subscribers.at(move.session).adaptive;
-    // Where that one cannot be had, a coarser one may; a finer one waits for its next try.
-    const std::size_t last = move.rung > adaptive.ladder.rung() ? quality_rungs.size() - 1 : move.rung;
-    bool moved = false;
-    for (std::size_t rung = move.rung; rung <= last && !moved; ++rung) {
-      moved = move_reader(from, move.session, rung, tick, world_rate_hz, outbox);
-    }
-    if (!moved && adaptive.ends) adaptive.to_rung = move.rung;  // until there is room
-  }
-}
-
-// False, and nothing is changed, where there is no such quality, no room for another one, or the session has a stream
-// of it already.
-bool FrameHub::move_reader(Classes::iterator from, net::SessionId session, std::size_t rung, std::uint64_t tick,
-                           double world_rate_hz, Outbox& outbox) {
-  const Subscriber& before = from->second.subscribers.at(session);
-  const auto quality = on_rung(before.adaptive->asked, rung);
-  if (!quality) return false;
-  const auto there = classes_.find(*quality);
-  const bool leaves_room = from->second.subscribers.size() == 1;
-  if (there == classes_.end() && classes_.size() >= base::world_quality_classes_max && !leaves_room) return false;
-  if (there != classes_.end() && there->second.subscribers.contains(session)) return false;
-
-  Subscriber subscriber{before.session};
-  subscriber.wants_commands = before.wants_commands;
-  subscriber.key_interval_s = before.key_interval_s;
-  if (!before.adaptive->ends) {
-    Adaptive& adaptive = subscriber.adaptive.emplace(*before.adaptive);
-    adaptive.reported_on = false;
-    adaptive.ladder.moved(rung);
-  }
-  const std::string world = before.adaptive->world;
-  const std::uint32_t ended = from->second.stream_id;
-  leave(from, session);
-  const auto to = class_of(*quality, world_rate_hz);
-  to->second.subscribers.emplace(session, std::move(subscriber));
-  to->second.sessions.reset();
-
-  v1::ServerMessage message = event_message(v1::Event::STREAM_REPLACED, world, tick);
-  v1::Event& event = *message.mutable_event();
-  event.set_stream_id(ended);
-  *event.mutable_successor() = describe(*to, world, world_rate_hz);
-  event.set_detail("within " + base::number_text(event.successor().max_error_m()) + " m, " +
-                   base::number_text(event.successor().rate_hz()) + " frames a second");
-  outbox.end_stream(session, ended);
-  outbox.send(session, message);
-  return true;
 }
 
 void FrameHub::key_wanted(net::SessionId session, std::uint32_t stream_id) {

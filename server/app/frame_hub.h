@@ -18,6 +18,7 @@
 #include "app/outbox.h"
 #include "app/quality_ladder.h"
 #include "app/session.h"
+#include "base/limits.h"
 #include "base/status.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -81,6 +82,9 @@ class FrameHub {
   [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
 
  private:
+  // A frame in a day of ticks is the rarest that is told apart.
+  static constexpr auto rate_divisor_max = static_cast<std::uint64_t>(86'400.0 * base::rate_hz_max);
+
   struct Quality {
     std::uint64_t rate_divisor;
     double max_error_m;
@@ -126,7 +130,7 @@ class FrameHub {
   [[nodiscard]] Classes::iterator class_of(const Quality& quality, double world_rate_hz);
   void set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
                   const Quality& asked);
-  [[nodiscard]] static std::optional<Quality> on_rung(const Quality& asked, std::size_t rung);
+  [[nodiscard]] std::optional<Quality> on_rung(const Quality& asked, std::size_t rung) const;
   void move_readers(std::uint64_t tick, double world_rate_hz, Outbox& outbox);
   bool move_reader(Classes::iterator from, net::SessionId session, std::size_t rung, std::uint64_t tick,
                    double world_rate_hz, Outbox& outbox);

@@ -298,21 +298,16 @@ class LaneStep {
   }
 
   void set_pressures() {
-    std::array<double, pack_slots> volumes_m3;  // here too: the next evaluation waits for what becomes of them
     {
       const StageTimer timer(profile_, Stage::volume);
       for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-        volumes_m3[lane] = (team_ == nullptr ? volume_18_m3(lane) : team_->volume_18_m3()) / 18.0;
+        bodies_[lane].volume_m3 = (team_ == nullptr ? volume_18_m3(lane) : team_->volume_18_m3()) / 18.0;
       }
     }
     const StageTimer timer(profile_, Stage::pressure);
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      SoftState<Real>& body = bodies_[lane];
-      const double pressure_pa =
-          gas_pressure_pa(*body.gas, *body.body.gas, volumes_m3[lane]) - settings_.surroundings.atmosphere.pressure_pa;
-      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(pressure_pa / 6.0);
-      body.volume_m3 = volumes_m3[lane];
-      body.pressure_pa = pressure_pa;
+      update_pressure(bodies_[lane], settings_.surroundings.atmosphere.pressure_pa);
+      update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane].pressure_pa / 6.0);
     }
     if (layout_ == LaneLayout::alone) return;
     std::fill(update_.pressure_sixth_pa.lanes + bodies_.size(), std::end(update_.pressure_sixth_pa.lanes),

@@ -45,20 +45,6 @@ std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
   return length_prefix_bytes + message.ByteSizeLong();
 }
 
-double furthest_m(const Recording& recording, std::size_t tick, const codec::FrameReader& reader, double step_m) {
-  double furthest_m = 0.0;
-  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
-    const std::vector<double>& true_m = recording.frames_m[tick][body];
-    std::vector<double> read_m(true_m.size());
-    reader.positions(body, step_m, read_m);
-    for (std::size_t i = 0; i < true_m.size(); i += 3) {
-      furthest_m = std::max(
-          furthest_m, std::hypot(read_m[i] - true_m[i], read_m[i + 1] - true_m[i + 1], read_m[i + 2] - true_m[i + 2]));
-    }
-  }
-  return furthest_m;
-}
-
 }  // namespace
 
 FrameCost frame_cost(const Recording& recording, double max_error_m) {
@@ -74,7 +60,7 @@ FrameCost frame_cost(const Recording& recording, double max_error_m) {
   writer.write_key(payload);
   read(true);
   FrameCost cost;
-  cost.error_max_m = furthest_m(recording, 0, reader, writer.grid_step_m());
+  cost.error_max_m = support::furthest_m(recording, 0, reader, writer.grid_step_m());
   std::vector<double> write_ns;
   std::vector<double> read_ns;
   double bytes = 0.0;
@@ -91,7 +77,7 @@ FrameCost frame_cost(const Recording& recording, double max_error_m) {
     read(false);
     read_ns.push_back(since_ns(written));
     bytes += static_cast<double>(message_bytes(payload, tick));
-    cost.error_max_m = std::max(cost.error_max_m, furthest_m(recording, tick, reader, writer.grid_step_m()));
+    cost.error_max_m = std::max(cost.error_max_m, support::furthest_m(recording, tick, reader, writer.grid_step_m()));
   }
   const auto vertices = static_cast<double>(recording.vertex_count());
   cost.bits = 8.0 * bytes / (vertices * static_cast<double>(write_ns.size()));

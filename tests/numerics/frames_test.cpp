@@ -1,6 +1,5 @@
 // Shows that no vertex of any frame of any built-in scene decodes further from its true place than the bound; and that
 // a client that joined in the middle decodes what the others do.
-#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -12,21 +11,6 @@ namespace pneuma {
 namespace {
 
 class BuiltInScene : public testing::TestWithParam<std::string> {};
-
-double furthest_m(const support::Recording& recording, std::size_t tick, const codec::FrameReader& reader,
-                  double step_m) {
-  double furthest_m = 0.0;
-  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
-    const std::vector<double>& true_m = recording.frames_m[tick][body];
-    std::vector<double> decoded_m(true_m.size());
-    reader.positions(body, step_m, decoded_m);
-    for (std::size_t i = 0; i < true_m.size(); i += 3) {
-      furthest_m = std::max(furthest_m, std::hypot(decoded_m[i] - true_m[i], decoded_m[i + 1] - true_m[i + 1],
-                                                   decoded_m[i + 2] - true_m[i + 2]));
-    }
-  }
-  return furthest_m;
-}
 
 TEST_P(BuiltInScene, EveryFrameIsWithinItsBound) {
   const support::Recording recording = support::record(support::world_of(GetParam()), 180);
@@ -45,7 +29,7 @@ TEST_P(BuiltInScene, EveryFrameIsWithinItsBound) {
       if (tick == 0) writer.write_key(payload);
       if (tick > 0) writer.take_delta(payload);
       ASSERT_TRUE(reader.read(payload, tick == 0).ok());
-      ASSERT_LE(furthest_m(recording, tick, reader, writer.grid_step_m()), max_error_m) << "tick " << tick;
+      ASSERT_LE(support::furthest_m(recording, tick, reader, writer.grid_step_m()), max_error_m) << "tick " << tick;
 
       constexpr std::size_t join_tick = 77;
       if (tick < join_tick) continue;
@@ -54,7 +38,7 @@ TEST_P(BuiltInScene, EveryFrameIsWithinItsBound) {
         writer.write_key(payload);
       }
       ASSERT_TRUE(late.read(payload, tick == join_tick).ok());
-      ASSERT_LE(furthest_m(recording, tick, late, writer.grid_step_m()), max_error_m) << "tick " << tick;
+      ASSERT_LE(support::furthest_m(recording, tick, late, writer.grid_step_m()), max_error_m) << "tick " << tick;
     }
   }
 }

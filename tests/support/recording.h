@@ -1,6 +1,8 @@
 // Built-in scenes as they move: what a subscriber of every tick would see.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -63,6 +65,22 @@ inline Recording record(physics::World world, std::size_t ticks) {
     }
   }
   return recording;
+}
+
+/// How far the last frame read, of this tick, puts the worst vertex from where it was.
+inline double furthest_m(const Recording& recording, std::size_t tick, const codec::FrameReader& reader,
+                         double step_m) {
+  double furthest_m = 0.0;
+  for (std::size_t body = 0; body < recording.orders.size(); ++body) {
+    const std::vector<double>& true_m = recording.frames_m[tick][body];
+    std::vector<double> read_m(true_m.size());
+    reader.positions(body, step_m, read_m);
+    for (std::size_t i = 0; i < true_m.size(); i += 3) {
+      furthest_m = std::max(
+          furthest_m, std::hypot(read_m[i] - true_m[i], read_m[i + 1] - true_m[i + 1], read_m[i + 2] - true_m[i + 2]));
+    }
+  }
+  return furthest_m;
 }
 
 }  // namespace pneuma::support
