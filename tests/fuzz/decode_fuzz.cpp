@@ -4,22 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <memory>
 #include <string_view>
 #include <vector>
 
 #include "codec/frame_codec.h"
+#include "fuzz/strip.h"
 
 using namespace pneuma::codec;
 
 namespace {
-
-/// A strip of triangles.
-MeshOrderPtr strip(std::uint32_t vertices) {
-  std::vector<std::uint32_t> indices;
-  for (std::uint32_t i = 0; i + 2 < vertices; ++i) indices.insert(indices.end(), {i, i + 1, i + 2});
-  return std::make_shared<const MeshOrder>(make_mesh_order(vertices, indices));
-}
 
 std::vector<BodyMotion> motions_of(const FrameReader& reader, std::size_t bodies) {
   std::vector<BodyMotion> all;
@@ -35,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   const std::size_t count = (bytes[0] >> 1U) % 4U;
   if (size < 1 + count) return 0;
   std::vector<MeshOrderPtr> orders;
-  for (std::size_t i = 0; i < count; ++i) orders.push_back(strip(bytes[1 + i]));
+  for (std::size_t i = 0; i < count; ++i) orders.push_back(pneuma::fuzz::strip_order(bytes[1 + i]));
   FrameReader reader(orders);
 
   const std::string_view payload(reinterpret_cast<const char*>(bytes) + 1 + count, size - 1 - count);

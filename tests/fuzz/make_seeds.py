@@ -1,23 +1,74 @@
 #!/usr/bin/env python3
-"""make_seeds.py FRAMES_TXT FOLDER: the payloads of tests/golden/frames.txt as inputs of decode_fuzz, a file each."""
+"""make_seeds.py FRAMES_TXT FOLDER: the payloads of tests/golden/frames.txt as inputs: FOLDER/decode has a file each for
+decode_fuzz, FOLDER/stream a file a stream for stream_fuzz."""
 import os
 import sys
 
+BODIES_MAX = 3
 
-def main(frames_txt, folder):
-    os.makedirs(folder, exist_ok=True)
-    sizes = []
-    with open(frames_txt, encoding="ascii") as frames:
-        for number, line in enumerate(frames):
+
+def varint(value):
+    out = bytearray()
+    while value >= 0x80:
+        out.append(value & 0x7F | 0x80)
+        value >>= 7
+    return bytes(out) + bytes([value])
+
+
+def field(number, value):
+    """Of a protobuf message: a varint, or bytes."""
+    if isinstance(value, int):
+        return varint(number << 3) + varint(value)
+    return varint(number << 3 | 2) + varint(len(value)) + value
+
+
+def frame(tick, is_key, payload, has_velocities):
+    """Two bytes of length and a message of class Frame, of stream 1 and layout 1; every other delta is of layer 1."""
+    message = field(1, 1) + field(2, 1) + field(3, tick)
+    if not is_key:
+        message += field(5, tick - 1 - (tick - 1) % 2) + field(10, 1 if tick % 2 else 0)
+    message += field(6, payload)
+    if has_velocities:
+        message += field(8, payload)
+    return len(message).to_bytes(2, "little") + message
+
+
+def streams(frames_txt):
+    """Of each stream: its bodies' sizes, and its frames as pairs of "key" or "delta" (bad ones too) and a payload."""
+    sizes, payloads = [], []
+    with open(frames_txt, encoding="ascii") as lines:
+        for line in lines:
             key, _, value = line.rstrip("\n").partition(" ")
             if key == "stream":
-                sizes = []
+                if sizes:
+                    yield sizes, payloads
+                sizes, payloads = [], []
             elif key == "mesh":
                 sizes.append(int(value.split()[0]))
-            elif key.removeprefix("bad-") in ("key", "delta") and len(sizes) <= 3 and max(sizes) <= 255:
-                flags = int(key.endswith("key")) + 2 * len(sizes)
-                with open(os.path.join(folder, f"line_{number}"), "wb") as seed:
-                    seed.write(bytes([flags] + sizes) + bytes.fromhex(value))
+            elif key.removeprefix("bad-") in ("key", "delta"):
+                payloads.append((key.removeprefix("bad-"), bytes.fromhex(value)))
+    yield sizes, payloads
+
+
+def main(frames_txt, folder):
+    for kind in ("decode", "stream"):
+        os.makedirs(os.path.join(folder, kind), exist_ok=True)
+
+    def write(kind, name, content):
+        with open(os.path.join(folder, kind, name), "wb") as seed:
+            seed.write(content)
+
+    for number, (sizes, payloads) in enumerate(streams(frames_txt)):
+        if len(sizes) > BODIES_MAX or max(sizes) > 255:
+            continue
+        flags = 2 * len(sizes)
+        for at, (kind, payload) in enumerate(payloads):
+            write("decode", f"{number}_{at}", bytes([flags + (kind == "key")] + sizes) + payload)
+        for has_velocities in (False, True):
+            messages = [
+                frame(tick, kind == "key", payload, has_velocities) for tick, (kind, payload) in enumerate(payloads, 2)
+            ]
+            write("stream", f"{number}_{int(has_velocities)}", bytes([flags + has_velocities] + sizes) + b"".join(messages))
 
 
 main(*sys.argv[1:])
