@@ -13,6 +13,9 @@ type Fields = Record<string, unknown>;
 // What a field that a scene leaves unset means, where it is not 0. A change can set a field but not unset it.
 const unset: Fields = { massKg: 1, restScale: 1, temperatureK: 293.15, heatCapacityRatio: 1.4, rateHz: 60 };
 
+// And of those where 0 is no value to set: REFUSE, MIDPOINT.
+const zero: Fields = { onUnstable: 1, integrator: 2 };
+
 function find<Item extends Named>(items: readonly Item[], name: string): Item | undefined {
   return items.find((item) => item.name === name);
 }
@@ -22,11 +25,13 @@ function previous(now: object | undefined, change: object): Fields {
   const fields: Fields = {};
   for (const [key, value] of Object.entries(change) as [string, unknown][]) {
     if (key.startsWith("$") || value === undefined || (Array.isArray(value) && value.length === 0)) continue;
+    if (value === 0 && key in zero) continue;
     const held = (now as Fields | undefined)?.[key];
     if (key === "name") fields[key] = value;
     else if (Array.isArray(value)) fields[key] = held ?? [];
     else if (typeof value === "object" && value !== null && "case" in value) fields[key] = held;
     else if (typeof value === "object") fields[key] = previous(held as object | undefined, value as object);
+    else if (key in zero) fields[key] = held || zero[key];
     else fields[key] = held ?? unset[key] ?? (typeof value === "boolean" ? false : 0);
   }
   return fields;

@@ -1,5 +1,5 @@
 // A slider over something of the scene. It shows what holds at the server: while a hand is on it, what it asks for.
-import type { PneumaError, Scene } from "../src/index.js";
+import { type PneumaError, type Scene, Stepping_OnUnstable } from "../src/index.js";
 import { element } from "./element.js";
 import type { Change } from "./inverse_edit.js";
 import { Latest } from "./latest.js";
@@ -7,6 +7,9 @@ import type { WorldEdits } from "./world_edits.js";
 
 // Inputs of a keyboard that come quicker are one deed, as those of a hand that holds the slider are.
 const gesturePauseMs = 800;
+
+// In a refusal that the server would not make, were it free to choose the substeps.
+const moreSubsteps = "on_unstable SUBSTEP";
 
 export interface Quantity {
   /** What a change of it is called: "Change the gas". */
@@ -21,10 +24,14 @@ export class Slider {
   private readonly input: HTMLInputElement;
   private readonly output: HTMLOutputElement;
   private readonly note = document.createElement("output");
+  private readonly offer = document.createElement("button");
   private readonly changes: Latest<number>;
   private isHeld = false;
   private gesture = {};
   private lastInputMs = 0;
+  /** The last that was asked for: what is refused, where there is an offer. */
+  private refused = 0;
+  private isOfferTaken = false;
 
   /** @param tell is told from which tick on a change is in effect */
   constructor(
@@ -39,10 +46,28 @@ export class Slider {
     this.note.id = `${id}-note`;
     this.input.after(this.note);
     this.input.setAttribute("aria-describedby", this.note.id);
+    this.offer.textContent = "Take as many substeps as it takes";
+    this.offer.className = "offer";
+    this.offer.hidden = true;
+    this.note.after(this.offer);
+    this.offer.addEventListener("click", () => {
+      this.isOfferTaken = true;
+      this.changes.put(this.refused);
+    });
     const send = async (value: number) => {
       const changes = quantity.changesOf(await edits.fresh(), value);
       if (changes.length === 0) return;
-      const { tick } = await edits.make(quantity.says, changes, this.gesture);
+      this.refused = value;
+      const stepping: Change = {
+        change: { case: "setStepping", value: { onUnstable: Stepping_OnUnstable.SUBSTEP } },
+      };
+      const isOfferTaken = this.isOfferTaken;
+      this.isOfferTaken = false;
+      const { tick } = await edits.make(
+        quantity.says,
+        isOfferTaken ? [stepping, ...changes] : changes,
+        isOfferTaken ? undefined : this.gesture,
+      );
       this.refuse("");
       tell(tick);
     };
@@ -99,6 +124,7 @@ export class Slider {
 
   private refuse(why: string): void {
     this.note.value = why;
+    this.offer.hidden = !why.includes(moreSubsteps);
     this.input.classList.toggle("refused", why !== "");
   }
 }
