@@ -94,7 +94,7 @@ export class Controls {
   /** The pointer touched the picture without drawing. */
   clicked(x: number, y: number, tool: Tool): void {
     if (tool === "throw") this.throw(this.picture.aim(x, y));
-    else this.selection.select(this.picture.nameAt(x, y) ?? "");
+    else this.selection.show(this.picture.nameAt(x, y) ?? "");
   }
 
   private throw(target: Vector3): void {

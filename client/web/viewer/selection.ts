@@ -50,6 +50,12 @@ export class Selection {
     this.follow();
   }
 
+  /** Selects it, where its controls are in sight. */
+  show(name: string): void {
+    this.select(name);
+    if (this.name_ !== "") this.choice.parentElement!.parentElement!.scrollIntoView({ block: "nearest" });
+  }
+
   forget(): void {
     for (const part of [...this.factors, ...this.sliders]) part.forget();
     this.select("");
