@@ -10,12 +10,14 @@ mkdirSync(folder, { recursive: true });
 await build({
   entryPoints: { viewer: "viewer/main.ts", "decode-worker": "src/decode_worker.ts" },
   bundle: true,
+  chunkNames: "[name]-[hash]",
   format: "esm",
   legalComments: "eof",
   logLevel: "warning",
   minify: true,
   outdir: folder,
   preserveSymlinks: true,
+  splitting: true,
   target: "es2022",
 });
 for (const name of ["index.html", "style.css", "icon.svg"]) copyFileSync(join("viewer", name), join(folder, name));

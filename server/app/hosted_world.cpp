@@ -147,7 +147,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
     return;
   }
 
-  sample_.period_s = live_.physics().tick_period_s();
+  sample_.period_s = live_.physics().tick_period_s() / time_scale_;
   sample_.due_error_ms = ms_between(clock_.due(), now);
   const auto period = std::chrono::duration_cast<WorldClock::Duration>(std::chrono::duration<double>(sample_.period_s));
   sample_.slipped_s = std::chrono::duration<double>(clock_.tick_ended(now, period)).count();
@@ -161,7 +161,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
       spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", name_, live_.tick(), ratio,
                    slipped_s_);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
-                                     "simulated over real time: " + base::number_text(ratio)),
+                                     "simulated over real time: " + base::number_text(ratio * time_scale_)),
                        outbox);
     }
   }
@@ -206,6 +206,7 @@ void HostedWorld::publish_status(TimePoint now) {
   listing.set_tick(live_.tick());
   listing.set_time_s(world.time_s());
   listing.set_paused(paused_);
+  listing.set_time_scale(time_scale_);
   listing.set_soft_bodies(static_cast<std::uint32_t>(world.soft_body_count()));
   listing.set_rigid_bodies(static_cast<std::uint32_t>(world.rigid_bodies().size()));
   listing.set_vertices(vertex_count(world));

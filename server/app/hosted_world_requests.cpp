@@ -6,6 +6,7 @@
 
 #include "app/hosted_world.h"
 #include "app/protocol.h"
+#include "app/request_fields.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
 
@@ -148,13 +149,14 @@ HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox&
 HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox) {
   if (halted_)
     return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "resume.world");
+  if (Status wrong = check_time_scale(message.resume()); !wrong.ok()) return wrong;
   end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
-  if (paused_) {
-    note(message, outbox);
-    paused_ = false;
-    clock_.start(now);
-  }
+  const double time_scale = message.resume().has_time_scale() ? message.resume().time_scale() : time_scale_;
+  if (paused_ || time_scale != time_scale_) note(message, outbox);
+  time_scale_ = time_scale;
+  if (paused_) clock_.start(now);
+  paused_ = false;
   return done_reply(message.request_id(), next_tick(), name_);
 }
 
@@ -235,6 +237,7 @@ v1::ServerMessage HostedWorld::stats(const Request& request, TimePoint now) cons
   out.set_world(name_);
   out.set_tick(live_.tick());
   out.set_paused(paused_);
+  out.set_time_scale(time_scale_);
   out.set_time_ratio(summary.time_ratio);
   out.set_slipped_s(slipped_s_);
   out.set_step_time_ms(summary.step_ms_median);

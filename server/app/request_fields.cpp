@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "app/world_clock.h"
 #include "base/limits.h"
 #include "base/number_text.h"
 
@@ -89,6 +90,15 @@ base::Result<physics::At> read_at(const v1::Grab& grab) {
       break;
   }
   return base::invalid("names no vertex, point or ray", "grab.at");
+}
+
+base::Status check_time_scale(const v1::Resume& resume) {
+  if (!resume.has_time_scale()) return {};
+  const double scale = resume.time_scale();
+  if (scale >= WorldClock::time_scale_min && scale <= WorldClock::time_scale_max) return {};
+  return base::invalid("is " + base::number_text(scale) + "; may be " + base::number_text(WorldClock::time_scale_min) +
+                           " to " + base::number_text(WorldClock::time_scale_max),
+                       "resume.time_scale");
 }
 
 base::Status check_world_name(const std::string& name, const std::string& field) {

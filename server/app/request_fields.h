@@ -19,6 +19,9 @@ namespace pneuma::app {
 [[nodiscard]] base::Result<physics::At> read_at(const v1::Impulse& impulse);
 [[nodiscard]] base::Result<physics::At> read_at(const v1::Grab& grab);
 
+/// Of slow motion.
+[[nodiscard]] base::Status check_time_scale(const v1::Resume& resume);
+
 /// A world's name is part of file names, log lines and addresses: letters, digits, '.', '_' and '-', not first a '.'.
 [[nodiscard]] base::Status check_world_name(const std::string& name, const std::string& field);
 /// The nearest good world name: other characters become '-'.

@@ -27,7 +27,7 @@ TickSummary TickWindow::summary(TimePoint now) const {
   std::vector<double> steps;
   std::vector<double> encodes;
   std::vector<double> due_errors;
-  double simulated_s = 0.0;
+  double periods_s = 0.0;
   double slipped_s = 0.0;
   for (const Entry& entry : entries_) {
     const bool last = &entry == &entries_.back();  // counts however long ago: a tick can outlast the window
@@ -36,10 +36,10 @@ TickSummary TickWindow::summary(TimePoint now) const {
     if (entry.at + std::chrono::seconds(1) < now && !last) continue;
     steps.push_back(entry.sample.step_ms);
     encodes.push_back(entry.sample.encode_ms);
-    simulated_s += entry.sample.period_s;
+    periods_s += entry.sample.period_s;
     slipped_s += entry.sample.slipped_s;
   }
-  if (simulated_s > 0.0) summary.time_ratio = simulated_s / (simulated_s + slipped_s);
+  if (periods_s > 0.0) summary.time_ratio = periods_s / (periods_s + slipped_s);
   if (!steps.empty()) summary.step_ms_max = *std::max_element(steps.begin(), steps.end());
   summary.step_ms_median = quantile(steps, 0.5);
   summary.encode_ms_median = quantile(encodes, 0.5);

@@ -11,12 +11,12 @@ struct TickSample {
   double step_ms = 0.0;
   double encode_ms = 0.0;
   double due_error_ms = 0.0;  // the tick's end after its due time
-  double period_s = 0.0;      // simulated
+  double period_s = 0.0;      // from its due time to the next tick's
   double slipped_s = 0.0;
 };
 
 struct TickSummary {
-  double time_ratio = 1.0;  // simulated over real time; 1 where nothing slipped
+  double time_ratio = 1.0;  // periods over real time; 1 where nothing slipped
   double step_ms_median = 0.0;
   double step_ms_max = 0.0;
   double encode_ms_median = 0.0;

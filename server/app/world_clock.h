@@ -16,6 +16,11 @@ class WorldClock {
 
   [[nodiscard]] TimePoint due() const { return due_; }
 
+  /// Simulated over real time. Below, a world of 1 Hz would seem not to tick at all (/healthz); above, it would have to
+  /// be quicker than its rate, by which streams and their readers are measured.
+  static constexpr double time_scale_min = 0.125;
+  static constexpr double time_scale_max = 1.0;
+
   /// A stall of the machine that a world makes good, so that its due times stay; longer ones would show as a jump.
   static constexpr Duration catch_up_max = std::chrono::milliseconds(100);
 

@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include "app/protocol.h"
+#include "app/request_fields.h"
 #include "app/world_clock.h"
 #include "base/limits.h"
 #include "base/number_text.h"
@@ -46,7 +47,8 @@ ReplayedWorld::ReplayedWorld(client::Playback playback, const PlayOptions& optio
       playback_(std::move(playback)),
       shown_(1.0 / playback_.header().world_rate_hz()),
       hub_(std::move(wiring.take_stream_id), std::move(wiring.drop_stream_id), std::move(wiring.defer)),
-      paused_(options.paused) {
+      paused_(options.paused),
+      speed_(options.speed) {
   const v1::Subscribed& recorded = playback_.header().stream();
   hub_.set_source_error(recorded.max_error_m(), recorded.max_velocity_error_m_s());
 }
@@ -94,7 +96,7 @@ std::optional<ReplayedWorld::TimePoint> ReplayedWorld::due() const {
   if (paused_ || (!next_ && !options_.loop)) return std::nullopt;
   // The last frame is shown for a period before the first one comes again.
   const double at_s = next_ ? next_->at_s : shown_at_s_ + shown_.tick_period_s();
-  const std::chrono::duration<double> since_start(std::min((at_s - clock_start_s_) / options_.speed, wait_max_s));
+  const std::chrono::duration<double> since_start(std::min((at_s - clock_start_s_) / speed_, wait_max_s));
   return clock_start_ + std::chrono::duration_cast<TimePoint::duration>(since_start);
 }
 
@@ -187,11 +189,7 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
       paused_ = true;
       return done(message);
     case v1::ClientMessage::kResume:
-      if (!next_) {  // from the end, to the start
-        if (Status found = go_to(0.0, now); !found.ok()) return found;
-      }
-      if (std::exchange(paused_, false)) start_clock(now);
-      return done(message);
+      return resume(message, now);
     case v1::ClientMessage::kStep:
       return step(message, outbox);
     case v1::ClientMessage::kReset:
@@ -247,6 +245,17 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
   return reply;
 }
 
+ReplayedWorld::Answer ReplayedWorld::resume(const v1::ClientMessage& message, TimePoint now) {
+  if (Status wrong = app::check_time_scale(message.resume()); !wrong.ok()) return wrong;
+  if (!next_) {  // from the end, to the start
+    if (Status found = go_to(0.0, now); !found.ok()) return found;
+  }
+  if (message.resume().has_time_scale()) speed_ = message.resume().time_scale();
+  if (paused_ || message.resume().has_time_scale()) start_clock(now);
+  paused_ = false;
+  return done(message);
+}
+
 ReplayedWorld::Answer ReplayedWorld::step(const v1::ClientMessage& message, app::Outbox& outbox) {
   const std::uint32_t ticks = message.step().ticks();
   if (!paused_) return Status(StatusCode::failed_precondition, "the recording plays; pause it first", "step.world");
@@ -291,6 +300,7 @@ void ReplayedWorld::publish_status(TimePoint now) {
   listing.set_tick(frame.tick);
   listing.set_time_s(frame.time_s);
   listing.set_paused(!due());
+  listing.set_time_scale(speed_);
   listing.set_soft_bodies(static_cast<std::uint32_t>(frame.bodies.size()));
   std::size_t vertices = 0;
   for (const client::SoftBodyFrame& body : frame.bodies) vertices += body.positions_m.size() / 3;
@@ -315,6 +325,7 @@ v1::ServerMessage ReplayedWorld::stats(const app::Request& request) const {
   out.set_tick(frame.tick);
   out.set_time_s(frame.time_s);
   out.set_paused(!due());
+  out.set_time_scale(speed_);
   out.set_rate_hz(playback_.header().world_rate_hz());
   out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));

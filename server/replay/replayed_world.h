@@ -70,6 +70,7 @@ class ReplayedWorld {
 
   [[nodiscard]] Answer carry_out(const app::Request& request, TimePoint now, app::Outbox& outbox);
   [[nodiscard]] Answer subscribe(const app::Request& request);
+  [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now);
   [[nodiscard]] Answer step(const v1::ClientMessage& message, app::Outbox& outbox);
   [[nodiscard]] base::Status go_to(double at_s, TimePoint now);
   [[nodiscard]] v1::ServerMessage done(const v1::ClientMessage& message) const;
@@ -98,6 +99,7 @@ class ReplayedWorld {
   std::optional<client::RecordedFrame> next_;
   std::vector<client::Recorded> before_next_;  // events and changes, told when it is shown
   bool paused_;
+  double speed_;       // play time over real time
   bool moved_ = true;  // to another frame than the next one
   // Play time goes on from here:
   TimePoint clock_start_{};

@@ -181,8 +181,10 @@ export class Client {
     return this.call({ case: "pause", value: { world } }, "done");
   }
 
-  resume(world: string): Promise<Done> {
-    return this.call({ case: "resume", value: { world } }, "done");
+  /** @param timeScale simulated over real time from now on, 0.125 to 1, also of a world that runs; unset: as it was */
+  resume(world: string, timeScale?: number): Promise<Done> {
+    const value = timeScale === undefined ? { world } : { world, timeScale };
+    return this.call({ case: "resume", value }, "done");
   }
 
   /** Steps a paused world; comes back after the last of the ticks, however long they take. */
@@ -228,7 +230,7 @@ export class Client {
       clientName: this.options.clientName ?? "@pneuma/client",
       connectTimeoutMs: this.options.connectTimeoutMs ?? 5_000,
       replyTimeoutMs: this.options.replyTimeoutMs ?? 10_000,
-      update: (message, bytes) => this.take(message, bytes),
+      update: (message, bytes) => this.take(message, bytes.length),
       ended: (error) => this.lose(error),
     });
     if (this.state_ === "closed") return connection.end(new PneumaError("UNAVAILABLE", "the client was closed"));

@@ -32,8 +32,8 @@ export interface ConnectionOptions {
   readonly clientName: string;
   readonly connectTimeoutMs: number;
   readonly replyTimeoutMs: number;
-  /** Called in the order of arrival, with the size of the message. */
-  readonly update: (message: Update, bytes: number) => void;
+  /** Called in the order of arrival, with the message as it was received. */
+  readonly update: (message: Update, bytes: Uint8Array) => void;
   /** Called once when the connection has ended, with why. */
   readonly ended: (error: PneumaError) => void;
 }
@@ -163,9 +163,10 @@ export class Connection {
   private take(data: unknown): void {
     this.heardAt = Date.now();
     if (!(data instanceof ArrayBuffer)) return this.end(new PneumaError("MALFORMED", "a message of text"));
+    const bytes = new Uint8Array(data);
     let message: ServerMessage;
     try {
-      message = fromBinary(ServerMessageSchema, new Uint8Array(data));
+      message = fromBinary(ServerMessageSchema, bytes);
     } catch {
       return this.end(new PneumaError("MALFORMED", "bytes that are no message"));
     }
@@ -182,7 +183,7 @@ export class Connection {
       const { reason } = update.value;
       this.end(reason ? errorOf(reason) : new PneumaError("UNAVAILABLE", "the server said goodbye"));
     } else {
-      this.options.update(update, data.byteLength);
+      this.options.update(update, bytes);
     }
   }
 }

@@ -5,6 +5,7 @@ export type { Triangles } from "./codec/mesh_order.js";
 export { type FrameDecoder, InlineDecoder } from "./decoder.js";
 export { type ErrorCode, PneumaError } from "./errors.js";
 export { Grab } from "./grab.js";
+export { Recorder, type RecorderOptions, type RecordingProgress } from "./recording.js";
 export {
   type Frame,
   type Layout,

@@ -1,27 +1,40 @@
 // A pneuma-server on free ports for the tests and the benchmark.
 import { type ChildProcess, spawn } from "node:child_process";
 import { once } from "node:events";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 import { createInterface } from "node:readline";
+
+const serverProgram =
+  process.env["PNEUMA_SERVER"] ?? join(process.env["PNEUMA_SOURCE"] ?? "../..", "build/release/bin/pneuma-server");
+/** `pneuma`, which is beside the server. */
+export const clientProgram = join(dirname(serverProgram), "pneuma");
 
 export class Server {
   private constructor(
     private readonly process: ChildProcess,
     /** HOST:PORT */
+    readonly tcp: string,
     readonly http: string,
   ) {}
 
   /** Starts one with these flags, asking for a token if there is one, and waits for its ready line. PNEUMA_SERVER names the program. */
-  static async start(flags: readonly string[], token = ""): Promise<Server> {
-    const program =
-      process.env["PNEUMA_SERVER"] ?? join(process.env["PNEUMA_SOURCE"] ?? "../..", "build/release/bin/pneuma-server");
+  static start(flags: readonly string[], token = ""): Promise<Server> {
+    return Server.run(serverProgram, flags, token);
+  }
+
+  /** Serves a recording. */
+  static play(file: string, flags: readonly string[]): Promise<Server> {
+    return Server.run(clientProgram, ["play", file, ...flags]);
+  }
+
+  private static async run(program: string, flags: readonly string[], token = ""): Promise<Server> {
     const free = ["--listen", "127.0.0.1:0"];
     if (!flags.includes("--http")) free.push("--http", "127.0.0.1:0");
     const env = token === "" ? process.env : { ...process.env, PNEUMA_TOKEN: token };
-    const child = spawn(program, [...free, ...flags], { stdio: ["ignore", "pipe", "ignore"], env });
+    const child = spawn(program, [...flags, ...free], { stdio: ["ignore", "pipe", "ignore"], env });
     for await (const line of createInterface(child.stdout)) {
-      const http = /^ready .*http=(\S+)/.exec(line)?.[1];
-      if (http) return new Server(child, http);
+      const [, tcp, http] = /^ready tcp=(\S+) http=(\S+)/.exec(line) ?? [];
+      if (tcp && http) return new Server(child, tcp, http);
     }
     throw new Error(`${program} ended before it was ready`);
   }

@@ -1,12 +1,16 @@
-// What the pointer does to bodies: pulls them while it is held down, or pokes them.
+// What the pointer does to bodies: pulls them while it is held down, or pokes them. A touch without drawing is a click.
 import type { Vector3 } from "three";
 import { Client, type Grab, PneumaError } from "../src/index.js";
 import type { Hit, Picture } from "./picture.js";
 
-export type Tool = "pull" | "poke";
+export type Tool = "pull" | "poke" | "throw";
 
 /** What a poke changes the speed of a whole body by, in m/s. */
 const pokeSpeedMS = 2;
+
+// A touch is no longer than this, and goes no further.
+const clickMs = 400;
+const clickPx = 5;
 
 interface Pull {
   readonly hit: Hit;
@@ -20,12 +24,14 @@ export interface Hands {
   readonly world: string;
   readonly tool: Tool;
   massKg(body: string): number;
+  clicked(x: number, y: number): void;
   failed(error: PneumaError): void;
 }
 
 /** Listens to the pointer over the picture; `hands` tells whose they are at the moment, undefined: nobody's. */
 export class Pointer {
   private pull: Pull | undefined;
+  private touch: { x: number; y: number; atMs: number } | undefined;
 
   constructor(
     private readonly picture: Picture,
@@ -35,7 +41,10 @@ export class Pointer {
     // Before the camera's own listener, which must not turn while a body is held.
     canvas.addEventListener("pointerdown", (event) => this.down(event, canvas), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", () => this.up());
+    canvas.addEventListener("pointerup", (event) => {
+      this.up();
+      this.click(event);
+    });
     canvas.addEventListener("pointercancel", () => this.up());
   }
 
@@ -49,6 +58,8 @@ export class Pointer {
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
     const hands = this.hands();
     if (!hands || !event.isPrimary || event.button !== 0) return;
+    this.touch = { x: event.clientX, y: event.clientY, atMs: event.timeStamp };
+    if (hands.tool === "throw") return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
     this.picture.orbit.enabled = false;
@@ -61,6 +72,14 @@ export class Pointer {
     if (!this.pull || !event.isPrimary) return;
     this.pull.target = this.picture.drag(event.clientX, event.clientY, this.pull.hit.point);
     this.pull.grab?.moveTo(this.pull.target).catch(() => this.up());
+  }
+
+  private click({ clientX, clientY, timeStamp, isPrimary }: PointerEvent): void {
+    const { touch } = this;
+    if (!touch || !isPrimary) return;
+    this.touch = undefined;
+    const way = Math.hypot(clientX - touch.x, clientY - touch.y);
+    if (way <= clickPx && timeStamp - touch.atMs <= clickMs) this.hands()?.clicked(clientX, clientY);
   }
 
   private up(): void {

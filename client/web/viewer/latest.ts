@@ -5,20 +5,25 @@ const intervalMs = 50;
 
 export class Latest<Value> {
   private next: { readonly value: Value } | undefined;
-  private isSending = false;
+  private isSending_ = false;
 
   constructor(
     private readonly send: (value: Value) => Promise<void>,
     private readonly failed: (error: Error) => void,
+    private readonly settled: () => void,
   ) {}
+
+  get isSending(): boolean {
+    return this.isSending_;
+  }
 
   put(value: Value): void {
     this.next = { value };
-    if (!this.isSending) void this.run();
+    if (!this.isSending_) void this.run();
   }
 
   private async run(): Promise<void> {
-    this.isSending = true;
+    this.isSending_ = true;
     while (this.next) {
       const { value } = this.next;
       this.next = undefined;
@@ -26,6 +31,7 @@ export class Latest<Value> {
       await this.send(value).catch(this.failed);
       await pause;
     }
-    this.isSending = false;
+    this.isSending_ = false;
+    this.settled();
   }
 }

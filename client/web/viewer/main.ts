@@ -8,11 +8,14 @@ import {
   WorkerDecoder,
   type WorldList_World,
 } from "../src/index.js";
-import { Sliders } from "./changes.js";
+import { noteView, wantedView, wantedWorld } from "./address.js";
+import { Controls } from "./controls.js";
+import { refuse } from "./effect.js";
 import { element } from "./element.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
 import { Playback } from "./playback.js";
+import { SlowMotion } from "./slow_motion.js";
 
 const phoneWidthPx = 600; // as in style.css
 const maxErrorM = 0.0005;
@@ -29,14 +32,12 @@ function say(text: string): void {
   notice.hidden = text === "";
 }
 
-/** The address holds the world: `#world=five-balls`. */
-function wantedWorld(): string | null {
-  return new URLSearchParams(location.hash.slice(1)).get("world");
-}
+const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
 
 class Page {
   private readonly playback = new Playback();
-  private readonly sliders = new Sliders();
+  private readonly controls: Controls;
+  private readonly slowMotion: SlowMotion;
   private readonly pointer: Pointer;
   private client: Client | undefined;
   private stream: Stream | undefined;
@@ -49,11 +50,18 @@ class Page {
   private counted = { frames: 0, bytes: 0 };
 
   constructor(private readonly picture: Picture) {
+    const present = () => {
+      const token = sessionStorage.getItem(tokenKey) ?? "";
+      return this.client && { client: this.client, world: this.world, isPaused: this.isPaused, url: socketUrl, token };
+    };
+    this.controls = new Controls(picture, present, (world) => this.turnTo(world));
+    this.slowMotion = new SlowMotion(present, (scale) => (this.playback.scale = scale));
     this.pointer = new Pointer(picture, element<HTMLCanvasElement>("picture"), () => {
       if (this.client?.state !== "open" || !this.stream) return undefined;
       const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
-      const massKg = (body: string) => this.sliders.massKg(body);
-      return { client: this.client, world: this.world, tool, massKg, failed: (error) => this.refused(error) };
+      const massKg = (body: string) => this.controls.massKg(body);
+      const clicked = (x: number, y: number) => this.controls.clicked(x, y, tool);
+      return { client: this.client, world: this.world, tool, massKg, clicked, failed: refuse };
     });
     this.listen();
     setInterval(() => this.tellStatus(), statusIntervalMs);
@@ -68,9 +76,8 @@ class Page {
 
   async connect(token: string): Promise<void> {
     say("Connecting…");
-    const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
     try {
-      this.client = await Client.connect(url, {
+      this.client = await Client.connect(socketUrl, {
         token,
         clientName: "page",
         decoder: new WorkerDecoder(new Worker("decode-worker.js", { type: "module" })),
@@ -111,9 +118,12 @@ class Page {
       location.hash = new URLSearchParams({ world: worlds.value }).toString();
     });
     addEventListener("hashchange", () => void this.open());
+    this.picture.orbit.addEventListener("end", () => noteView(this.world, this.picture.view));
     element("frame-all").addEventListener("click", () => this.picture.frameAll());
     pauseButton.addEventListener("click", () => {
-      void this.ask((client) => (this.isPaused ? client.resume(this.world) : client.pause(this.world)));
+      void this.ask((client) =>
+        this.isPaused ? client.resume(this.world, this.slowMotion.wished) : client.pause(this.world),
+      );
     });
     stepButton.addEventListener("click", () => void this.ask((client) => client.step(this.world)));
     element("reset").addEventListener("click", () => void this.ask((client) => client.reset(this.world)));
@@ -125,13 +135,25 @@ class Page {
       v: "velocities",
       l: "dark",
       f: "frame-all",
+      1: "tool-pull",
+      2: "tool-poke",
+      3: "tool-throw",
+      t: "throw",
+      a: "add",
+      u: "upload-open",
+      n: "new-world-open",
+      c: "record",
+      delete: "remove",
     };
     addEventListener("keydown", (event) => {
       const { key, target } = event;
       const isOn = (controls: string) => target instanceof HTMLElement && target.matches(controls);
-      const isTaken = isOn("select, #token") || (key === " " && isOn("button, summary, input"));
-      const id = keys[key?.toLowerCase()]; // a browser that fills in a field sends events without a key
-      if (!id || isTaken || event.ctrlKey || event.metaKey || event.altKey) return;
+      const isText = isOn("#token, input[type=text], input[type=number]");
+      const isTaken = isText || isOn("select, dialog *") || (key === " " && isOn("button, summary, input"));
+      const isCommand = event.ctrlKey || event.metaKey;
+      const command = key?.toLowerCase() === "z" ? (event.shiftKey ? "redo" : "undo") : undefined;
+      const id = isCommand ? command : keys[key?.toLowerCase()]; // what fills in a field sends events without a key
+      if (!id || (isCommand ? isText : isTaken) || event.altKey) return;
       event.preventDefault();
       element(id).click();
     });
@@ -161,17 +183,22 @@ class Page {
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      this.picture.forget();
+      this.picture.forget(wantedView());
       this.stream = await client.subscribe(
         world,
         { maxErrorM, commands: true },
         {
           frame: (frame) => this.take(frame),
-          // A pause may be among what was left out.
-          gap: () => void this.ask(async () => this.tellWorld(await client.worlds())),
-          applied: ({ command }) => {
-            const kind = command?.request.case;
-            if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");
+          // A pause or an edit may be among what was left out.
+          gap: () => {
+            this.controls.missed();
+            void this.ask(async () => this.tellWorld(await client.worlds()));
+          },
+          applied: (applied) => {
+            const request = applied.command?.request;
+            if (request?.case === "pause" || request?.case === "resume") this.setPaused(request.case === "pause");
+            if (request?.case === "resume" && request.value.timeScale) this.slowMotion.follow(request.value.timeScale);
+            this.controls.applied(applied);
           },
           ended: (error) => {
             this.stream = undefined;
@@ -196,7 +223,9 @@ class Page {
 
   private tellWorld(list: readonly WorldList_World[]): void {
     worlds.value = this.world;
-    this.setPaused(list.find(({ name }) => name === this.world)?.paused ?? false);
+    const world = list.find(({ name }) => name === this.world);
+    this.setPaused(world?.paused ?? false);
+    this.slowMotion.follow(world?.timeScale || 1);
   }
 
   /** After a connection that was lost. */
@@ -216,23 +245,25 @@ class Page {
     const { client, world } = this;
     if (!client) return;
     try {
-      const scene = await client.scene(world);
-      if (world === this.world) this.sliders.begin(client, world, scene);
+      await this.controls.begin(client, world);
     } catch (error) {
-      this.refused(error as PneumaError);
+      refuse(error as PneumaError);
     }
+  }
+
+  /** Any, where it is null. */
+  private turnTo(world: string | null): void {
+    const next = world === null ? "" : new URLSearchParams({ world }).toString();
+    if (location.hash.slice(1) === next) void this.open();
+    else location.hash = next;
   }
 
   private async ask(request: (client: Client) => Promise<unknown>): Promise<void> {
     try {
       if (this.client) await request(this.client);
     } catch (error) {
-      this.refused(error as PneumaError);
+      refuse(error as PneumaError);
     }
-  }
-
-  private refused(error: PneumaError): void {
-    this.sliders.say(error.message, true);
   }
 
   private setPaused(isPaused: boolean): void {
@@ -243,6 +274,7 @@ class Page {
 
   private take(frame: Frame): void {
     this.playback.push(frame);
+    this.controls.take(frame);
     this.counted = { frames: this.counted.frames + 1, bytes: this.counted.bytes + frame.bytes };
     element("status").dataset["tick"] = String(frame.tick);
     element("status").dataset["time"] = frame.timeS.toFixed(1);

@@ -21,11 +21,13 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Layout } from "../src/index.js";
+import type { View } from "./address.js";
 import type { Moment } from "./playback.js";
 import { SoftBodyView } from "./soft_body_view.js";
 import { planeM, SolidView } from "./solid_view.js";
 
 const bodyColours = [0xe2725b, 0x5b9be2, 0xe2b45b, 0x6fbf73, 0xa57fd6, 0xd673a8, 0x57b8b0];
+const glowColour = 0x5a2412; // of what is selected
 const schemes = {
   light: { paper: 0xf4f1ec, ink: 0x1d2430, floor: 0xe6e0d6, solid: 0xb9b3a8, grid: 0xb8b0a2 },
   dark: { paper: 0x14181f, ink: 0xf4f1ec, floor: 0x252c38, solid: 0x6d7788, grid: 0x465063 },
@@ -60,6 +62,7 @@ export class Picture {
   private solids: (SolidView | undefined)[] = [];
   private shown: Shown = { wireframe: false, velocities: false, dark: false };
   private isFramed = false;
+  private wanted: View | undefined;
 
   /** Beside `panel`, which covers a part of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -108,15 +111,19 @@ export class Picture {
         body.update(from.positions[i]!, to.positions[i]!, fraction, to.timeS - from.timeS);
       });
       this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
-      if (!this.isFramed) this.frameAll();
+      if (!this.isFramed) {
+        this.frameAll();
+        if (this.wanted) this.look(this.wanted);
+      }
     }
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Turns to another world: the next moment is looked at as a whole. */
-  forget(): void {
+  /** Turns to another world: the next moment is looked at as a whole, or from where `view` says. */
+  forget(view?: View): void {
     this.isFramed = false;
+    this.wanted = view;
   }
 
   /** Moves the camera so that all of the world is seen, and the light with it. */
@@ -152,6 +159,55 @@ export class Picture {
     camera.far = 6 * radius;
     camera.updateProjectionMatrix();
     this.isFramed = true;
+  }
+
+  get eye(): Vector3 {
+    return this.camera.position.clone();
+  }
+
+  get view(): View {
+    return { position: this.eye, target: this.orbit.target.clone() };
+  }
+
+  look({ position, target }: View): void {
+    this.camera.position.copy(position);
+    this.orbit.target.copy(target);
+  }
+
+  /** Lights up a body or solid; "": none. */
+  highlight(name: string): void {
+    for (const body of this.bodies) body.skin.material.emissive.set(body.name === name ? glowColour : 0);
+    for (const solid of this.solids) solid?.mesh.material.emissive.set(solid.name === name ? glowColour : 0);
+  }
+
+  /** What is at a place of the window. */
+  nameAt(x: number, y: number): string | undefined {
+    const mesh = this.meshAt(this.rayAt(x, y))?.object;
+    const body = this.bodies.find(({ skin }) => skin === mesh);
+    return body?.name ?? this.solids.find((solid) => solid?.mesh === mesh)?.name;
+  }
+
+  /** The first point seen at a place of the window, by default in the middle of the view: as far as the view's target, where it is empty. */
+  aim(x?: number, y?: number): Vector3 {
+    const towards = this.orbit.target.clone().sub(this.camera.position);
+    if (x === undefined || y === undefined) this.raycaster.set(this.camera.position, towards.clone().normalize());
+    const ray = x === undefined || y === undefined ? this.raycaster.ray : this.rayAt(x, y);
+    return this.meshAt(ray)?.point ?? ray.at(towards.length(), new Vector3());
+  }
+
+  /** What is seen, as a PNG. */
+  snapshot(): Promise<Blob> {
+    this.renderer.render(this.scene, this.camera); // a canvas is empty but in the turn in which it was drawn
+    return new Promise((resolve, reject) => {
+      this.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no picture"))));
+    });
+  }
+
+  private meshAt(ray: Ray): { object: unknown; point: Vector3 } | undefined {
+    this.raycaster.ray.copy(ray);
+    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
+    const solids = this.solids.flatMap((solid) => (solid ? [solid.mesh] : []));
+    return this.raycaster.intersectObjects([...this.bodies.map(({ skin }) => skin), ...solids], false)[0];
   }
 
   /** The soft body at a place of the window. */

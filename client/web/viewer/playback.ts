@@ -29,6 +29,9 @@ export class Playback {
     if (this.frames.length === 1) this.shownS = frame.timeS;
   }
 
+  /** The world's time over real time. */
+  scale = 1;
+
   clear(): void {
     this.frames = [];
   }
@@ -37,7 +40,7 @@ export class Playback {
   at(nowMs: number): Moment | undefined {
     const newest = this.frames.at(-1);
     if (!newest) return undefined;
-    const passedS = this.lastMs === undefined ? 0 : Math.max(0, nowMs - this.lastMs) / 1000;
+    const passedS = this.lastMs === undefined ? 0 : (Math.max(0, nowMs - this.lastMs) / 1000) * this.scale;
     this.lastMs = nowMs;
     const intervalS = newest.timeS - (this.frames.at(-2)?.timeS ?? newest.timeS);
     const difference = newest.timeS - intervalsBehind * intervalS - (this.shownS + passedS);

@@ -45,6 +45,7 @@ export class SolidView {
   private readonly turns: [Quaternion, Quaternion] = [new Quaternion(), new Quaternion()];
 
   private constructor(
+    readonly name: string,
     readonly mesh: Mesh<BufferGeometry, MeshPhongMaterial>,
     readonly isBounded: boolean,
     /** Of a room: its edges, for those of the walls that are seen through. */
@@ -69,7 +70,7 @@ export class SolidView {
     mesh.receiveShadow = true;
     const outline =
       form === "room" ? new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial()) : undefined;
-    return new SolidView(mesh, form !== "plane", outline);
+    return new SolidView(solid.name, mesh, form !== "plane", outline);
   }
 
   update(from: SolidPose, to: SolidPose, fraction: number): void {

@@ -3,6 +3,8 @@
 #include "app/hosted_world.h"
 
 #include <algorithm>
+#include <chrono>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -167,6 +169,40 @@ TEST_F(HostedWorldTest, AResumeEndsTheStepsThatWaitAndTheClockRules) {
   ASSERT_TRUE(tick_due());
   ASSERT_TRUE(tick().empty());
   EXPECT_GT(*world_->next_due(before), before);
+}
+
+// The due times of two ticks, as far apart as the period asks for, however long the ticks took.
+TEST_F(HostedWorldTest, InSlowMotionTicksAreDueLaterAndStepTheSameTime) {
+  v1::ClientMessage slow = resume(1);
+  slow.mutable_resume()->set_time_scale(0.25);
+  post(slow);
+  ASSERT_EQ(drain().size(), 1U);
+  ASSERT_TRUE(tick().empty());
+  const TimePoint first = *world_->next_due(TimePoint());
+  EXPECT_EQ(world_->status().listing.time_scale(), 0.25);
+  const double time_s = world_->status().listing.time_s();
+  const double period_s = 1.0 / world_->status().listing.rate_hz();
+  EXPECT_NEAR(time_s, period_s, 1e-12);
+  ASSERT_TRUE(tick().empty());
+  EXPECT_NEAR(std::chrono::duration<double>(*world_->next_due(TimePoint()) - first).count(), 4.0 * period_s, 1e-6);
+  EXPECT_NEAR(world_->status().listing.time_s(), 2.0 * period_s, 1e-12);
+
+  post(resume(2));  // says nothing of it
+  drain();
+  EXPECT_EQ(world_->status().listing.time_scale(), 0.25);
+}
+
+TEST_F(HostedWorldTest, ATimeScaleThatNoWorldHasIsRefused) {
+  for (const double scale : {0.0, -1.0, 0.12, 1.01, std::numeric_limits<double>::quiet_NaN()}) {
+    v1::ClientMessage message = resume(1);
+    message.mutable_resume()->set_time_scale(scale);
+    post(message);
+    const auto replies = drain();
+    ASSERT_EQ(replies.size(), 1U);
+    EXPECT_EQ(replies[0].error().code(), v1::Error::INVALID_ARGUMENT) << scale;
+    EXPECT_EQ(replies[0].error().where(), "resume.time_scale");
+    EXPECT_TRUE(world_->status().listing.paused());
+  }
 }
 
 TEST_F(HostedWorldTest, ASubscriberWhoAsksIsToldOfEachChangeAndOfNothingElse) {

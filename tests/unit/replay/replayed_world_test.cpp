@@ -249,6 +249,15 @@ TEST_F(ReplayedWorldTest, SpeedAndLoop) {
   EXPECT_EQ(ticks_seen(), expected);
 }
 
+TEST_F(ReplayedWorldTest, InSlowMotionItsFramesComeLater) {
+  play();
+  subscribe();
+  ask([](auto& message) { message.mutable_resume()->set_time_scale(0.25); });
+  go_on_until(0.4);
+  EXPECT_EQ(ticks_seen(), from_to(0, 6)) << "0.1 s of the recording in 0.4 s";
+  EXPECT_EQ(world_->status().listing.time_scale(), 0.25);
+}
+
 TEST_F(ReplayedWorldTest, APausedOneStepsAndGoesOn) {
   play({.paused = true});
   subscribe();

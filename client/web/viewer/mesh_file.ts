@@ -1,0 +1,97 @@
+// Reads the triangles of a mesh file: OBJ, STL, PLY, glTF, GLB. A part of the page that is loaded when it is first needed.
+import { type BufferGeometry, Mesh, MeshBasicMaterial, type Object3D, Vector3 } from "three";
+import { type GLTF, GLTFLoader, type GLTFParser } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
+import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
+import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
+
+export interface Triangles {
+  /** x y z of each vertex, in the file's unit. */
+  readonly positions: Float64Array;
+  /** Three a face. */
+  readonly indices: Uint32Array;
+}
+
+/** Throws Error with what is wrong with the first of `files`; the others are what a .gltf may refer to. */
+export async function readMesh(files: readonly File[]): Promise<Triangles> {
+  const file = files[0]!;
+  const bytes = await file.arrayBuffer();
+  const text = () => new TextDecoder().decode(bytes);
+  const kind = file.name.split(".").at(-1)!.toLowerCase();
+  if (kind === "obj") return join(new OBJLoader().parse(text()));
+  if (kind === "stl") return join(new Mesh(new STLLoader().parse(bytes)));
+  if (kind === "ply") return join(new Mesh(new PLYLoader().parse(bytes)));
+  if (kind === "glb" || kind === "gltf") return join(await readGltf(kind === "glb" ? bytes : text(), files.slice(1)));
+  throw new Error(`${file.name}: the page reads OBJ, STL, PLY, glTF and GLB files`);
+}
+
+/** What of a glTF file is no shape is left out, and so are addresses: nothing is fetched. */
+async function readGltf(content: ArrayBuffer | string, others: readonly File[]): Promise<Object3D> {
+  const loader = new GLTFLoader();
+  loader.register((parser: GLTFParser) => ({
+    name: "PNEUMA_shape_alone",
+    loadMaterial: () => Promise.resolve(new MeshBasicMaterial()),
+    loadBufferView: (index: number) => {
+      const { buffer, byteOffset = 0, byteLength } = parser.json.bufferViews[index];
+      const { uri } = parser.json.buffers[buffer];
+      if (uri === undefined) return null; // within the file, as the loader knows it
+      return bytesOf(uri, others).then((bytes) => bytes.slice(byteOffset, byteOffset + byteLength));
+    },
+  }));
+  const gltf = await new Promise<GLTF>((resolve, reject) => loader.parse(content, "", resolve, reject as () => void));
+  gltf.scene.updateMatrixWorld(true);
+  return gltf.scene;
+}
+
+async function bytesOf(uri: string, others: readonly File[]): Promise<ArrayBuffer> {
+  const inline = /^data:[^,]*;base64,(.*)$/s.exec(uri)?.[1];
+  if (inline !== undefined) return Uint8Array.from(atob(inline), (letter) => letter.charCodeAt(0)).buffer;
+  const name = decodeURIComponent(uri).split("/").at(-1);
+  const file = others.find((other) => other.name === name);
+  if (!file) throw new Error(`it refers to ${name}: choose both files together`);
+  return file.arrayBuffer();
+}
+
+/**
+ * All meshes as one. Vertices at the very same place are one vertex: most of these formats write a vertex anew for each
+ * face or each normal that it has.
+ */
+function join(object: Object3D): Triangles {
+  const positions: number[] = [];
+  const indices: number[] = [];
+  const known = new Map<string, number>();
+  const point = new Vector3();
+  object.updateMatrixWorld(true);
+  object.traverse((part) => {
+    if (!(part instanceof Mesh)) return;
+    const geometry = part.geometry as BufferGeometry;
+    const places = geometry.getAttribute("position");
+    if (!places) return;
+    const corners = geometry.index?.count ?? places.count;
+    for (let corner = 0; corner < corners - (corners % 3); ++corner) {
+      point.fromBufferAttribute(places, geometry.index?.getX(corner) ?? corner).applyMatrix4(part.matrixWorld);
+      const key = `${point.x} ${point.y} ${point.z}`;
+      let vertex = known.get(key);
+      if (vertex === undefined) {
+        vertex = known.size;
+        known.set(key, vertex);
+        positions.push(point.x, point.y, point.z);
+      }
+      indices.push(vertex);
+    }
+  });
+  if (indices.length === 0) throw new Error("there are no triangles in it");
+  return { positions: Float64Array.from(positions), indices: Uint32Array.from(indices) };
+}
+
+/** Enclosed by the faces; of an open or flipped mesh this is no more than a guess, and may be negative. */
+export function volumeOf({ positions, indices }: Triangles): number {
+  let six = 0;
+  for (let i = 0; i < indices.length; i += 3) {
+    const [a, b, c] = [3 * indices[i]!, 3 * indices[i + 1]!, 3 * indices[i + 2]!];
+    const cross = (j: number, k: number) =>
+      positions[b + j]! * positions[c + k]! - positions[b + k]! * positions[c + j]!;
+    six += positions[a]! * cross(1, 2) + positions[a + 1]! * cross(2, 0) + positions[a + 2]! * cross(0, 1);
+  }
+  return six / 6;
+}

@@ -1,0 +1,45 @@
+// How fast the world's time goes, and that of the picture with it.
+import type { Client, Done } from "../src/index.js";
+import { refuse, say } from "./effect.js";
+import { element } from "./element.js";
+
+export class SlowMotion {
+  private readonly choice = element<HTMLSelectElement>("time-scale");
+  private scale_ = 1;
+
+  /** @param current the world that is shown, and whether it stands still */
+  constructor(
+    private readonly current: () => { client: Client; world: string; isPaused: boolean } | undefined,
+    private readonly changed: (scale: number) => void,
+  ) {
+    this.choice.addEventListener("change", () => void this.choose().catch(refuse));
+  }
+
+  /** What a paused world is to go on with. */
+  get wished(): number {
+    return Number(this.choice.value);
+  }
+
+  /** What the server says. */
+  follow(scale: number): void {
+    this.scale_ = scale;
+    if (![...this.choice.options].some(({ value }) => Number(value) === scale)) {
+      this.choice.add(new Option(`${scale} ×`, String(scale)));
+    }
+    this.choice.value = String(scale);
+    this.changed(scale);
+  }
+
+  private async choose(): Promise<Done | undefined> {
+    const current = this.current();
+    if (!current || current.isPaused) return undefined; // it is asked for when the world goes on
+    try {
+      const done = await current.client.resume(current.world, this.wished);
+      say(`Time goes at ${this.choice.selectedOptions[0]!.text} from tick ${done.tick} on`);
+      return done;
+    } catch (error) {
+      this.follow(this.scale_);
+      throw error;
+    }
+  }
+}

@@ -1,0 +1,167 @@
+// A mesh of a file becomes a soft body: chosen or dropped on the page, looked at, and sent to the server, which checks it.
+import { Box3, Vector3 } from "three";
+import { type Done, type Frame, PneumaError, type Scene } from "../src/index.js";
+import { molesFor, skinFor, usualRadiusM } from "./additions.js";
+import { refuse, say } from "./effect.js";
+import { element } from "./element.js";
+import type { Change } from "./inverse_edit.js";
+import type { Triangles } from "./mesh_file.js";
+import { freePlace, newName } from "./surroundings.js";
+import type { WorldEdits } from "./world_edits.js";
+
+const meshFiles = /\.(obj|stl|ply|glb|gltf)$/i;
+
+interface Chosen {
+  readonly name: string;
+  readonly triangles: Triangles;
+  readonly volumeM3: number;
+  readonly box: Box3;
+}
+
+export interface Around {
+  readonly frame: Frame | undefined;
+  /** What the camera looks at. */
+  readonly centre: Vector3;
+}
+
+function count(number: number, what: string): string {
+  return `${number.toLocaleString("en")} ${what}`;
+}
+
+export class Upload {
+  private readonly dialog = element<HTMLDialogElement>("upload");
+  private readonly picker = element<HTMLInputElement>("mesh-file");
+  private readonly size = element<HTMLInputElement>("upload-size");
+  private readonly hasGas = element<HTMLInputElement>("upload-gas");
+  private readonly refusal = element("upload-refusal");
+  private readonly mendButton = element<HTMLButtonElement>("upload-mend");
+  private chosen: Chosen | undefined;
+
+  constructor(
+    private readonly edits: WorldEdits,
+    private readonly around: () => Around,
+  ) {
+    element("upload-open").addEventListener("click", () => this.picker.click());
+    this.picker.addEventListener("change", () => {
+      void this.read([...this.picker.files!]);
+      this.picker.value = ""; // so that the same file can be chosen again
+    });
+    element("upload-form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.add(event.submitter === this.mendButton);
+    });
+    element("upload-cancel").addEventListener("click", () => this.dialog.close());
+    const isFile = ({ dataTransfer }: DragEvent) => dataTransfer?.types.includes("Files") ?? false;
+    addEventListener("dragover", (event) => {
+      if (!isFile(event)) return;
+      event.preventDefault();
+      document.body.classList.add("dropping");
+    });
+    addEventListener("dragleave", ({ relatedTarget }) => {
+      if (!relatedTarget) document.body.classList.remove("dropping");
+    });
+    addEventListener("drop", (event) => {
+      document.body.classList.remove("dropping");
+      const files = [...(event.dataTransfer?.files ?? [])];
+      if (!files.some(({ name }) => meshFiles.test(name))) return;
+      event.preventDefault();
+      void this.read(files);
+    });
+  }
+
+  private async read(files: readonly File[]): Promise<void> {
+    const first = files.find(({ name }) => meshFiles.test(name)) ?? files[0];
+    if (!first) return;
+    say(`Reading ${first.name}…`);
+    try {
+      const { readMesh, volumeOf } = await import("./mesh_file.js");
+      const triangles = await readMesh([first, ...files.filter((file) => file !== first)]);
+      const box = new Box3().setFromArray(triangles.positions);
+      this.show({ name: first.name, triangles, volumeM3: volumeOf(triangles), box });
+      say("");
+    } catch (error) {
+      refuse(new PneumaError("INVALID_ARGUMENT", (error as Error).message, first.name));
+    }
+  }
+
+  private show(chosen: Chosen): void {
+    this.chosen = chosen;
+    const { name, triangles, box } = chosen;
+    const lengths = box.getSize(new Vector3()).toArray();
+    element("upload-name").textContent = name;
+    element("upload-facts").textContent = [
+      count(triangles.positions.length / 3, "vertices"),
+      count(triangles.indices.length / 3, "faces"),
+      `${lengths.map((length) => Number(length.toPrecision(3))).join(" × ")} in the file's unit`,
+    ].join(" · ");
+    this.size.value = String(2 * usualRadiusM(this.around().frame));
+    element<HTMLInputElement>("upload-scale").checked = true;
+    this.hasGas.checked = true;
+    this.tellRefusal("");
+    if (!this.dialog.open) this.dialog.showModal();
+  }
+
+  private tellRefusal(why: string): void {
+    this.refusal.textContent = why;
+    this.mendButton.hidden = why === "";
+  }
+
+  private async add(isToMend: boolean): Promise<void> {
+    const { chosen } = this;
+    const { frame, centre } = this.around();
+    if (!chosen || !frame) return;
+    this.dialog.classList.add("busy");
+    try {
+      const scene = await this.edits.fresh();
+      const name = newName(scene, chosen.name.replace(/\.\w+$/, "").slice(0, 60) || "mesh");
+      const changes = this.changes(chosen, scene, frame, centre, name, isToMend);
+      const done = await this.edits.make(`Add ${name}`, changes);
+      this.dialog.close();
+      this.report(name, done);
+    } catch (error) {
+      this.tellRefusal((error as PneumaError).message);
+    } finally {
+      this.dialog.classList.remove("busy");
+    }
+  }
+
+  private report(name: string, { tick, mended }: Done): void {
+    const deeds = mended.map(({ detail }) => detail).filter((detail) => detail !== "");
+    say(`${name} is there from tick ${tick} on${deeds.length > 0 ? `. Mended: ${deeds.join("; ")}` : ""}`);
+  }
+
+  /** The mesh about its own middle, at the size that is wished for, and a body of it at a free place. */
+  private changes(
+    { triangles, volumeM3, box }: Chosen,
+    scene: Scene,
+    frame: Frame,
+    centre: Vector3,
+    name: string,
+    isToMend: boolean,
+  ): Change[] {
+    const lengths = box.getSize(new Vector3());
+    const longest = Math.max(lengths.x, lengths.y, lengths.z);
+    const isScaled = element<HTMLInputElement>("upload-scale").checked;
+    const scale = isScaled && longest > 0 ? this.size.valueAsNumber / longest : 1;
+    const middle = box.getCenter(new Vector3());
+    const positions: { x: number; y: number; z: number }[] = [];
+    for (let i = 0; i < triangles.positions.length; i += 3) {
+      const [x, y, z] = triangles.positions.subarray(i, i + 3) as unknown as [number, number, number];
+      positions.push({ x: scale * (x - middle.x), y: scale * (y - middle.y), z: scale * (z - middle.z) });
+    }
+    const shape = { case: "triangles" as const, value: { positions, indices: [...triangles.indices] } };
+    const mesh = { name, shape, ...(isToMend ? { mend: {} } : {}) };
+    const { massKg, ...springs } = skinFor(scene, frame, positions.length);
+    const { x, y, z } = freePlace(frame, centre, (scale * longest) / 2);
+    const outsidePa = scene.atmosphere?.pressurePa ?? 0;
+    // Of one that is yet to be closed, there may be none.
+    const insideM3 = Math.max(Math.abs(volumeM3), 0.05 * longest ** 3) * scale ** 3;
+    const gas = this.hasGas.checked ? { gas: { moles: molesFor({ massKg, ...springs }, insideM3, outsidePa) } } : {};
+    const body = { name, mesh: name, massKg, springs, ...gas, position: { x, y, z } };
+    const surface = { restitution: 0.5, friction: 0.5 };
+    return [
+      { change: { case: "addMesh", value: mesh } },
+      { change: { case: "addSoftBody", value: { ...body, surface } } },
+    ];
+  }
+}
