@@ -1,0 +1,75 @@
+// What the page's tests share: Debian's Chromium, drawing in software, with the page on a real server, and another client.
+import { after, afterEach, before, beforeEach } from "node:test";
+import { type Browser, chromium, type Page } from "playwright-core";
+import { Client } from "../../src/index.js";
+import { Server } from "../server.js";
+
+export const world = "bouncing-ball";
+const patienceMs = 60_000;
+
+export let browser: Browser;
+export let server: Server;
+export let client: Client;
+export let page: Page;
+/** Errors that the page threw or wrote to its console. */
+export let complaints: string[];
+
+/** Before each of a file's tests: a server with `world` and five-balls, a client of it, and the page, which shows `world`. */
+export function usePage(): void {
+  before(async () => {
+    browser = await chromium.launch({
+      executablePath: "/usr/bin/chromium",
+      args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+    });
+  });
+  after(() => browser.close());
+  beforeEach(async () => {
+    server = await Server.start(["--scene", world, "--scene", "five-balls"]);
+    client = await Client.connect(server.url);
+    page = await browser.newPage({ viewport: { width: 800, height: 600 } });
+    page.setDefaultTimeout(patienceMs);
+    complaints = [];
+    page.on("pageerror", (error) => complaints.push(error.message));
+    page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+    await open(page);
+  });
+  afterEach(async () => {
+    await page.close();
+    client.close();
+    await server.kill();
+  });
+}
+
+/** Ends the server, as a crash would; another begins at its address, when `meanwhile` is done. */
+export async function restartServer(meanwhile: () => Promise<unknown>, token?: string): Promise<void> {
+  const { http } = server;
+  await server.kill();
+  await meanwhile();
+  server = await Server.start(["--scene", world, "--http", http], token);
+}
+
+/** Shows the world, and waits until a frame of it has come. */
+export async function open(on: Page): Promise<void> {
+  await on.goto(`http://${server.http}/#world=${world}`);
+  await on.waitForSelector("#status[data-tick]");
+}
+
+/** Waits until the page has a frame past this tick. */
+export async function pastTick(tick: number): Promise<void> {
+  await page.waitForFunction((least) => Number(document.getElementById("status")!.dataset["tick"]) > least, tick);
+}
+
+export function shownTick(): Promise<number> {
+  return page.$eval("#status", (status) => Number(status.dataset["tick"]));
+}
+
+/** How many colours are in a picture, as the browser reads it. */
+export function colours(png: Buffer): Promise<number> {
+  return page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const picture = await createImageBitmap(new Blob([bytes]));
+    const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d")!;
+    context.drawImage(picture, 0, 0);
+    return new Set(new Uint32Array(context.getImageData(0, 0, picture.width, picture.height).data.buffer)).size;
+  }, png.toString("base64"));
+}
