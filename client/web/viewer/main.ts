@@ -11,11 +11,14 @@ import {
 import { noteView, wantedView, wantedWorld } from "./address.js";
 import { Controls } from "./controls.js";
 import { refuse } from "./effect.js";
+import { Dock } from "./dock.js";
 import { element } from "./element.js";
+import { Gallery } from "./gallery.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
 import { Playback } from "./playback.js";
 import { SlowMotion } from "./slow_motion.js";
+import { WorldList } from "./world_list.js";
 
 const phoneWidthPx = 600; // as in style.css
 const maxErrorM = 0.0005;
@@ -34,10 +37,20 @@ function say(text: string): void {
 
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
 
+/** What to show where the address names none: one that moves. */
+function liveliest(list: readonly WorldList_World[]): string | undefined {
+  const running = list.filter(({ paused }) => !paused);
+  const moving = running.find(({ sceneName }) => sceneName === "five-balls");
+  return (moving ?? running.find(({ softBodies }) => softBodies > 0) ?? list[0])?.name;
+}
+
 class Page {
   private readonly playback = new Playback();
   private readonly controls: Controls;
   private readonly slowMotion: SlowMotion;
+  private readonly dock = new Dock();
+  private readonly gallery = new Gallery();
+  private readonly worldList = new WorldList((list) => this.listChanged(list));
   private readonly pointer: Pointer;
   private client: Client | undefined;
   private stream: Stream | undefined;
@@ -46,6 +59,7 @@ class Page {
   // Worlds are opened one after the other, and of those that wait only the last.
   private opening: Promise<void> = Promise.resolve();
   private openings = 0;
+  private opened = 0;
   private pictures = 0;
   private counted = { frames: 0, bytes: 0 };
 
@@ -89,6 +103,7 @@ class Page {
         },
         event: ({ kind, world }) => {
           if (kind === Event_Kind.WORLD_RESET && world === this.world) void this.readScene();
+          if (kind === Event_Kind.WORLD_DESTROYED) this.worldList.refresh().catch(() => {});
         },
       });
       sessionStorage.setItem(tokenKey, token);
@@ -109,10 +124,12 @@ class Page {
       const isOn = (id: string) => element<HTMLInputElement>(id).checked;
       document.documentElement.classList.toggle("dark", isOn("dark"));
       this.picture.show({ wireframe: isOn("wireframe"), velocities: isOn("velocities"), dark: isOn("dark") });
+      this.gallery.show(isOn("dark"));
     };
     for (const id of ["wireframe", "velocities", "dark"]) element(id).addEventListener("change", show);
     element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
     show();
+    this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
 
     worlds.addEventListener("change", () => {
       location.hash = new URLSearchParams({ world: worlds.value }).toString();
@@ -144,6 +161,7 @@ class Page {
       n: "new-world-open",
       c: "record",
       delete: "remove",
+      g: "show-gallery",
     };
     addEventListener("keydown", (event) => {
       const { key, target } = event;
@@ -164,10 +182,14 @@ class Page {
     });
   }
 
-  /** Shows the world that the address names, or the first one. */
+  /** Shows the world that the address names, or a lively one. */
   private open(): Promise<void> {
     const own = ++this.openings;
-    this.opening = this.opening.then(() => (own === this.openings ? this.show() : undefined));
+    this.opening = this.opening.then(async () => {
+      if (own !== this.openings) return;
+      await this.show();
+      this.opened = own;
+    });
     return this.opening;
   }
 
@@ -175,8 +197,9 @@ class Page {
     const { client } = this;
     if (!client) return;
     try {
-      const list = await this.listWorlds(client);
-      const world = wantedWorld() ?? list[0]?.name;
+      const list = await this.worldList.refresh(client);
+      const world = wantedWorld() ?? (this.stream ? this.world : liveliest(list));
+      if (wantedWorld() === null) this.dock.open("gallery");
       if (this.stream && world === this.world) return this.tellWorld(list);
       if (this.stream) await client.unsubscribe(this.stream);
       this.playback.clear();
@@ -202,23 +225,37 @@ class Page {
           },
           ended: (error) => {
             this.stream = undefined;
-            if (error.code === "NOT_FOUND") say(error.message);
+            if (error.code === "NOT_FOUND") this.noWorld(`The world “${world}” is gone.`);
           },
         },
       );
+      document.body.classList.remove("gone");
       document.title = `${world} · Pneuma`;
       say("");
       await this.readScene();
     } catch (error) {
-      say((error as PneumaError).message);
+      if ((error as PneumaError).code === "NOT_FOUND")
+        this.noWorld(`There is no world “${this.world}” on this server.`);
+      else say((error as PneumaError).message);
     }
   }
 
-  private async listWorlds(client: Client): Promise<WorldList_World[]> {
-    const list = (await client.worlds()).filter(({ damaged }) => !damaged);
-    worlds.replaceChildren(...list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name)));
+  private noWorld(why: string): void {
+    say(why);
+    document.body.classList.add("gone");
+    this.dock.open("gallery");
+  }
+
+  private listChanged(list: readonly WorldList_World[]): void {
+    const options = list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name));
+    const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
+    if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world;
-    return list;
+    if (!this.client) return;
+    this.gallery.update(this.client, list, this.world);
+    const wanted = wantedWorld() ?? liveliest(list);
+    const isIdle = !this.stream && this.opened === this.openings;
+    if (isIdle && list.some(({ name }) => name === wanted)) void this.open(); // it has come
   }
 
   private tellWorld(list: readonly WorldList_World[]): void {
@@ -234,7 +271,7 @@ class Page {
     if (!this.stream) return this.open();
     try {
       say("");
-      this.tellWorld(await this.listWorlds(this.client));
+      this.tellWorld(await this.worldList.refresh());
       await this.readScene();
     } catch (error) {
       say((error as PneumaError).message);
@@ -300,7 +337,7 @@ class Page {
 try {
   const panel = element<HTMLDetailsElement>("panel");
   panel.open = innerWidth > phoneWidthPx;
-  const page = new Page(new Picture(element<HTMLCanvasElement>("picture"), panel));
+  const page = new Page(new Picture(element<HTMLCanvasElement>("picture"), [panel, element("sheets")]));
   void page.connect(sessionStorage.getItem(tokenKey) ?? "");
 } catch (error) {
   say(`This browser shows no 3D picture: ${(error as Error).message}`);

@@ -1,7 +1,6 @@
 // The world in 3D: what a moment of its stream looks like, and what the pointer is over.
 import {
   AmbientLight,
-  Box3,
   BufferGeometry,
   Color,
   DirectionalLight,
@@ -20,18 +19,12 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import type { Layout } from "../src/index.js";
 import type { View } from "./address.js";
 import type { Moment } from "./playback.js";
-import { SoftBodyView } from "./soft_body_view.js";
-import { planeM, SolidView } from "./solid_view.js";
+import { planeM } from "./solid_view.js";
+import { schemes, type Shown, WorldView } from "./world_view.js";
 
-const bodyColours = [0xe2725b, 0x5b9be2, 0xe2b45b, 0x6fbf73, 0xa57fd6, 0xd673a8, 0x57b8b0];
 const glowColour = 0x5a2412; // of what is selected
-const schemes = {
-  light: { paper: 0xf4f1ec, ink: 0x1d2430, floor: 0xe6e0d6, solid: 0xb9b3a8, grid: 0xb8b0a2 },
-  dark: { paper: 0x14181f, ink: 0xf4f1ec, floor: 0x252c38, solid: 0x6d7788, grid: 0x465063 },
-};
 
 /** A soft body under the pointer. */
 export interface Hit {
@@ -40,12 +33,6 @@ export interface Hit {
   readonly vertex: number;
   readonly point: Vector3;
   readonly ray: Ray;
-}
-
-export interface Shown {
-  readonly wireframe: boolean;
-  readonly velocities: boolean;
-  readonly dark: boolean;
 }
 
 export class Picture {
@@ -57,17 +44,14 @@ export class Picture {
   private readonly grid = new GridHelper(planeM, 40);
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
-  private layout: Layout | undefined;
-  private bodies: SoftBodyView[] = [];
-  private solids: (SolidView | undefined)[] = [];
-  private shown: Shown = { wireframe: false, velocities: false, dark: false };
+  private readonly world = new WorldView();
   private isFramed = false;
   private wanted: View | undefined;
 
-  /** Beside `panel`, which covers a part of the canvas. Throws where there is no WebGL. */
+  /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly panel: HTMLElement,
+    private readonly covers: readonly HTMLElement[],
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
@@ -84,33 +68,22 @@ export class Picture {
     this.grid.material.transparent = true;
     this.grid.material.opacity = 0.5;
     this.scene.add(new AmbientLight(0xffffff, 0.5), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
-    this.scene.add(this.sun.target, this.grid, this.pull);
+    this.scene.add(this.sun.target, this.grid, this.pull, this.world.group);
     this.resize();
-    for (const part of [canvas, panel]) new ResizeObserver(() => this.resize()).observe(part);
+    for (const part of [canvas, ...covers]) new ResizeObserver(() => this.resize()).observe(part);
   }
 
   show(shown: Shown): void {
-    this.shown = shown;
     const scheme = shown.dark ? schemes.dark : schemes.light;
     this.scene.background = new Color(scheme.paper);
     this.grid.material.color.set(scheme.grid);
     this.pull.material.color.set(scheme.ink);
-    for (const body of this.bodies) body.show(shown.wireframe, shown.velocities, scheme.ink);
-    for (const solid of this.solids) {
-      const isGround = solid && (solid.isRoom || !solid.isBounded);
-      solid?.mesh.material.color.set(isGround ? scheme.floor : scheme.solid);
-      solid?.outline?.material.color.set(scheme.grid);
-    }
+    this.world.show(shown);
   }
 
   draw(moment: Moment | undefined): void {
     if (moment) {
-      const { from, to, fraction } = moment;
-      if (to.layout !== this.layout) this.build(to.layout);
-      this.bodies.forEach((body, i) => {
-        body.update(from.positions[i]!, to.positions[i]!, fraction, to.timeS - from.timeS);
-      });
-      this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
+      this.world.update(moment);
       if (!this.isFramed) {
         this.frameAll();
         if (this.wanted) this.look(this.wanted);
@@ -122,33 +95,26 @@ export class Picture {
 
   /** Turns to another world: the next moment is looked at as a whole, or from where `view` says. */
   forget(view?: View): void {
+    this.world.clear();
     this.isFramed = false;
     this.wanted = view;
   }
 
   /** Moves the camera so that all of the world is seen, and the light with it. */
   frameAll(): void {
-    const box = new Box3();
-    for (const { skin } of this.bodies) {
-      skin.geometry.computeBoundingBox();
-      box.union(skin.geometry.boundingBox!);
-    }
-    for (const solid of this.solids) if (solid?.isRoom) box.expandByObject(solid.mesh);
-    // A rigid body may have flown off; where there is nothing else, it is what there is to see.
-    if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
-    if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    const box = this.world.box();
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
-    const aspect = Math.min(this.camera.aspect, 1);
-    const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / aspect;
+    const { width, height } = this.free();
+    const part = Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
+    const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / part;
     this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
     this.camera.near = far / 200;
     this.camera.far = 20 * far;
     this.camera.updateProjectionMatrix();
     this.orbit.target.copy(centre);
 
-    const hasGround = this.solids.some((solid) => solid && (solid.isRoom || !solid.isBounded));
-    this.grid.visible = !hasGround;
+    this.grid.visible = !this.world.hasGround;
     this.grid.position.set(centre.x, box.min.y - 0.1 * radius, centre.z);
     this.sun.position.copy(centre).add(new Vector3(0.5, 1.6, 0.7).setLength(3 * radius));
     this.sun.target.position.copy(centre);
@@ -176,15 +142,15 @@ export class Picture {
 
   /** Lights up a body or solid; "": none. */
   highlight(name: string): void {
-    for (const body of this.bodies) body.skin.material.emissive.set(body.name === name ? glowColour : 0);
-    for (const solid of this.solids) solid?.mesh.material.emissive.set(solid.name === name ? glowColour : 0);
+    for (const body of this.world.bodies) body.skin.material.emissive.set(body.name === name ? glowColour : 0);
+    for (const solid of this.world.solids) solid?.mesh.material.emissive.set(solid.name === name ? glowColour : 0);
   }
 
   /** What is at a place of the window. */
   nameAt(x: number, y: number): string | undefined {
     const mesh = this.meshAt(this.rayAt(x, y))?.object;
-    const body = this.bodies.find(({ skin }) => skin === mesh);
-    return body?.name ?? this.solids.find((solid) => solid?.mesh === mesh)?.name;
+    const body = this.world.bodies.find(({ skin }) => skin === mesh);
+    return body?.name ?? this.world.solids.find((solid) => solid?.mesh === mesh)?.name;
   }
 
   /** The first point seen at a place of the window, by default in the middle of the view: as far as the view's target, where it is empty. */
@@ -205,20 +171,20 @@ export class Picture {
 
   private meshAt(ray: Ray): { object: unknown; point: Vector3 } | undefined {
     this.raycaster.ray.copy(ray);
-    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
-    const solids = this.solids.flatMap((solid) => (solid ? [solid.mesh] : []));
-    return this.raycaster.intersectObjects([...this.bodies.map(({ skin }) => skin), ...solids], false)[0];
+    for (const { skin } of this.world.bodies) skin.geometry.computeBoundingSphere();
+    const solids = this.world.solids.flatMap((solid) => (solid ? [solid.mesh] : []));
+    return this.raycaster.intersectObjects([...this.world.bodies.map(({ skin }) => skin), ...solids], false)[0];
   }
 
   /** The soft body at a place of the window. */
   pick(x: number, y: number): Hit | undefined {
     const ray = this.rayAt(x, y);
-    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
+    for (const { skin } of this.world.bodies) skin.geometry.computeBoundingSphere();
     const [hit] = this.raycaster.intersectObjects(
-      this.bodies.map(({ skin }) => skin),
+      this.world.bodies.map(({ skin }) => skin),
       false,
     );
-    const view = this.bodies.find(({ skin }) => skin === hit?.object);
+    const view = this.world.bodies.find(({ skin }) => skin === hit?.object);
     if (!hit?.face || !view) return undefined;
     const distance = (vertex: number) => hit.point.distanceTo(new Vector3(...view.vertex(vertex)));
     const { a, b, c } = hit.face;
@@ -234,7 +200,7 @@ export class Picture {
 
   /** Draws a line from a vertex to where it is pulled; null: none. */
   showPull(pull: { body: string; vertex: number; target: Vector3 } | null): void {
-    const view = this.bodies.find(({ name }) => name === pull?.body);
+    const view = this.world.bodies.find(({ name }) => name === pull?.body);
     this.pull.visible = pull !== null && view !== undefined;
     if (pull && view) this.pull.geometry.setFromPoints([new Vector3(...view.vertex(pull.vertex)), pull.target]);
   }
@@ -245,33 +211,27 @@ export class Picture {
     return this.raycaster.ray;
   }
 
-  private build(layout: Layout): void {
-    for (const body of this.bodies) {
-      this.scene.remove(body.group);
-      body.dispose();
-    }
-    for (const solid of this.solids) {
-      if (solid) this.scene.remove(solid.mesh);
-      solid?.dispose();
-    }
-    this.layout = layout;
-    this.bodies = layout.softBodies.map(
-      ({ name, mesh }, i) => new SoftBodyView(name, mesh, bodyColours[i % bodyColours.length]!),
-    );
-    this.solids = layout.solids.map((solid) => SolidView.of(solid));
-    for (const body of this.bodies) this.scene.add(body.group);
-    for (const solid of this.solids) if (solid) this.scene.add(solid.mesh);
-    this.show(this.shown);
-  }
-
   private resize(): void {
     const { clientWidth, clientHeight } = this.canvas;
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
-    // The middle of the view is that of what the panel leaves free: beside it, or above it.
-    const { left, top, width } = this.panel.getBoundingClientRect();
-    const right = width < clientWidth / 2 ? clientWidth - left : 0;
-    const below = right === 0 ? clientHeight - top : 0;
-    this.camera.setViewOffset(clientWidth, clientHeight, right / 2, below / 2, clientWidth, clientHeight);
+    const free = this.free();
+    const x = clientWidth / 2 - (free.left + free.width / 2);
+    const y = clientHeight / 2 - free.height / 2;
+    this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
+  }
+
+  /** What nothing lies over: beside what is narrow, above what is wide. In the middle of it is the middle of the view. */
+  private free(): { left: number; width: number; height: number } {
+    const { clientWidth, clientHeight } = this.canvas;
+    let [left, right, bottom] = [0, clientWidth, clientHeight];
+    for (const cover of this.covers) {
+      const rect = cover.getBoundingClientRect();
+      if (rect.width * rect.height === 0) continue;
+      if (rect.width >= clientWidth / 2) bottom = Math.min(bottom, rect.top);
+      else if (rect.left > clientWidth / 2) right = Math.min(right, rect.left);
+      else left = Math.max(left, rect.right);
+    }
+    return { left, width: right - left, height: bottom };
   }
 }

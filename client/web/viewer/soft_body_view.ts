@@ -2,6 +2,7 @@
 import {
   BufferAttribute,
   BufferGeometry,
+  type Color,
   DoubleSide,
   Group,
   LineBasicMaterial,
@@ -56,7 +57,7 @@ export class SoftBodyView {
   constructor(
     readonly name: string,
     private readonly mesh: BodyMesh,
-    colour: number,
+    colour: Color,
   ) {
     this.points = new Float32Array(3 * mesh.vertexCount);
     this.normals = new Float32Array(3 * mesh.vertexCount);

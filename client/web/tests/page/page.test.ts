@@ -1,59 +1,12 @@
 // The real page in a real browser (Debian's Chromium, drawing in software) on a real server; what it does to the world is
 // asked of the server by another client.
 import assert from "node:assert/strict";
-import { after, afterEach, before, beforeEach, test } from "node:test";
-import { type Browser, chromium, type Page } from "playwright-core";
-import { type Applied, Client, type Frame } from "../../src/index.js";
+import { test } from "node:test";
+import type { Applied, Frame } from "../../src/index.js";
 import { Frames } from "../frames.js";
-import { Server } from "../server.js";
+import { client, colours, complaints, page, pastTick, restartServer, shownTick, usePage, world } from "./set_up.js";
 
-const world = "bouncing-ball";
-const patienceMs = 60_000;
-
-let browser: Browser;
-let server: Server;
-let client: Client;
-let page: Page;
-let complaints: string[];
-
-before(async () => {
-  browser = await chromium.launch({
-    executablePath: "/usr/bin/chromium",
-    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-  });
-});
-after(() => browser.close());
-
-beforeEach(async () => {
-  server = await Server.start(["--scene", world, "--scene", "five-balls"]);
-  client = await Client.connect(server.url);
-  page = await browser.newPage({ viewport: { width: 800, height: 600 } });
-  page.setDefaultTimeout(patienceMs);
-  complaints = [];
-  page.on("pageerror", (error) => complaints.push(error.message));
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  await open(page);
-});
-afterEach(async () => {
-  await page.close();
-  client.close();
-  await server.kill();
-});
-
-/** Shows the world, and waits until a frame of it has come. */
-async function open(on: Page): Promise<void> {
-  await on.goto(`http://${server.http}/#world=${world}`);
-  await on.waitForSelector("#status[data-tick]");
-}
-
-/** Waits until the page has a frame past this tick. */
-async function pastTick(tick: number): Promise<void> {
-  await page.waitForFunction((least) => Number(document.getElementById("status")!.dataset["tick"]) > least, tick);
-}
-
-function shownTick(): Promise<number> {
-  return page.$eval("#status", (status) => Number(status.dataset["tick"]));
-}
+usePage();
 
 function centreX({ positions }: Frame): number {
   const points = positions[0]!;
@@ -67,17 +20,6 @@ async function ballPlace(): Promise<{ x: number; y: number }> {
   await page.click("#frame-all");
   const panel = (await (await page.$("#panel"))!.boundingBox())!;
   return { x: panel.x / 2, y: 300 };
-}
-
-/** How many colours are in a picture, as the browser reads it. */
-function colours(png: Buffer): Promise<number> {
-  return page.evaluate(async (base64) => {
-    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-    const picture = await createImageBitmap(new Blob([bytes]));
-    const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d")!;
-    context.drawImage(picture, 0, 0);
-    return new Set(new Uint32Array(context.getImageData(0, 0, picture.width, picture.height).data.buffer)).size;
-  }, png.toString("base64"));
 }
 
 test("frames arrive, the picture changes, and nothing is complained about", async () => {
@@ -154,19 +96,16 @@ test("keys work after a control was clicked", async () => {
 });
 
 test("a lost connection is told of, and comes back", async () => {
-  const { http } = server;
-  await server.kill();
-  await page.waitForSelector("body.lost");
-  assert.match((await page.textContent("#notice"))!, /Reconnecting/);
-  server = await Server.start(["--scene", world, "--http", http]);
+  await restartServer(async () => {
+    await page.waitForSelector("body.lost");
+    assert.match((await page.textContent("#notice"))!, /Reconnecting/);
+  });
   await page.waitForSelector("body:not(.lost)");
   await page.waitForSelector("#notice", { state: "hidden" });
 });
 
 test("a server that asks for a token after it was restarted is given one", async () => {
-  const { http } = server;
-  await server.kill();
-  server = await Server.start(["--scene", world, "--http", http], "secret-of-this-test");
+  await restartServer(async () => {}, "secret-of-this-test");
   await page.waitForSelector("#sign-in:not([hidden])");
   const tick = await shownTick();
   await page.fill("#token", "secret-of-this-test");

@@ -1,0 +1,65 @@
+// What the real page shows of the worlds of a real server: see page.test.ts for how.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { client, colours, complaints, page, server, usePage, world } from "./set_up.js";
+
+usePage();
+
+/** Waits until the server counts so many subscribers of each world, the page's own picture among them. */
+async function subscribers(wanted: Record<string, number>): Promise<void> {
+  for (;;) {
+    const counts = (await client.worlds()).map(({ name, subscribers }) => [name, subscribers]);
+    if (JSON.stringify(Object.fromEntries(counts.sort())) === JSON.stringify(wanted)) return;
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
+test("the gallery shows the worlds live, and asks for nothing once it is closed", async () => {
+  await subscribers({ [world]: 1, "five-balls": 0 });
+  await page.click("#show-gallery");
+  await subscribers({ [world]: 2, "five-balls": 1 });
+  await page.waitForFunction(() =>
+    [...document.querySelectorAll<HTMLCanvasElement>("#cards canvas")].every(
+      (canvas) => new Set(canvas.getContext("2d")!.getImageData(0, 0, canvas.width, canvas.height).data).size > 10,
+    ),
+  );
+  const card = page.locator("#cards li", { hasText: "five-balls" });
+  assert.ok((await colours(await card.screenshot())) > 10);
+  await card.locator("a").click();
+  await page.waitForSelector('#cards a[href="#world=five-balls"][aria-current="true"]');
+  await page.click("#show-gallery");
+  await subscribers({ [world]: 0, "five-balls": 1 });
+  assert.deepEqual(complaints, []);
+});
+
+test("worlds that come and go are in the gallery without being asked for", async () => {
+  await page.click("#show-gallery");
+  await client.createWorld({ name: "late", source: { case: "builtin", value: "hanging-ball" } });
+  await page.waitForSelector('#cards a[href="#world=late"]');
+  await client.destroyWorld("late");
+  await page.waitForSelector('#cards a[href="#world=late"]', { state: "detached" });
+});
+
+test("without a world in the address a lively one is shown, and the gallery with it", async () => {
+  await page.goto("about:blank");
+  await page.goto(`http://${server.http}/`);
+  await page.waitForFunction(() => document.title.startsWith("five-balls"));
+  await page.waitForSelector("#cards canvas");
+});
+
+test("the page says that its world is gone, and shows it when it is there again", async () => {
+  await client.destroyWorld(world);
+  await page.waitForSelector("body.gone");
+  assert.match((await page.textContent("#notice"))!, /bouncing-ball.* is gone/);
+  await page.waitForFunction(() => document.querySelectorAll("#world option").length === 1);
+  await client.createWorld({ name: world, source: { case: "builtin", value: world } });
+  await page.waitForSelector("body:not(.gone)");
+  await page.waitForSelector("#notice", { state: "hidden" });
+});
+
+test("a world that there is not is told of", async () => {
+  await page.evaluate(() => (location.hash = "#world=nosuch"));
+  await page.waitForSelector("body.gone");
+  assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
+  assert.ok(await page.isVisible("#cards"));
+});
