@@ -294,6 +294,12 @@ test("a broken mesh shows the server's refusal, and mended the report", async ()
   await page.click("#upload-mend");
   await said(/open-1 is there from tick \d+ on\. Mended: .*1 hole closed/);
   assert.equal((await client.scene(world)).softBodies.length, 2);
+  await page.waitForSelector("#selected option[value=open-1]", { state: "attached" });
+  await page.selectOption("#selected", "open-1");
+  await page.click("#remove");
+  assert.equal((await scene((now) => now.softBodies.length === 1)).meshes.length, 1);
+  await page.click("#undo");
+  await scene((now) => now.softBodies.length === 2 && now.meshes.length === 2);
 });
 
 test("the address holds the view, and the scene that is saved makes the same world", async () => {
