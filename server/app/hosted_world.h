@@ -118,7 +118,7 @@ class HostedWorld {
   std::map<std::uint64_t, net::SessionId> grab_owners_;
 
   bool paused_;
-  double time_scale_ = 1.0;  // simulated over real time
+  double time_scale_ = 1.0;     // simulated over real time
   bool had_its_share_ = false;  // of a slice, before all that waited was carried out
   std::deque<PendingStep> pending_steps_;
   std::optional<Request> destroyed_by_;

@@ -1,6 +1,7 @@
 // What can be put into a world: soft bodies, rigid ones and obstacles, of a size and softness that the world can step.
+import { create } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
-import type { Frame, Scene, SoftBody, Vec3 } from "../src/index.js";
+import { type Frame, type Scene, SoftBodySchema, type Vec3, Vec3Schema } from "../src/index.js";
 import type { Change } from "./inverse_edit.js";
 import { freePlace, newName, places, radiusOf } from "./surroundings.js";
 
@@ -138,7 +139,7 @@ function copy(scene: Scene, frame: Frame, of: string, centre: Vector3): { name: 
   const name = newName(scene, of.replace(/-\d+$/, ""));
   const place = places(frame).find((each) => each.name === of);
   const position = point(freePlace(frame, centre, place ? radiusOf(place) : 0.5));
-  const value: SoftBody = { ...body, name, position: position as Vec3 };
-  delete (value as Partial<SoftBody>).velocity;
+  const { velocity: _, ...still } = body;
+  const value = create(SoftBodySchema, { ...still, name, position: create(Vec3Schema, position) });
   return { name, changes: [{ change: { case: "addSoftBody", value } }] };
 }

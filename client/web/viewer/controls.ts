@@ -1,6 +1,7 @@
 // What a person can do to the world that is shown, beside pulling at it: all controls of the panel but those of looking.
+import { create } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
-import { type Applied, type Client, type Frame, type Scene } from "../src/index.js";
+import { type Applied, type Client, type Frame, type Scene, SoftBodySchema, Vec3Schema } from "../src/index.js";
 import { addition, kinds, usualRadiusM } from "./additions.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
@@ -202,8 +203,7 @@ export class Controls {
       const points = now!.positions[i]!;
       const passedS = before?.layout === now!.layout ? now!.timeS - before.timeS : 0;
       const velocity = passedS > 0 ? meanMove(before!.positions[i]!, points).divideScalar(passedS) : new Vector3();
-      const { x, y, z } = velocity;
-      return { ...rest, startPositions: [...points], velocity: { $typeName: "pneuma.v1.Vec3" as const, x, y, z } };
+      return create(SoftBodySchema, { ...rest, startPositions: [...points], velocity: create(Vec3Schema, velocity) });
     });
     return { ...scene, softBodies };
   }

@@ -136,7 +136,10 @@ class Page {
     });
     addEventListener("hashchange", () => void this.open());
     this.picture.orbit.addEventListener("end", () => noteView(this.world, this.picture.view));
-    element("frame-all").addEventListener("click", () => this.picture.frameAll());
+    element("frame-all").addEventListener("click", () => {
+      this.picture.frameAll();
+      noteView(this.world, this.picture.view);
+    });
     pauseButton.addEventListener("click", () => {
       void this.ask((client) =>
         this.isPaused ? client.resume(this.world, this.slowMotion.wished) : client.pause(this.world),
@@ -171,6 +174,7 @@ class Page {
       const isCommand = event.ctrlKey || event.metaKey;
       const command = key?.toLowerCase() === "z" ? (event.shiftKey ? "redo" : "undo") : undefined;
       const id = isCommand ? command : keys[key?.toLowerCase()]; // what fills in a field sends events without a key
+      if (event.repeat && id !== "step") return;
       if (!id || (isCommand ? isText : isTaken) || event.altKey) return;
       event.preventDefault();
       element(id).click();
@@ -200,13 +204,17 @@ class Page {
       const list = await this.worldList.refresh(client);
       const world = wantedWorld() ?? (this.stream ? this.world : liveliest(list));
       if (wantedWorld() === null) this.dock.open("gallery");
-      if (this.stream && world === this.world) return this.tellWorld(list);
+      const view = wantedView();
+      if (this.stream && world === this.world) {
+        if (view) this.picture.look(view);
+        return this.tellWorld(list);
+      }
       if (this.stream) await client.unsubscribe(this.stream);
       this.playback.clear();
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      this.picture.forget(wantedView());
+      this.picture.forget(view);
       this.stream = await client.subscribe(
         world,
         { maxErrorM, commands: true },

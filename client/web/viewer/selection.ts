@@ -80,9 +80,17 @@ export class Selection {
     const scene = await this.edits.fresh();
     const found = removals.find(([list]) => scene[list].some((item) => item.name === name));
     if (!found) return;
-    const changes = [{ change: { case: found[1], value: name } } as Change];
+    const changes = [{ change: { case: found[1], value: name } } as Change, ...this.withItsMesh(scene, name)];
     const { tick } = await this.edits.make(`Remove ${name}`, changes);
     say(`${name} is gone from tick ${tick} on`);
+  }
+
+  /** A mesh that was written out takes room, and goes with the last body that is made of it. */
+  private withItsMesh({ softBodies, meshes }: Scene, name: string): Change[] {
+    const mesh = softBodies.find((body) => body.name === name)?.mesh;
+    const isLast = softBodies.filter((body) => body.mesh === mesh).length === 1;
+    const isWritten = meshes.find((each) => each.name === mesh)?.shape.case === "triangles";
+    return mesh !== undefined && isLast && isWritten ? [{ change: { case: "removeMesh", value: mesh } }] : [];
   }
 
   private list(scene: Scene): void {

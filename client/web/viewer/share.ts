@@ -44,6 +44,9 @@ export class Share {
     });
     onClick("record", () => (this.recorder ? this.stop() : this.start()));
     setInterval(() => this.tell(), progressIntervalMs);
+    addEventListener("beforeunload", (event) => {
+      if (this.recorder) event.preventDefault(); // it would be lost
+    });
   }
 
   private async sceneText(): Promise<string> {

@@ -55,7 +55,7 @@ export class Slider {
       this.changes.put(this.refused);
     });
     const send = async (value: number) => {
-      const changes = quantity.changesOf(await edits.fresh(), value);
+      const changes = quantity.changesOf(edits.scene ?? (await edits.fresh()), value);
       if (changes.length === 0) return;
       this.refused = value;
       const stepping: Change = {

@@ -32,7 +32,11 @@ export class SlowMotion {
 
   private async choose(): Promise<Done | undefined> {
     const current = this.current();
-    if (!current || current.isPaused) return undefined; // it is asked for when the world goes on
+    if (!current) return undefined;
+    if (current.isPaused) {
+      say(`Time goes at ${this.choice.selectedOptions[0]!.text} when the world goes on`);
+      return undefined;
+    }
     try {
       const done = await current.client.resume(current.world, this.wished);
       say(`Time goes at ${this.choice.selectedOptions[0]!.text} from tick ${done.tick} on`);

@@ -1,6 +1,6 @@
 // Where things are in the picture, as far as what is put among them needs to know.
 import { Box3, Matrix4, Quaternion, type Ray, Vector3 } from "three";
-import type { Frame, Scene } from "../src/index.js";
+import type { Frame, Scene, Shape } from "../src/index.js";
 
 export interface Place {
   readonly name: string;
@@ -13,6 +13,8 @@ export interface Room {
   readonly pose: Matrix4;
   readonly halfExtents: Vector3;
 }
+
+const trialsMax = 120;
 
 /** The soft bodies of a frame. */
 export function places({ layout, positions }: Frame): Place[] {
@@ -52,25 +54,71 @@ export function insideFrom(ray: Ray, room: Room, radiusM: number): Vector3 {
   return (entry ?? box.clampPoint(local.origin, new Vector3())).clone().applyMatrix4(room.pose);
 }
 
-/** A place for something of that radius near `wish` where no soft body is; in the room, where there is one. */
+/** Around the solids that have an end: how they are turned does not count. */
+function solidBoxes({ layout, poses }: Frame): Box3[] {
+  return layout.solids.flatMap(({ shape }, i) => {
+    const reach = shape ? reachOf(shape) : undefined;
+    if (reach === undefined) return [];
+    const { x, y, z } = poses[i]!.position;
+    return [new Box3().setFromCenterAndSize(new Vector3(x, y, z), new Vector3().setScalar(2 * reach))];
+  });
+}
+
+/** How far a shape goes from its centre; undefined for what things are inside of, or on. */
+function reachOf({ shape }: Shape): number | undefined {
+  if (shape.case === "sphere") return shape.value.radiusM;
+  if (shape.case === "capsule") return shape.value.radiusM + shape.value.halfHeightM;
+  const extents =
+    shape.case === "box" ? shape.value.halfExtents : shape.case === "ellipsoid" ? shape.value.radii : null;
+  return extents ? Math.hypot(extents.x, extents.y, extents.z) : undefined;
+}
+
+/**
+ * A place for something of that radius where nothing else is: near `wish` or above it, and within the room where there is
+ * one. Where all is full, as far from other things as there is room.
+ */
 export function freePlace(frame: Frame, wish: Vector3, radiusM: number): Vector3 {
-  const taken = places(frame).map((place) => ({ centre: place.box.getCenter(new Vector3()), radius: radiusOf(place) }));
+  const taken = [...places(frame).map(({ box }) => box), ...solidBoxes(frame)];
   const room = roomOf(frame);
-  const limit = room?.halfExtents.clone().subScalar(radiusM).clampScalar(0, Infinity);
-  let place = wish.clone();
-  for (let trial = 0; trial < 60; ++trial) {
-    // Up a spiral; within a room, which has a ceiling, through all of it.
-    const turn = 2.4 * trial; // the golden angle
-    const away = trial === 0 ? 0 : radiusM * (1 + 0.1 * trial);
-    place = new Vector3(Math.cos(turn) * away, room ? 0 : 0.25 * radiusM * trial, Math.sin(turn) * away).add(wish);
-    if (room && limit) {
-      const height = trial % 3 === 0 ? 0 : (trial % 3 === 1 ? 0.5 : -0.5) * limit.y;
-      const inside = new Vector3(Math.cos(turn) * limit.x, height, Math.sin(turn) * limit.z);
-      place = inside.multiplyScalar(Math.min(1, trial / 20)).applyMatrix4(room.pose);
-    }
-    if (taken.every(({ centre, radius }) => centre.distanceTo(place) > radius + radiusM)) break;
+  let best = wish.clone();
+  let bestM = -Infinity;
+  for (let trial = 0; trial < trialsMax; ++trial) {
+    const place = room ? withinRoom(room, radiusM, trial) : above(wish, radiusM, trial);
+    const awayM = Math.min(radiusM, ...taken.map((box) => clearance(box, place)));
+    if (awayM > bestM) [best, bestM] = [place, awayM];
+    if (bestM >= radiusM) break;
   }
-  return place;
+  return best;
+}
+
+/** To the box; within it, less the deeper it is. */
+function clearance(box: Box3, place: Vector3): number {
+  const distance = box.distanceToPoint(place);
+  return distance > 0 ? distance : box.getCenter(new Vector3()).distanceTo(place) - box.getSize(new Vector3()).length();
+}
+
+/** Up, and not quite straight: things that lie exactly on each other stay so. */
+function above(wish: Vector3, radiusM: number, trial: number): Vector3 {
+  const turn = 2.4 * trial; // the golden angle
+  const aside = trial === 0 ? 0 : 0.15 * radiusM;
+  return new Vector3(Math.cos(turn) * aside, 0.5 * radiusM * trial, Math.sin(turn) * aside).add(wish);
+}
+
+/** Evenly over the room: Halton's points of bases 2, 3 and 5, from the middle on. */
+function withinRoom({ pose, halfExtents }: Room, radiusM: number, trial: number): Vector3 {
+  const half = halfExtents.clone().subScalar(radiusM).clampScalar(0, Infinity);
+  const point = new Vector3(halton(trial + 1, 2), halton(trial + 1, 3), halton(trial + 1, 5));
+  if (trial === 0) point.setScalar(0.5);
+  return point.multiplyScalar(2).subScalar(1).multiply(half).applyMatrix4(pose);
+}
+
+function halton(index: number, base: number): number {
+  let [value, share] = [0, 1 / base];
+  for (let rest = index; rest > 0; rest = Math.floor(rest / base)) {
+    value += share * (rest % base);
+    share /= base;
+  }
+  return value;
 }
 
 /** `base`, with the first number behind it that makes it a name of nothing in the scene. */

@@ -23,6 +23,7 @@ export class WorldEdits {
   private world = "";
   private scene_: Scene | undefined;
   private isStale = false;
+  private isToRead = false;
   private reading: Promise<void> | undefined;
   private done: Deed[] = [];
   private undone: Deed[] = [];
@@ -65,7 +66,10 @@ export class WorldEdits {
   /** Somebody edited the world. */
   async stale(): Promise<void> {
     this.isStale = true;
+    if (this.isToRead) return;
+    this.isToRead = true;
     await new Promise((resolve) => setTimeout(resolve, readIntervalMs));
+    this.isToRead = false;
     if (this.isStale) await this.read().catch(this.failed);
   }
 

@@ -64,6 +64,76 @@ function cube(isWhole: boolean): string {
   return [...corners, ...sides.slice(isWhole ? 0 : 1).map((side) => `f ${side}`)].join("\n");
 }
 
+/** A tetrahedron with edges of 1, 2 and 3 along the axes, in each format. */
+function meshFiles(): Record<string, Buffer> {
+  const corners = [
+    [0, 0, 0],
+    [1, 0, 0],
+    [0, 2, 0],
+    [0, 0, 3],
+  ];
+  const faces = [
+    [0, 2, 1],
+    [0, 1, 3],
+    [0, 3, 2],
+    [1, 2, 3],
+  ];
+  const lines = (rows: readonly (readonly (number | string)[])[]) => rows.map((row) => row.join(" ")).join("\n");
+  const facets = faces.map((face) => {
+    const vertices = lines(face.map((corner) => ["vertex", ...corners[corner]!]));
+    return `facet normal 0 0 0\nouter loop\n${vertices}\nendloop\nendfacet`;
+  });
+  const head = [
+    "ply",
+    "format ascii 1.0",
+    "element vertex 4",
+    "property float x",
+    "property float y",
+    "property float z",
+  ];
+  head.push("element face 4", "property list uchar int vertex_indices", "end_header");
+  const buffer = Buffer.alloc(48 + 24);
+  corners.flat().forEach((number, i) => buffer.writeFloatLE(number, 4 * i));
+  faces.flat().forEach((corner, i) => buffer.writeUInt16LE(corner, 48 + 2 * i));
+  const gltf = (uri?: string) => ({
+    asset: { version: "2.0" },
+    scene: 0,
+    scenes: [{ nodes: [0] }],
+    nodes: [{ mesh: 0, scale: [1, 1, 1] }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, material: 0 }] }],
+    materials: [{ pbrMetallicRoughness: { baseColorTexture: { index: 0 } } }],
+    textures: [{ source: 0 }],
+    images: [{ uri: "not-there.png" }],
+    buffers: [{ byteLength: buffer.length, ...(uri === undefined ? {} : { uri }) }],
+    bufferViews: [
+      { buffer: 0, byteOffset: 0, byteLength: 48 },
+      { buffer: 0, byteOffset: 48, byteLength: 24 },
+    ],
+    accessors: [
+      { bufferView: 0, componentType: 5126, count: 4, type: "VEC3", min: [0, 0, 0], max: [1, 2, 3] },
+      { bufferView: 1, componentType: 5123, count: 12, type: "SCALAR" },
+    ],
+  });
+  const json = Buffer.from(JSON.stringify(gltf()));
+  const padded = Buffer.concat([json, Buffer.alloc((4 - (json.length % 4)) % 4, " ")]);
+  const words = (...numbers: number[]) => Buffer.from(Uint32Array.from(numbers).buffer);
+  return {
+    "t.obj": Buffer.from(
+      lines([...corners.map((at) => ["v", ...at]), ...faces.map((face) => ["f", ...face.map((i) => i + 1)])]),
+    ),
+    "t.stl": Buffer.from(`solid t\n${facets.join("\n")}\nendsolid t\n`),
+    "t.ply": Buffer.from(`${head.join("\n")}\n${lines([...corners, ...faces.map((face) => [3, ...face])])}\n`),
+    "t.gltf": Buffer.from(JSON.stringify(gltf(`data:application/octet-stream;base64,${buffer.toString("base64")}`))),
+    "t.glb": Buffer.concat([
+      words(0x46546c67, 2, 12 + 8 + padded.length + 8 + buffer.length),
+      words(padded.length, 0x4e4f534a),
+      padded,
+      words(buffer.length, 0x004e4942),
+      buffer,
+    ]),
+  };
+}
+
 async function upload(name: string, text: string): Promise<void> {
   await page.setInputFiles("#mesh-file", { name, mimeType: "text/plain", buffer: Buffer.from(text) });
   await page.waitForSelector("#upload[open]");
@@ -204,6 +274,18 @@ test("a mesh of a file appears", async () => {
   assert.deepEqual(complaints, []);
 });
 
+test("OBJ, STL, PLY, glTF and GLB files are read, each to the same mesh", async () => {
+  for (const [name, bytes] of Object.entries(meshFiles())) {
+    await page.setInputFiles("#mesh-file", { name, mimeType: "application/octet-stream", buffer: bytes });
+    await page.waitForFunction((title) => document.getElementById("upload-name")!.textContent === title, name);
+    assert.match((await page.textContent("#upload-facts"))!, /4 vertices · 4 faces · 1 × 2 × 3/, name);
+    await page.click("#upload-cancel");
+  }
+  await page.setInputFiles("#mesh-file", { name: "bad.glb", mimeType: "", buffer: Buffer.from("no mesh") });
+  await page.waitForSelector("#effect.refused");
+  assert.deepEqual(complaints, []);
+});
+
 test("a broken mesh shows the server's refusal, and mended the report", async () => {
   await upload("open.obj", cube(false));
   await page.click("#upload-add");
@@ -212,6 +294,12 @@ test("a broken mesh shows the server's refusal, and mended the report", async ()
   await page.click("#upload-mend");
   await said(/open-1 is there from tick \d+ on\. Mended: .*1 hole closed/);
   assert.equal((await client.scene(world)).softBodies.length, 2);
+  await page.waitForSelector("#selected option[value=open-1]", { state: "attached" });
+  await page.selectOption("#selected", "open-1");
+  await page.click("#remove");
+  assert.equal((await scene((now) => now.softBodies.length === 1)).meshes.length, 1);
+  await page.click("#undo");
+  await scene((now) => now.softBodies.length === 2 && now.meshes.length === 2);
 });
 
 test("the address holds the view, and the scene that is saved makes the same world", async () => {
