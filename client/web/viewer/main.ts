@@ -5,6 +5,7 @@ import {
   type Frame,
   PneumaError,
   type Stream,
+  type SubscribeOptions,
   WorkerDecoder,
   type WorldList_World,
 } from "../src/index.js";
@@ -14,7 +15,10 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
+import { Legend } from "./legend.js";
+import { listenToLooks, neededFor, shownNow } from "./looks.js";
 import { Playback } from "./playback.js";
+import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
 
 const phoneWidthPx = 600; // as in style.css
@@ -47,6 +51,8 @@ function liveliest(list: readonly WorldList_World[]): string | undefined {
 class Page {
   private readonly playback = new Playback();
   private readonly sliders = new Sliders();
+  private readonly legend = new Legend();
+  private shown = plain;
   private readonly dock = new Dock();
   private readonly gallery = new Gallery();
   private readonly worldList = new WorldList((list) => this.listChanged(list));
@@ -114,12 +120,14 @@ class Page {
 
   private listen(): void {
     const show = () => {
-      const isOn = (id: string) => element<HTMLInputElement>(id).checked;
-      document.documentElement.classList.toggle("dark", isOn("dark"));
-      this.picture.show({ wireframe: isOn("wireframe"), velocities: isOn("velocities"), dark: isOn("dark") });
-      this.gallery.show(isOn("dark"));
+      this.shown = shownNow();
+      document.documentElement.classList.toggle("dark", this.shown.dark);
+      this.picture.show(this.shown);
+      this.gallery.show(this.shown.dark);
+      const options = this.streamOptions();
+      if (this.stream && JSON.stringify(options) !== JSON.stringify(this.stream.options)) void this.open();
     };
-    for (const id of ["wireframe", "velocities", "dark"]) element(id).addEventListener("change", show);
+    listenToLooks(show);
     element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
     show();
     this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
@@ -143,6 +151,7 @@ class Page {
       l: "dark",
       f: "frame-all",
       g: "show-gallery",
+      c: "show-view",
     };
     addEventListener("keydown", (event) => {
       const { key, target } = event;
@@ -178,30 +187,30 @@ class Page {
       const list = await this.worldList.refresh(client);
       const world = wantedWorld() ?? (this.stream ? this.world : liveliest(list));
       if (wantedWorld() === null) this.dock.open("gallery");
-      if (this.stream && world === this.world) return this.tellWorld(list);
+      const isSame = this.stream !== undefined && world === this.world;
+      const options = this.streamOptions();
+      if (this.stream && isSame && JSON.stringify(options) === JSON.stringify(this.stream.options)) {
+        return this.tellWorld(list);
+      }
       if (this.stream) await client.unsubscribe(this.stream);
-      this.playback.clear();
+      if (!isSame) this.playback.clear();
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      this.picture.forget();
-      this.stream = await client.subscribe(
-        world,
-        { maxErrorM, commands: true },
-        {
-          frame: (frame) => this.take(frame),
-          // A pause may be among what was left out.
-          gap: () => void this.ask(async () => this.tellWorld(await client.worlds())),
-          applied: ({ command }) => {
-            const kind = command?.request.case;
-            if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");
-          },
-          ended: (error) => {
-            this.stream = undefined;
-            if (error.code === "NOT_FOUND") this.noWorld(`The world “${world}” is gone.`);
-          },
+      if (!isSame) this.picture.forget();
+      this.stream = await client.subscribe(world, options, {
+        frame: (frame) => this.take(frame),
+        // A pause may be among what was left out.
+        gap: () => void this.ask(async () => this.tellWorld(await client.worlds())),
+        applied: ({ command }) => {
+          const kind = command?.request.case;
+          if (kind === "pause" || kind === "resume") this.setPaused(kind === "pause");
         },
-      );
+        ended: (error) => {
+          this.stream = undefined;
+          if (error.code === "NOT_FOUND") this.noWorld(`The world “${world}” is gone.`);
+        },
+      });
       document.body.classList.remove("gone");
       document.title = `${world} · Pneuma`;
       say("");
@@ -211,6 +220,10 @@ class Page {
         this.noWorld(`There is no world “${this.world}” on this server.`);
       else say((error as PneumaError).message);
     }
+  }
+
+  private streamOptions(): SubscribeOptions {
+    return { maxErrorM, commands: true, ...neededFor(this.shown) };
   }
 
   private noWorld(why: string): void {
@@ -296,6 +309,8 @@ class Page {
       `${Math.round((bytes * perS) / 1000)} kB/s`,
       `${Math.round(this.pictures * perS)} drawn/s`,
     ];
+    this.picture.tell(this.legend, this.shown.field);
+    element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(this.picture.contactCount) : "";
     status.value = text.join(" · ");
     this.counted = { frames: 0, bytes: 0 };
     this.pictures = 0;

@@ -19,7 +19,9 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
+import type { SoftBodyView } from "./soft_body_view.js";
 import { planeM } from "./solid_view.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
 
@@ -67,6 +69,21 @@ export class Picture {
     this.scene.add(this.sun.target, this.grid, this.pull, this.world.group);
     this.resize();
     for (const part of [canvas, ...covers]) new ResizeObserver(() => this.resize()).observe(part);
+  }
+
+  private get bodies(): readonly SoftBodyView[] {
+    return this.world.bodies;
+  }
+
+  /** What the colours say, as it is now. */
+  tell(legend: Legend, field: Field): void {
+    const { scale, since } = this.world;
+    if (scale) legend.show(field, scale, since);
+    else legend.hide();
+  }
+
+  get contactCount(): number {
+    return this.world.contactCount;
   }
 
   show(shown: Shown): void {
@@ -122,12 +139,12 @@ export class Picture {
   /** The soft body at a place of the window. */
   pick(x: number, y: number): Hit | undefined {
     const ray = this.rayAt(x, y);
-    for (const { skin } of this.world.bodies) skin.geometry.computeBoundingSphere();
+    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
     const [hit] = this.raycaster.intersectObjects(
-      this.world.bodies.map(({ skin }) => skin),
+      this.bodies.map(({ skin }) => skin),
       false,
     );
-    const view = this.world.bodies.find(({ skin }) => skin === hit?.object);
+    const view = this.bodies.find(({ skin }) => skin === hit?.object);
     if (!hit?.face || !view) return undefined;
     const distance = (vertex: number) => hit.point.distanceTo(new Vector3(...view.vertex(vertex)));
     const { a, b, c } = hit.face;
@@ -143,7 +160,7 @@ export class Picture {
 
   /** Draws a line from a vertex to where it is pulled; null: none. */
   showPull(pull: { body: string; vertex: number; target: Vector3 } | null): void {
-    const view = this.world.bodies.find(({ name }) => name === pull?.body);
+    const view = this.bodies.find(({ name }) => name === pull?.body);
     this.pull.visible = pull !== null && view !== undefined;
     if (pull && view) this.pull.geometry.setFromPoints([new Vector3(...view.vertex(pull.vertex)), pull.target]);
   }

@@ -1,7 +1,7 @@
 // What the real page shows of the worlds of a real server: see page.test.ts for how.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { client, colours, complaints, page, server, usePage, world } from "./set_up.js";
+import { client, colours, complaints, page, pastTick, server, shownTick, usePage, world } from "./set_up.js";
 
 usePage();
 
@@ -62,4 +62,28 @@ test("a world that there is not is told of", async () => {
   await page.waitForSelector("body.gone");
   assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
   assert.ok(await page.isVisible("#cards"));
+});
+
+test("bodies are coloured by pressure, with a legend in its unit, and the server is asked for what is shown", async () => {
+  await page.click("#show-view");
+  await page.check('input[value="pressure"]');
+  await page.waitForFunction(() => / k?Pa$/.test(document.getElementById("legend-ends")!.textContent!));
+  await page.check('input[value="strain"]');
+  await page.waitForFunction(() => /Strain.*against tick \d+/.test(document.getElementById("legend")!.textContent!));
+  await page.selectOption("#bounds", "ellipsoid");
+  await page.check("#points");
+  await page.check('input[value="body"]');
+  await page.waitForSelector("#legend", { state: "hidden" });
+  assert.deepEqual(complaints, []);
+});
+
+test("velocities and contacts are streamed while they are shown, the world going on in between", async () => {
+  await page.check("#velocities");
+  await page.click("#show-view");
+  await page.check("#contacts");
+  await pastTick((await shownTick()) + 30);
+  await subscribers({ [world]: 1, "five-balls": 0 });
+  await page.uncheck("#velocities");
+  await pastTick((await shownTick()) + 10);
+  assert.deepEqual(complaints, []);
 });
