@@ -17,7 +17,10 @@ import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, neededFor, shownNow } from "./looks.js";
+import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
+import { Plots } from "./plots.js";
+import { type Measured, StatsFeed } from "./stats_feed.js";
 import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
 
@@ -52,6 +55,12 @@ class Page {
   private readonly playback = new Playback();
   private readonly sliders = new Sliders();
   private readonly legend = new Legend();
+  private readonly plots = new Plots();
+  private readonly plan = new Plan();
+  private readonly statsFeed = new StatsFeed(() => {
+    const { client, world, stream } = this;
+    return client?.state === "open" && stream ? { client, world } : undefined;
+  });
   private shown = plain;
   private readonly dock = new Dock();
   private readonly gallery = new Gallery();
@@ -124,6 +133,7 @@ class Page {
       document.documentElement.classList.toggle("dark", this.shown.dark);
       this.picture.show(this.shown);
       this.gallery.show(this.shown.dark);
+      this.plots.redraw();
       const options = this.streamOptions();
       if (this.stream && JSON.stringify(options) !== JSON.stringify(this.stream.options)) void this.open();
     };
@@ -131,6 +141,16 @@ class Page {
     element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
     show();
     this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
+    const toPlots = (measured: Measured) => this.plots.takeStats(measured);
+    const toPlan = (measured: Measured) => this.plan.take(measured);
+    this.dock.on("plots", (isOpen) => {
+      this.plots.open(isOpen);
+      this.statsFeed.watch(toPlots, isOpen);
+    });
+    this.dock.on("plan", (isOpen) => {
+      this.plan.clear();
+      this.statsFeed.watch(toPlan, isOpen);
+    });
 
     worlds.addEventListener("change", () => {
       location.hash = new URLSearchParams({ world: worlds.value }).toString();
@@ -152,6 +172,8 @@ class Page {
       f: "frame-all",
       g: "show-gallery",
       c: "show-view",
+      p: "show-plots",
+      t: "show-plan",
     };
     addEventListener("keydown", (event) => {
       const { key, target } = event;
@@ -198,6 +220,7 @@ class Page {
       this.world = world;
       this.tellWorld(list);
       if (!isSame) this.picture.forget();
+      if (!isSame) this.plots.clear();
       this.stream = await client.subscribe(world, options, {
         frame: (frame) => this.take(frame),
         // A pause may be among what was left out.
@@ -293,6 +316,7 @@ class Page {
 
   private take(frame: Frame): void {
     this.playback.push(frame);
+    this.plots.takeFrame(frame);
     this.counted = { frames: this.counted.frames + 1, bytes: this.counted.bytes + frame.bytes };
     element("status").dataset["tick"] = String(frame.tick);
     element("status").dataset["time"] = frame.timeS.toFixed(1);

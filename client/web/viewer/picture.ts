@@ -45,6 +45,7 @@ export class Picture {
   private readonly raycaster = new Raycaster();
   private readonly world = new WorldView();
   private isFramed = false;
+  private part = 1;
 
   /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -114,8 +115,7 @@ export class Picture {
     const box = this.world.box();
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
-    const { width, height } = this.free();
-    const part = Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
+    const part = this.freePart();
     const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / part;
     this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
     this.camera.near = far / 200;
@@ -179,6 +179,22 @@ export class Picture {
     const x = clientWidth / 2 - (free.left + free.width / 2);
     const y = clientHeight / 2 - free.height / 2;
     this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
+    // What was seen whole stays so.
+    const part = this.freePart();
+    if (this.isFramed) {
+      const { position } = this.camera;
+      position
+        .sub(this.orbit.target)
+        .multiplyScalar(this.part / part)
+        .add(this.orbit.target);
+    }
+    this.part = part;
+  }
+
+  /** The size of the free part, of the canvas' height. */
+  private freePart(): number {
+    const { width, height } = this.free();
+    return Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
   }
 
   /** What nothing lies over: beside what is narrow, above what is wide. In the middle of it is the middle of the view. */

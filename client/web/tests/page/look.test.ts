@@ -87,3 +87,33 @@ test("velocities and contacts are streamed while they are shown, the world going
   await pastTick((await shownTick()) + 10);
   assert.deepEqual(complaints, []);
 });
+
+test("the volume plot follows the gas, and the plots' figures have units", async () => {
+  await page.click("#show-plots");
+  const volume = async () => {
+    const legend = page.locator("#charts figure", { hasText: "Volume, m³" }).locator(".u-legend");
+    return Number(/volume:?\s*([\d.]+)/.exec(await legend.innerText())?.[1] ?? NaN);
+  };
+  const settled = async (isWanted: (value: number) => boolean) => {
+    while (!isWanted(await volume())) await new Promise((resolve) => setTimeout(resolve, 50));
+  };
+  await settled((value) => value > 0);
+  const before = await volume();
+  await page.fill("#gas", "2");
+  await settled((value) => value > 1.2 * before);
+  const titles = await page.locator("#charts figcaption").allInnerTexts();
+  assert.ok(titles.length === 7 && titles.every((title) => /, (m³|Pa|J|kg m\/s|ms|bits a vertex)$/.test(title)));
+  await page.click("#show-plots");
+  assert.equal(await page.locator("#charts figure").count(), 0);
+  assert.deepEqual(complaints, []);
+});
+
+test("the step plan names the integrator, why so many substeps, and what each stage takes", async () => {
+  await page.click("#show-plan");
+  await page.waitForSelector("#stages tr");
+  const { substepsReason, stages } = await client.stats(world);
+  assert.ok((await page.innerText("#step-facts")).includes(substepsReason));
+  const shown = await page.locator("#stages th").allInnerTexts();
+  const used = stages.filter(({ calls }) => calls > 0n).map(({ name }) => name.replaceAll("_", " "));
+  for (const name of used) assert.ok(shown.includes(name), name);
+});
