@@ -8,7 +8,7 @@ const folder = process.env.PNEUMA_PAGE ?? "dist/page";
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 await build({
-  entryPoints: { viewer: "viewer/main.ts", "decode-worker": "src/decode_worker.ts" },
+  entryPoints: { viewer: "viewer/main.ts", "decode-worker": "src/decode_worker.ts", style: "viewer/style.css" },
   bundle: true,
   chunkNames: "[name]-[hash]",
   format: "esm",
@@ -20,7 +20,7 @@ await build({
   splitting: true,
   target: "es2022",
 });
-for (const name of ["index.html", "style.css", "icon.svg"]) copyFileSync(join("viewer", name), join(folder, name));
+for (const name of ["index.html", "icon.svg"]) copyFileSync(join("viewer", name), join(folder, name));
 let bytes = 0;
 for (const name of readdirSync(folder)) {
   const compressed = gzipSync(readFileSync(join(folder, name)), { level: 9 });

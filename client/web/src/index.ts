@@ -16,6 +16,7 @@ export {
   type SubscribeOptions,
 } from "./stream.js";
 export { WorkerDecoder } from "./worker_decoder.js";
+export type { Contact } from "../proto/pneuma/v1/frame_pb.js";
 export * from "../proto/pneuma/v1/scene_pb.js";
 export { Event_Kind } from "../proto/pneuma/v1/session_pb.js";
 export type {

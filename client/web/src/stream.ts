@@ -1,6 +1,7 @@
 // A subscription: what is in its world, and its frames.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import type {
+  Contact,
   Frame as FrameMessage,
   Gap,
   Layout as LayoutMessage,
@@ -59,6 +60,8 @@ export interface Frame {
   readonly poses: readonly SolidPose[];
   /** With `scalars` asked for: lists with one number a soft body. */
   readonly scalars: Scalars | undefined;
+  /** With `contacts` asked for: where the soft bodies are held off something. */
+  readonly contacts: readonly Contact[];
 }
 
 /** What a frame leaves for those that build on it. */
@@ -140,8 +143,8 @@ function byBody(layout: Layout, all: Float64Array): Float64Array[] {
 
 /** What makes two subscriptions of a world one stream: all but the wishes. proto/WIRE.md, "Streams". */
 function kindOf(options: SubscribeOptions): string {
-  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, timeLayers } = options;
-  const marks = [velocities, scalars, timeLayers].map((mark) => mark ?? false);
+  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, timeLayers, contacts } = options;
+  const marks = [velocities, scalars, timeLayers, contacts].map((mark) => mark ?? false);
   return JSON.stringify([
     rateHz ?? 0,
     maxErrorM || maxErrorMDefault,
@@ -238,7 +241,7 @@ export class Stream {
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
-    const { layoutId, tick, timeS, payload, scalars, layer } = message;
+    const { layoutId, tick, timeS, payload, scalars, layer, contacts } = message;
     const { feed } = this;
     if (this.decoder.isBehind(this.placesKey)) {
       this.leftOutFrom ??= Number(tick);
@@ -269,6 +272,7 @@ export class Stream {
             velocities,
             poses,
             scalars,
+            contacts,
           });
         },
       (error) => () => {

@@ -26,12 +26,20 @@ export function css(colour: Colour): string {
   return `rgb(${colour.map((value) => Math.round(255 * encoded(value))).join(" ")})`;
 }
 
-// Apart from each other as far as they can be, on light paper and on dark.
-const hues = [35, 250, 85, 145, 300, 0, 195];
-const lightnesses = [0.68, 0.56, 0.8];
+// Lightness and hue: apart from each other as far as they can be, on light paper and on dark.
+const tones = [
+  [0.68, 35],
+  [0.62, 250],
+  [0.78, 85],
+  [0.66, 145],
+  [0.58, 300],
+  [0.73, 350],
+  [0.74, 200],
+] as const;
+const shades = [0, -0.12, 0.12];
 
 /** Of the body at this place of a layout; the first 21 differ. */
 export function bodyColour(index: number): Colour {
-  const round = Math.floor(index / hues.length) % lightnesses.length;
-  return oklch(lightnesses[round]!, 0.13, hues[index % hues.length]!);
+  const [lightness, hue] = tones[index % tones.length]!;
+  return oklch(lightness + shades[Math.floor(index / tones.length) % shades.length]!, 0.13, hue);
 }

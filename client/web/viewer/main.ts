@@ -5,6 +5,7 @@ import {
   type Frame,
   PneumaError,
   type Stream,
+  type SubscribeOptions,
   WorkerDecoder,
   type WorldList_World,
 } from "../src/index.js";
@@ -16,8 +17,14 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
+import { Legend } from "./legend.js";
+import { listenToLooks, neededFor, shownNow } from "./looks.js";
+import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
+import { Plots } from "./plots.js";
 import { SlowMotion } from "./slow_motion.js";
+import { type Measured, StatsFeed } from "./stats_feed.js";
+import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
 
 const phoneWidthPx = 600; // as in style.css
@@ -48,6 +55,14 @@ class Page {
   private readonly playback = new Playback();
   private readonly controls: Controls;
   private readonly slowMotion: SlowMotion;
+  private readonly legend = new Legend();
+  private readonly plots = new Plots();
+  private readonly plan = new Plan();
+  private readonly statsFeed = new StatsFeed(() => {
+    const { client, world, stream } = this;
+    return client?.state === "open" && stream ? { client, world } : undefined;
+  });
+  private shown = plain;
   private readonly dock = new Dock();
   private readonly gallery = new Gallery();
   private readonly worldList = new WorldList((list) => this.listChanged(list));
@@ -69,7 +84,7 @@ class Page {
       return this.client && { client: this.client, world: this.world, isPaused: this.isPaused, url: socketUrl, token };
     };
     this.controls = new Controls(picture, present, (world) => this.turnTo(world));
-    this.slowMotion = new SlowMotion(present, (scale) => (this.playback.scale = scale));
+    this.slowMotion = new SlowMotion(present, (scale) => this.playback.slowTo(scale));
     this.pointer = new Pointer(picture, element<HTMLCanvasElement>("picture"), () => {
       if (this.client?.state !== "open" || !this.stream) return undefined;
       const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
@@ -121,15 +136,28 @@ class Page {
 
   private listen(): void {
     const show = () => {
-      const isOn = (id: string) => element<HTMLInputElement>(id).checked;
-      document.documentElement.classList.toggle("dark", isOn("dark"));
-      this.picture.show({ wireframe: isOn("wireframe"), velocities: isOn("velocities"), dark: isOn("dark") });
-      this.gallery.show(isOn("dark"));
+      this.shown = shownNow();
+      document.documentElement.classList.toggle("dark", this.shown.dark);
+      this.picture.show(this.shown);
+      this.gallery.show(this.shown.dark);
+      this.plots.redraw();
+      const options = this.streamOptions();
+      if (this.stream && JSON.stringify(options) !== JSON.stringify(this.stream.options)) void this.open();
     };
-    for (const id of ["wireframe", "velocities", "dark"]) element(id).addEventListener("change", show);
+    listenToLooks(show);
     element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
     show();
     this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
+    const toPlots = (measured: Measured) => this.plots.takeStats(measured);
+    const toPlan = (measured: Measured) => this.plan.take(measured);
+    this.dock.on("plots", (isOpen) => {
+      this.plots.open(isOpen);
+      this.statsFeed.watch(toPlots, isOpen);
+    });
+    this.dock.on("plan", (isOpen) => {
+      this.plan.clear();
+      this.statsFeed.watch(toPlan, isOpen);
+    });
 
     worlds.addEventListener("change", () => {
       location.hash = new URLSearchParams({ world: worlds.value }).toString();
@@ -165,6 +193,9 @@ class Page {
       c: "record",
       delete: "remove",
       g: "show-gallery",
+      i: "show-view",
+      p: "show-plots",
+      s: "show-plan",
     };
     addEventListener("keydown", (event) => {
       const { key, target } = event;
@@ -205,38 +236,37 @@ class Page {
       const world = wantedWorld() ?? (this.stream ? this.world : liveliest(list));
       if (wantedWorld() === null) this.dock.open("gallery");
       const view = wantedView();
-      if (this.stream && world === this.world) {
+      const isSame = this.stream !== undefined && world === this.world;
+      const options = this.streamOptions();
+      if (this.stream && isSame && JSON.stringify(options) === JSON.stringify(this.stream.options)) {
         if (view) this.picture.look(view);
         return this.tellWorld(list);
       }
       if (this.stream) await client.unsubscribe(this.stream);
-      this.playback.clear();
+      if (!isSame) this.playback.clear();
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      this.picture.forget(view);
-      this.stream = await client.subscribe(
-        world,
-        { maxErrorM, commands: true },
-        {
-          frame: (frame) => this.take(frame),
-          // A pause or an edit may be among what was left out.
-          gap: () => {
-            this.controls.missed();
-            void this.ask(async () => this.tellWorld(await client.worlds()));
-          },
-          applied: (applied) => {
-            const request = applied.command?.request;
-            if (request?.case === "pause" || request?.case === "resume") this.setPaused(request.case === "pause");
-            if (request?.case === "resume" && request.value.timeScale) this.slowMotion.follow(request.value.timeScale);
-            this.controls.applied(applied);
-          },
-          ended: (error) => {
-            this.stream = undefined;
-            if (error.code === "NOT_FOUND") this.noWorld(`The world “${world}” is gone.`);
-          },
+      if (!isSame) this.picture.forget(view);
+      if (!isSame) this.plots.clear();
+      this.stream = await client.subscribe(world, options, {
+        frame: (frame) => this.take(frame),
+        // A pause or an edit may be among what was left out.
+        gap: () => {
+          this.controls.missed();
+          void this.ask(async () => this.tellWorld(await client.worlds()));
         },
-      );
+        applied: (applied) => {
+          const request = applied.command?.request;
+          if (request?.case === "pause" || request?.case === "resume") this.setPaused(request.case === "pause");
+          if (request?.case === "resume" && request.value.timeScale) this.slowMotion.follow(request.value.timeScale);
+          this.controls.applied(applied);
+        },
+        ended: (error) => {
+          this.stream = undefined;
+          if (error.code === "NOT_FOUND") this.noWorld(`The world “${world}” is gone.`);
+        },
+      });
       document.body.classList.remove("gone");
       document.title = `${world} · Pneuma`;
       say("");
@@ -246,6 +276,10 @@ class Page {
         this.noWorld(`There is no world “${this.world}” on this server.`);
       else say((error as PneumaError).message);
     }
+  }
+
+  private streamOptions(): SubscribeOptions {
+    return { maxErrorM, commands: true, ...neededFor(this.shown) };
   }
 
   private noWorld(why: string): void {
@@ -320,6 +354,7 @@ class Page {
   private take(frame: Frame): void {
     this.playback.push(frame);
     this.controls.take(frame);
+    this.plots.takeFrame(frame);
     this.counted = { frames: this.counted.frames + 1, bytes: this.counted.bytes + frame.bytes };
     element("status").dataset["tick"] = String(frame.tick);
     element("status").dataset["time"] = frame.timeS.toFixed(1);
@@ -336,6 +371,8 @@ class Page {
       `${Math.round((bytes * perS) / 1000)} kB/s`,
       `${Math.round(this.pictures * perS)} drawn/s`,
     ];
+    this.picture.tell(this.legend, this.shown.field);
+    element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(this.picture.contactCount) : "";
     status.value = text.join(" · ");
     this.counted = { frames: 0, bytes: 0 };
     this.pictures = 0;

@@ -20,7 +20,9 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { View } from "./address.js";
+import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
+import type { SoftBodyView } from "./soft_body_view.js";
 import { planeM } from "./solid_view.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
 
@@ -47,6 +49,7 @@ export class Picture {
   private readonly world = new WorldView();
   private isFramed = false;
   private wanted: View | undefined;
+  private part = 1;
 
   /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -71,6 +74,21 @@ export class Picture {
     this.scene.add(this.sun.target, this.grid, this.pull, this.world.group);
     this.resize();
     for (const part of [canvas, ...covers]) new ResizeObserver(() => this.resize()).observe(part);
+  }
+
+  private get bodies(): readonly SoftBodyView[] {
+    return this.world.bodies;
+  }
+
+  /** What the colours say, as it is now. */
+  tell(legend: Legend, field: Field): void {
+    const { scale, since } = this.world;
+    if (scale) legend.show(field, scale, since);
+    else legend.hide();
+  }
+
+  get contactCount(): number {
+    return this.world.contactCount;
   }
 
   show(shown: Shown): void {
@@ -105,8 +123,7 @@ export class Picture {
     const box = this.world.box();
     const centre = box.getCenter(new Vector3());
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
-    const { width, height } = this.free();
-    const part = Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
+    const part = this.freePart();
     const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / part;
     this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
     this.camera.near = far / 200;
@@ -179,12 +196,12 @@ export class Picture {
   /** The soft body at a place of the window. */
   pick(x: number, y: number): Hit | undefined {
     const ray = this.rayAt(x, y);
-    for (const { skin } of this.world.bodies) skin.geometry.computeBoundingSphere();
+    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
     const [hit] = this.raycaster.intersectObjects(
-      this.world.bodies.map(({ skin }) => skin),
+      this.bodies.map(({ skin }) => skin),
       false,
     );
-    const view = this.world.bodies.find(({ skin }) => skin === hit?.object);
+    const view = this.bodies.find(({ skin }) => skin === hit?.object);
     if (!hit?.face || !view) return undefined;
     const distance = (vertex: number) => hit.point.distanceTo(new Vector3(...view.vertex(vertex)));
     const { a, b, c } = hit.face;
@@ -200,7 +217,7 @@ export class Picture {
 
   /** Draws a line from a vertex to where it is pulled; null: none. */
   showPull(pull: { body: string; vertex: number; target: Vector3 } | null): void {
-    const view = this.world.bodies.find(({ name }) => name === pull?.body);
+    const view = this.bodies.find(({ name }) => name === pull?.body);
     this.pull.visible = pull !== null && view !== undefined;
     if (pull && view) this.pull.geometry.setFromPoints([new Vector3(...view.vertex(pull.vertex)), pull.target]);
   }
@@ -219,6 +236,22 @@ export class Picture {
     const x = clientWidth / 2 - (free.left + free.width / 2);
     const y = clientHeight / 2 - free.height / 2;
     this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
+    // What was seen whole stays so.
+    const part = this.freePart();
+    if (this.isFramed) {
+      const { position } = this.camera;
+      position
+        .sub(this.orbit.target)
+        .multiplyScalar(this.part / part)
+        .add(this.orbit.target);
+    }
+    this.part = part;
+  }
+
+  /** The size of the free part, of the canvas' height. */
+  private freePart(): number {
+    const { width, height } = this.free();
+    return Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
   }
 
   /** What nothing lies over: beside what is narrow, above what is wide. In the middle of it is the middle of the view. */

@@ -10,8 +10,13 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshPhongMaterial,
+  Points,
+  PointsMaterial,
 } from "three";
 import type { Mesh as BodyMesh } from "../src/index.js";
+import { type Bounds, BoundsView } from "./bounds_view.js";
+import type { Scale } from "./legend.js";
+import { Strain } from "./strain.js";
 
 // A velocity is drawn as the way that it goes in this time.
 const velocityS = 0.1;
@@ -46,24 +51,39 @@ export function computeNormals(indices: Uint32Array, points: Float32Array, norma
   }
 }
 
+export interface BodyShown {
+  readonly wireframe: boolean;
+  readonly points: boolean;
+  readonly velocities: boolean;
+  readonly bounds: Bounds;
+}
+
 export class SoftBodyView {
   readonly group = new Group();
   readonly skin: Mesh<BufferGeometry, MeshPhongMaterial>;
   private readonly edges: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly arrows: LineSegments<BufferGeometry, LineBasicMaterial>;
+  private readonly dots: Points<BufferGeometry, PointsMaterial>;
+  private readonly bounds = new BoundsView();
   private readonly points: Float32Array;
+  private readonly colours: BufferAttribute;
+  private readonly strains: Float32Array;
+  private strain: Strain | undefined;
   private readonly normals: Float32Array;
 
   constructor(
     readonly name: string,
-    private readonly mesh: BodyMesh,
-    colour: Color,
+    readonly mesh: BodyMesh,
+    private readonly colour: Color,
   ) {
     this.points = new Float32Array(3 * mesh.vertexCount);
     this.normals = new Float32Array(3 * mesh.vertexCount);
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(this.points, 3));
     geometry.setAttribute("normal", new BufferAttribute(this.normals, 3));
+    this.colours = new BufferAttribute(new Float32Array(3 * mesh.vertexCount), 3);
+    this.strains = new Float32Array(mesh.vertexCount);
+    geometry.setAttribute("color", this.colours);
     geometry.setIndex(new BufferAttribute(mesh.indices, 1));
     this.skin = new Mesh(geometry, new MeshPhongMaterial({ color: colour, shininess: 50, side: DoubleSide }));
     this.skin.castShadow = true;
@@ -72,27 +92,57 @@ export class SoftBodyView {
     const ends = new BufferGeometry();
     ends.setAttribute("position", new BufferAttribute(new Float32Array(6 * mesh.vertexCount), 3));
     this.arrows = new LineSegments(ends, new LineBasicMaterial());
-    for (const part of [this.skin, this.edges, this.arrows]) {
+    this.dots = new Points(geometry, new PointsMaterial({ size: 4, sizeAttenuation: false }));
+    for (const part of [this.skin, this.edges, this.arrows, this.dots]) {
       part.frustumCulled = false; // where they are changes with every frame
       this.group.add(part);
     }
+    this.group.add(this.bounds.lines);
   }
 
-  show(edges: boolean, velocities: boolean, ink: number): void {
-    this.edges.visible = edges;
+  get vertexCount(): number {
+    return this.mesh.vertexCount;
+  }
+
+  show({ wireframe, points, velocities, bounds }: BodyShown, ink: number): void {
+    this.edges.visible = wireframe;
+    this.dots.visible = points;
     this.arrows.visible = velocities;
-    this.edges.material.color.set(ink);
-    this.arrows.material.color.set(ink);
+    this.bounds.show(bounds, ink);
+    for (const { material } of [this.edges, this.dots, this.arrows]) material.color.set(ink);
   }
 
-  /** Moves the vertices to `fraction` of the way from one frame to the next, which is `spanS` later. */
-  update(from: Float64Array, to: Float64Array, fraction: number, spanS: number): void {
+  /** Moves the vertices to `fraction` of the way from one frame to the next. Velocities as they are at that moment, in m/s. */
+  update(from: Float64Array, to: Float64Array, fraction: number, velocities: Float64Array | undefined): void {
     const { points } = this;
     for (let i = 0; i < points.length; ++i) points[i] = from[i]! + fraction * (to[i]! - from[i]!);
     computeNormals(this.mesh.indices, points, this.normals);
     this.skin.geometry.attributes["position"]!.needsUpdate = true;
     this.skin.geometry.attributes["normal"]!.needsUpdate = true;
-    if (this.arrows.visible) this.updateArrows(from, to, spanS);
+    this.bounds.update(points);
+    this.strain ??= new Strain(this.mesh.indices, points);
+    if (this.arrows.visible) this.updateArrows(velocities);
+  }
+
+  /** One colour for all of it: its own, or what `scale` has for a value. */
+  paint(value?: number, scale?: Scale): void {
+    this.setVertexColours(false);
+    if (value === undefined || !scale) this.skin.material.color.copy(this.colour);
+    else this.skin.material.color.setRGB(...scale.map.at((value - scale.low) / (scale.high - scale.low)));
+  }
+
+  /** The largest strain, in size, against where its vertices were first. */
+  computeStrain(): number {
+    return this.strain?.compute(this.points, this.strains) ?? 0;
+  }
+
+  /** Each vertex by the strain that was computed last. */
+  paintStrain({ map, low, high }: Scale): void {
+    this.setVertexColours(true);
+    this.skin.material.color.set(0xffffff);
+    const colours = this.colours.array as Float32Array;
+    this.strains.forEach((strain, vertex) => map.write((strain - low) / (high - low), colours, 3 * vertex));
+    this.colours.needsUpdate = true;
   }
 
   /** Of a place in the picture's list of vertices, in metres. */
@@ -101,19 +151,26 @@ export class SoftBodyView {
   }
 
   dispose(): void {
-    for (const part of [this.skin, this.edges, this.arrows]) {
+    for (const part of [this.skin, this.edges, this.arrows, this.dots]) {
       part.geometry.dispose();
       part.material.dispose();
     }
+    this.bounds.dispose();
   }
 
-  private updateArrows(from: Float64Array, to: Float64Array, spanS: number): void {
+  private setVertexColours(isOn: boolean): void {
+    const { material } = this.skin;
+    if (material.vertexColors === isOn) return;
+    material.vertexColors = isOn;
+    material.needsUpdate = true; // another shader
+  }
+
+  private updateArrows(velocities: Float64Array | undefined): void {
     const ends = this.arrows.geometry.attributes["position"] as BufferAttribute;
-    const scale = spanS > 0 ? velocityS / spanS : 0;
     for (let i = 0; i < this.points.length; ++i) {
       const at = 6 * Math.floor(i / 3) + (i % 3);
       ends.array[at] = this.points[i]!;
-      ends.array[at + 3] = this.points[i]! + scale * (to[i]! - from[i]!);
+      ends.array[at + 3] = this.points[i]! + velocityS * (velocities?.[i] ?? 0);
     }
     ends.needsUpdate = true;
   }

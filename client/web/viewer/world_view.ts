@@ -1,7 +1,11 @@
 // What is in a world as things to draw: its soft bodies and solids, where a moment of its stream has them.
 import { Box3, Color, Group, Vector3 } from "three";
-import type { Layout } from "../src/index.js";
+import type { Frame, Layout } from "../src/index.js";
+import type { Bounds } from "./bounds_view.js";
+import { niceCeiling } from "./colour_map.js";
 import { bodyColour } from "./colours.js";
+import { ContactsView } from "./contacts_view.js";
+import { type Field, type Scale, scaleOf } from "./legend.js";
 import type { Moment } from "./playback.js";
 import { SoftBodyView } from "./soft_body_view.js";
 import { SolidView } from "./solid_view.js";
@@ -13,11 +17,27 @@ export const schemes = {
 
 export interface Shown {
   readonly wireframe: boolean;
+  readonly points: boolean;
   readonly velocities: boolean;
+  readonly contacts: boolean;
+  readonly bounds: Bounds;
+  /** What the bodies' colours say. */
+  readonly field: Field;
   readonly dark: boolean;
 }
 
-export const plain: Shown = { wireframe: false, velocities: false, dark: false };
+export const plain: Shown = {
+  wireframe: false,
+  points: false,
+  velocities: false,
+  contacts: false,
+  bounds: "none",
+  field: "body",
+  dark: false,
+};
+
+// Below it, a colour would show what the frames' rounding makes.
+const strainLeast = 0.02;
 
 export class WorldView {
   readonly group = new Group();
@@ -25,11 +45,38 @@ export class WorldView {
   solids: (SolidView | undefined)[] = [];
   private layout: Layout | undefined;
   private shown = plain;
+  private readonly contacts = new ContactsView();
+  private sizeM = 1;
+  /** Of the field that is shown: the values that there were, from the first frame of it on. */
+  private range = { low: 0, high: 0 };
+  private since_ = "";
+
+  constructor() {
+    this.group.add(this.contacts.group);
+  }
+
+  /** Of the colours, where they say something. */
+  get scale(): Scale | undefined {
+    const { field } = this.shown;
+    if (field === "body" || this.bodies.length === 0) return undefined;
+    return scaleOf(field, this.range.low, this.range.high || 1);
+  }
+
+  /** The moment that strains are measured against. */
+  get since(): string {
+    return this.since_;
+  }
+
+  get contactCount(): number {
+    return this.contacts.count;
+  }
 
   show(shown: Shown): void {
+    if (shown.field !== this.shown.field) this.range = { low: 0, high: 0 };
     this.shown = shown;
+    this.contacts.group.visible = shown.contacts;
     const scheme = shown.dark ? schemes.dark : schemes.light;
-    for (const body of this.bodies) body.show(shown.wireframe, shown.velocities, scheme.ink);
+    for (const body of this.bodies) body.show(shown, scheme.ink);
     for (const solid of this.solids) {
       const isGround = solid && (solid.isRoom || !solid.isBounded);
       solid?.mesh.material.color.set(isGround ? scheme.floor : scheme.solid);
@@ -39,10 +86,13 @@ export class WorldView {
 
   update(moment: Moment): void {
     const { from, to, fraction } = moment;
-    if (to.layout !== this.layout) this.build(to.layout);
+    if (to.layout !== this.layout) this.build(to.layout, to);
+    const velocities = fraction < 0.5 ? from.velocities : to.velocities;
     this.bodies.forEach((body, i) => {
-      body.update(from.positions[i]!, to.positions[i]!, fraction, to.timeS - from.timeS);
+      body.update(from.positions[i]!, to.positions[i]!, fraction, velocities?.[i]);
     });
+    this.paint(to);
+    if (this.shown.contacts) this.contacts.update(fraction < 0.5 ? from : to, this.bodies, this.sizeM);
     this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
   }
 
@@ -61,24 +111,57 @@ export class WorldView {
     // A rigid body may have flown off; where there is nothing else, it is what there is to see.
     if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    this.sizeM = box.getSize(new Vector3()).length() / 2;
     return box;
   }
 
   /** Lets go of all that is in it; the next moment may be another world's. */
   clear(): void {
     this.group.clear();
+    this.group.add(this.contacts.group);
+    this.range = { low: 0, high: 0 };
     for (const part of [...this.bodies, ...this.solids]) part?.dispose();
     this.bodies = [];
     this.solids = [];
     this.layout = undefined;
   }
 
-  private build(layout: Layout): void {
+  private paint({ scalars }: Frame): void {
+    const { field } = this.shown;
+    const pressures = scalars?.pressurePa;
+    if (field === "strain") {
+      const largest = this.bodies.reduce((most, body) => Math.max(most, body.computeStrain()), 0);
+      this.widen(0, Math.max(largest, strainLeast));
+      for (const body of this.bodies) body.paintStrain(this.scale!);
+    } else if (field === "pressure" && pressures && pressures.length > 0) {
+      this.widen(Math.min(...pressures), Math.max(...pressures));
+      this.bodies.forEach((body, i) => body.paint(pressures[i], this.scale));
+    } else {
+      for (const body of this.bodies) body.paint();
+    }
+  }
+
+  /** Makes room in the range for these values; it never gets narrower, which would change what colours say. */
+  private widen(low: number, high: number): void {
+    if (low < this.range.low) this.range.low = -niceCeiling(-low);
+    if (high > this.range.high) this.range.high = niceCeiling(high);
+  }
+
+  private build(layout: Layout, { tick, timeS }: Frame): void {
+    const before = this.bodies;
+    const isFirst = this.layout === undefined;
+    // The same body goes on as it is, with what its strains are measured against.
+    const bodies = layout.softBodies.map(({ name, mesh }, i) => {
+      const same = before.find((body) => body.name === name && body.mesh === mesh);
+      return same ?? new SoftBodyView(name, mesh, new Color(...bodyColour(i)));
+    });
+    const { range } = this;
+    this.bodies = before.filter((body) => !bodies.includes(body));
     this.clear();
     this.layout = layout;
-    this.bodies = layout.softBodies.map(
-      ({ name, mesh }, i) => new SoftBodyView(name, mesh, new Color(...bodyColour(i))),
-    );
+    this.bodies = bodies;
+    if (isFirst) this.since_ = `tick ${tick} (${timeS.toFixed(1)} s)`;
+    else this.range = range;
     this.solids = layout.solids.map((solid) => SolidView.of(solid));
     for (const body of this.bodies) this.group.add(body.group);
     for (const solid of this.solids) if (solid) this.group.add(solid.mesh);

@@ -1,7 +1,7 @@
 // What the real page shows of the worlds of a real server: see page.test.ts for how.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { client, colours, complaints, page, server, usePage, world } from "./set_up.js";
+import { client, colours, complaints, page, pastTick, server, shownTick, usePage, world } from "./set_up.js";
 
 usePage();
 
@@ -62,4 +62,58 @@ test("a world that there is not is told of", async () => {
   await page.waitForSelector("body.gone");
   assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
   assert.ok(await page.isVisible("#cards"));
+});
+
+test("bodies are coloured by pressure, with a legend in its unit, and the server is asked for what is shown", async () => {
+  await page.click("#show-view");
+  await page.check('input[value="pressure"]');
+  await page.waitForFunction(() => / k?Pa$/.test(document.getElementById("legend-ends")!.textContent!));
+  await page.check('input[value="strain"]');
+  await page.waitForFunction(() => /Strain.*against tick \d+/.test(document.getElementById("legend")!.textContent!));
+  await page.selectOption("#bounds", "ellipsoid");
+  await page.check("#points");
+  await page.check('input[value="body"]');
+  await page.waitForSelector("#legend", { state: "hidden" });
+  assert.deepEqual(complaints, []);
+});
+
+test("velocities and contacts are streamed while they are shown, the world going on in between", async () => {
+  await page.check("#velocities");
+  await page.click("#show-view");
+  await page.check("#contacts");
+  await pastTick((await shownTick()) + 30);
+  await subscribers({ [world]: 1, "five-balls": 0 });
+  await page.uncheck("#velocities");
+  await pastTick((await shownTick()) + 10);
+  assert.deepEqual(complaints, []);
+});
+
+test("the volume plot follows the gas, and the plots' figures have units", async () => {
+  await page.click("#show-plots");
+  const volume = async () => {
+    const legend = page.locator("#charts figure", { hasText: "Volume, m³" }).locator(".u-legend");
+    return Number(/volume:?\s*([\d.]+)/.exec(await legend.innerText())?.[1] ?? NaN);
+  };
+  const settled = async (isWanted: (value: number) => boolean) => {
+    while (!isWanted(await volume())) await new Promise((resolve) => setTimeout(resolve, 50));
+  };
+  await settled((value) => value > 0);
+  const before = await volume();
+  await page.fill("#gas", "2");
+  await settled((value) => value > 1.2 * before);
+  const titles = await page.locator("#charts figcaption").allInnerTexts();
+  assert.ok(titles.length === 7 && titles.every((title) => /, (m³|Pa|J|kg m\/s|ms|bits a vertex)$/.test(title)));
+  await page.click("#show-plots");
+  assert.equal(await page.locator("#charts figure").count(), 0);
+  assert.deepEqual(complaints, []);
+});
+
+test("the step plan names the integrator, why so many substeps, and what each stage takes", async () => {
+  await page.click("#show-plan");
+  await page.waitForSelector("#stages tr");
+  const { substepsReason, stages } = await client.stats(world);
+  assert.ok((await page.innerText("#step-facts")).includes(substepsReason));
+  const shown = await page.locator("#stages th").allInnerTexts();
+  const used = stages.filter(({ calls }) => calls > 0n).map(({ name }) => name.replaceAll("_", " "));
+  for (const name of used) assert.ok(shown.includes(name), name);
 });

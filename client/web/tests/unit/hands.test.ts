@@ -20,6 +20,7 @@ const emptyFrame: Frame = {
   velocities: undefined,
   poses: [],
   scalars: undefined,
+  contacts: [],
 };
 
 function sceneWith(rigidBodies: readonly string[]): Scene {
@@ -85,12 +86,12 @@ test("a body of more vertices has softer springs, so that its steps are as stabl
 
 test("in slow motion the picture goes as slowly as the world", () => {
   const playback = new Playback();
-  playback.scale = 0.25;
+  playback.slowTo(0.25);
   const shown: number[] = [];
   let next = 0;
   // A frame of a sixtieth every fifteenth of a second, a picture every sixtieth.
   for (let picture = 0; picture < 240; ++picture) {
-    if (picture % 4 === 0) playback.push({ ...emptyFrame, tick: next, timeS: next++ / 60 });
+    if (picture % 4 === 0) playback.push({ ...emptyFrame, tick: next, timeS: next++ / 60 }, (1000 * picture) / 60);
     const { from, to, fraction } = playback.at((1000 * picture) / 60)!;
     shown.push(from.timeS + fraction * (to.timeS - from.timeS));
   }
