@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -238,6 +239,20 @@ void add_edit(CLI::App& app, Work& work) {
   });
 }
 
+void add_resume(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("resume", "Let a paused world go on, or any in slow motion");
+  auto world = std::make_shared<std::string>();
+  auto time_scale = std::make_shared<std::optional<double>>();
+  command->add_option("WORLD", *world)->required();
+  command->add_option("--time-scale", *time_scale, "Simulated seconds a second from now on, 0.125 to 1")
+      ->check(positive_check());
+  command->callback([&work, world, time_scale] {
+    work = [world, time_scale](Session& session) {
+      return pneuma::client::report(session, "resumed", session.client.resume(*world, *time_scale));
+    };
+  });
+}
+
 void add_step(CLI::App& app, Work& work) {
   auto* command = app.add_subcommand("step", "Step a paused world");
   auto world = std::make_shared<std::string>();
@@ -281,7 +296,7 @@ void add_subcommands(CLI::App& app, Work& work, FileWork& file_work) {
   add_impulse(app, work);
   add_edit(app, work);
   add_of_world(app, work, "pause", "Pause a world", change("paused", &Client::pause));
-  add_of_world(app, work, "resume", "Let a paused world go on", change("resumed", &Client::resume));
+  add_resume(app, work);
   add_step(app, work);
   add_of_world(app, work, "reset", "Put a world back to its scene", change("reset", &Client::reset));
   add_of_world(app, work, "stats", "A world's numbers", pneuma::client::stats);

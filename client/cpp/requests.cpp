@@ -122,9 +122,10 @@ base::Result<v1::Done> Client::pause(const std::string& world) {
   return take_done(call(std::move(request)));
 }
 
-base::Result<v1::Done> Client::resume(const std::string& world) {
+base::Result<v1::Done> Client::resume(const std::string& world, std::optional<double> time_scale) {
   ClientMessage request;
   request.mutable_resume()->set_world(world);
+  if (time_scale) request.mutable_resume()->set_time_scale(*time_scale);
   return take_done(call(std::move(request)));
 }
 

@@ -17,10 +17,13 @@ std::string vector_text(const v1::Vec3& v) {
   return text.data();
 }
 
-/// "running", "paused, 2 frozen", "damaged".
+/// "running", "running at 0.25", "paused, 2 frozen", "damaged".
 std::string state_of(const v1::WorldList::World& world) {
   if (world.damaged()) return "damaged";
   std::string state = world.paused() ? "paused" : "running";
+  // A server of before slow motion tells none.
+  if (world.time_scale() > 0.0 && world.time_scale() != 1.0)
+    state.append(" at ").append(number_text(world.time_scale()));
   if (world.frozen_bodies() > 0) state.append(", ").append(std::to_string(world.frozen_bodies())).append(" frozen");
   return state;
 }

@@ -85,7 +85,8 @@ class Client {
   [[nodiscard]] base::Result<v1::Done> release_grab(const std::string& world, std::uint64_t grab_id);
 
   [[nodiscard]] base::Result<v1::Done> pause(const std::string& world);
-  [[nodiscard]] base::Result<v1::Done> resume(const std::string& world);
+  /// `time_scale`: simulated over real time from now on, also of a world that runs; otherwise as it was.
+  [[nodiscard]] base::Result<v1::Done> resume(const std::string& world, std::optional<double> time_scale = {});
   /// Waits for the last of the ticks.
   [[nodiscard]] base::Result<v1::Done> step(const std::string& world, std::uint32_t ticks,
                                             std::chrono::milliseconds timeout = std::chrono::minutes(10));

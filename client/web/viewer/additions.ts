@@ -74,11 +74,11 @@ export function molesFor(skin: Skin, volumeM3: number, outsidePa: number): numbe
   return ((outsidePa + (2 * tension) / radiusM) * volumeM3) / (gasConstant * temperatureK);
 }
 
-/** The mean radius of what is there, or half a metre. */
+/** About the mean radius of what is there, or half a metre. */
 export function usualRadiusM(frame: Frame | undefined): number {
   const radii = frame ? places(frame).map(radiusOf) : [];
   const radius = radii.length === 0 ? 0.5 : radii.reduce((sum, each) => sum + each, 0) / radii.length;
-  return Number(radius.toPrecision(2));
+  return Number(radius.toPrecision(1)); // so that balls are of few meshes
 }
 
 function point({ x, y, z }: Vector3): Pick<Vec3, "x" | "y" | "z"> {

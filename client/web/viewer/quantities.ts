@@ -1,5 +1,5 @@
 // What the sliders are about: of the whole world, or of some of its soft bodies.
-import type { Gas, Scene, SoftBody, Springs } from "../src/index.js";
+import type { Scene, SoftBody } from "../src/index.js";
 import type { Change } from "./inverse_edit.js";
 import type { Quantity } from "./slider.js";
 
@@ -19,7 +19,9 @@ function mean(values: readonly number[]): number | undefined {
   return values.length === 0 ? undefined : values.reduce((sum, value) => sum + value, 0) / values.length;
 }
 
-function changeBody(value: Extract<Change["change"], { case: "changeSoftBody" }>["value"]): Change {
+type BodyChange = Extract<Change["change"], { case: "changeSoftBody" }>["value"];
+
+function changeBody(value: BodyChange): Change {
   return { change: { case: "changeSoftBody", value } };
 }
 
@@ -42,7 +44,7 @@ export class Factor implements Quantity {
     readonly says: string,
     private readonly bodies: Bodies,
     private readonly amountOf: (body: SoftBody) => number | undefined,
-    private readonly change: (amount: number) => { gas?: Partial<Gas>; springs?: Partial<Springs> },
+    private readonly change: (amount: number) => BodyChange,
     private readonly unit: string,
   ) {}
 
@@ -63,7 +65,7 @@ export class Factor implements Quantity {
     return this.bodies(scene).flatMap((body) => {
       const first = this.firstOf(body);
       if (first === undefined) return [];
-      return [changeBody({ name: body.name, ...this.change(first * 2 ** power) } as never)];
+      return [changeBody({ name: body.name, ...this.change(first * 2 ** power) })];
     });
   }
 

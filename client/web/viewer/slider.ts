@@ -10,6 +10,9 @@ const gesturePauseMs = 800;
 
 // In a refusal that the server would not make, were it free to choose the substeps.
 const moreSubsteps = "on_unstable SUBSTEP";
+const takeSubsteps: Change = {
+  change: { case: "setStepping", value: { onUnstable: Stepping_OnUnstable.SUBSTEP } },
+};
 
 export interface Quantity {
   /** What a change of it is called: "Change the gas". */
@@ -20,79 +23,50 @@ export interface Quantity {
   text(value: number, scene: Scene): string;
 }
 
+interface Ask {
+  readonly value: number;
+  /** Whether the world is to take as many substeps as that asks for. */
+  readonly takesSubsteps: boolean;
+}
+
 export class Slider {
   private readonly input: HTMLInputElement;
   private readonly output: HTMLOutputElement;
   private readonly note = document.createElement("output");
   private readonly offer = document.createElement("button");
-  private readonly changes: Latest<number>;
+  private readonly asks: Latest<Ask>;
   private isHeld = false;
   private gesture = {};
   private lastInputMs = 0;
-  /** The last that was asked for: what is refused, where there is an offer. */
-  private refused = 0;
-  private isOfferTaken = false;
 
   /** @param tell is told from which tick on a change is in effect */
   constructor(
     id: string,
     private readonly quantity: Quantity,
     private readonly edits: WorldEdits,
-    tell: (tick: bigint) => void,
+    private readonly tell: (tick: bigint) => void,
   ) {
     this.input = element<HTMLInputElement>(id);
     this.output = this.input.parentElement!.querySelector("output")!;
     this.note.className = "note";
     this.note.id = `${id}-note`;
-    this.input.after(this.note);
-    this.input.setAttribute("aria-describedby", this.note.id);
     this.offer.textContent = "Take as many substeps as it takes";
     this.offer.className = "offer";
-    this.offer.hidden = true;
-    this.note.after(this.offer);
-    this.offer.addEventListener("click", () => {
-      this.isOfferTaken = true;
-      this.changes.put(this.refused);
-    });
-    const send = async (value: number) => {
-      const changes = quantity.changesOf(edits.scene ?? (await edits.fresh()), value);
-      if (changes.length === 0) return;
-      this.refused = value;
-      const stepping: Change = {
-        change: { case: "setStepping", value: { onUnstable: Stepping_OnUnstable.SUBSTEP } },
-      };
-      const isOfferTaken = this.isOfferTaken;
-      this.isOfferTaken = false;
-      const { tick } = await edits.make(
-        quantity.says,
-        isOfferTaken ? [stepping, ...changes] : changes,
-        isOfferTaken ? undefined : this.gesture,
-      );
-      this.refuse("");
-      tell(tick);
-    };
-    this.changes = new Latest<number>(
-      send,
+    this.input.after(this.note, this.offer);
+    this.input.setAttribute("aria-describedby", this.note.id);
+    this.refuse("");
+    this.asks = new Latest<Ask>(
+      (ask) => this.send(ask),
       (error) => this.refuse(error.message),
       () => void this.settle(),
     );
-    this.input.addEventListener("pointerdown", () => {
-      this.isHeld = true;
-      this.gesture = {};
-    });
-    for (const end of ["pointerup", "pointercancel", "change"]) {
-      this.input.addEventListener(end, () => {
-        this.isHeld = false;
-        if (!this.changes.isSending) void this.settle();
-      });
-    }
-    this.input.addEventListener("input", () => this.take());
+    this.listen();
   }
 
   /** Shows what holds, unless it is being moved. */
   follow(): void {
     const { scene } = this.edits;
-    if (this.isHeld || this.changes.isSending) return;
+    if (this.isHeld || this.asks.isSending) return;
     const value = scene && this.quantity.valueOf(scene);
     this.input.disabled = value === undefined;
     if (value !== undefined) this.input.value = String(value);
@@ -104,13 +78,39 @@ export class Slider {
     this.refuse("");
   }
 
+  private listen(): void {
+    this.input.addEventListener("pointerdown", () => {
+      this.isHeld = true;
+      this.gesture = {};
+    });
+    for (const end of ["pointerup", "pointercancel", "change"]) {
+      this.input.addEventListener(end, () => {
+        this.isHeld = false;
+        if (!this.asks.isSending) void this.settle();
+      });
+    }
+    this.input.addEventListener("input", () => this.take());
+  }
+
   private take(): void {
     const nowMs = performance.now();
     if (!this.isHeld && nowMs - this.lastInputMs > gesturePauseMs) this.gesture = {};
     this.lastInputMs = nowMs;
     const { scene } = this.edits;
     if (scene) this.output.value = this.quantity.text(this.input.valueAsNumber, scene);
-    this.changes.put(this.input.valueAsNumber);
+    const value = this.input.valueAsNumber;
+    this.offer.onclick = () => this.asks.put({ value, takesSubsteps: true });
+    this.asks.put({ value, takesSubsteps: false });
+  }
+
+  private async send({ value, takesSubsteps }: Ask): Promise<void> {
+    const changes = this.quantity.changesOf(this.edits.scene ?? (await this.edits.fresh()), value);
+    if (changes.length === 0) return;
+    const { tick } = takesSubsteps
+      ? await this.edits.make(this.quantity.says, [takeSubsteps, ...changes])
+      : await this.edits.make(this.quantity.says, changes, this.gesture);
+    this.refuse("");
+    this.tell(tick);
   }
 
   private async settle(): Promise<void> {

@@ -1,6 +1,6 @@
 // Where things are in the picture, as far as what is put among them needs to know.
-import { Box3, Matrix4, Quaternion, type Ray, Vector3 } from "three";
-import type { Frame, Scene, Shape } from "../src/index.js";
+import { Box3, Matrix4, Plane, Quaternion, type Ray, Vector3 } from "three";
+import type { Frame, Scene, Shape, SolidPose } from "../src/index.js";
 
 export interface Place {
   readonly name: string;
@@ -35,13 +35,26 @@ export function roomOf({ layout, poses }: Frame): Room | undefined {
   for (const [i, { shape }] of layout.solids.entries()) {
     if (shape?.shape.case !== "room") continue;
     const { x = 0, y = 0, z = 0 } = shape.shape.value.halfExtents ?? {};
-    const { position: p, orientation: q } = poses[i]!;
-    const turn = new Quaternion(q.x, q.y, q.z, q.w);
-    if (turn.lengthSq() === 0) turn.identity();
-    const pose = new Matrix4().compose(new Vector3(p.x, p.y, p.z), turn.normalize(), new Vector3(1, 1, 1));
-    return { pose, halfExtents: new Vector3(x, y, z) };
+    return { pose: matrixOf(poses[i]!), halfExtents: new Vector3(x, y, z) };
   }
   return undefined;
+}
+
+function matrixOf({ position: p, orientation: q }: SolidPose): Matrix4 {
+  const turn = new Quaternion(q.x, q.y, q.z, q.w);
+  if (turn.lengthSq() === 0) turn.identity();
+  return new Matrix4().compose(new Vector3(p.x, p.y, p.z), turn.normalize(), new Vector3(1, 1, 1));
+}
+
+/** What nothing is below. */
+function groundsOf({ layout, poses }: Frame): Plane[] {
+  return layout.solids.flatMap(({ shape }, i) => {
+    if (shape?.shape.case !== "plane") return [];
+    const { x = 0, y = 0, z = 0 } = shape.shape.value.normal ?? {};
+    const normal = new Vector3(x, y, z);
+    if (normal.lengthSq() === 0) normal.set(0, 1, 0);
+    return [new Plane(normal.normalize()).applyMatrix4(matrixOf(poses[i]!))];
+  });
 }
 
 /** The first point of the ray at which a ball of that radius is inside the room; its origin where it is already. */
@@ -78,13 +91,18 @@ function reachOf({ shape }: Shape): number | undefined {
  * one. Where all is full, as far from other things as there is room.
  */
 export function freePlace(frame: Frame, wish: Vector3, radiusM: number): Vector3 {
-  const taken = [...places(frame).map(({ box }) => box), ...solidBoxes(frame)];
+  const boxes = [...places(frame).map(({ box }) => box), ...solidBoxes(frame)];
+  const grounds = groundsOf(frame);
   const room = roomOf(frame);
   let best = wish.clone();
   let bestM = -Infinity;
   for (let trial = 0; trial < trialsMax; ++trial) {
     const place = room ? withinRoom(room, radiusM, trial) : above(wish, radiusM, trial);
-    const awayM = Math.min(radiusM, ...taken.map((box) => clearance(box, place)));
+    const away = [
+      ...boxes.map((box) => clearance(box, place)),
+      ...grounds.map((ground) => ground.distanceToPoint(place)),
+    ];
+    const awayM = Math.min(radiusM, ...away);
     if (awayM > bestM) [best, bestM] = [place, awayM];
     if (bestM >= radiusM) break;
   }

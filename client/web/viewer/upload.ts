@@ -146,16 +146,17 @@ export class Upload {
     const middle = box.getCenter(new Vector3());
     const positions: { x: number; y: number; z: number }[] = [];
     for (let i = 0; i < triangles.positions.length; i += 3) {
-      const [x, y, z] = triangles.positions.subarray(i, i + 3) as unknown as [number, number, number];
-      positions.push({ x: scale * (x - middle.x), y: scale * (y - middle.y), z: scale * (z - middle.z) });
+      const { x, y, z } = new Vector3().fromArray(triangles.positions, i).sub(middle).multiplyScalar(scale);
+      positions.push({ x, y, z });
     }
     const shape = { case: "triangles" as const, value: { positions, indices: [...triangles.indices] } };
     const mesh = { name, shape, ...(isToMend ? { mend: {} } : {}) };
     const { massKg, ...springs } = skinFor(scene, frame, positions.length);
     const { x, y, z } = freePlace(frame, centre, (scale * longest) / 2);
     const outsidePa = scene.atmosphere?.pressurePa ?? 0;
-    // Of one that is yet to be closed, there may be none.
-    const insideM3 = Math.max(Math.abs(volumeM3), 0.05 * longest ** 3) * scale ** 3;
+    // Of one that is yet to be closed or turned, next to nothing may be inside: a guess, then.
+    const isHollow = Math.abs(volumeM3) > 1e-3 * longest ** 3;
+    const insideM3 = (isHollow ? Math.abs(volumeM3) : 0.05 * longest ** 3) * scale ** 3;
     const gas = this.hasGas.checked ? { gas: { moles: molesFor({ massKg, ...springs }, insideM3, outsidePa) } } : {};
     const body = { name, mesh: name, massKg, springs, ...gas, position: { x, y, z } };
     const surface = { restitution: 0.5, friction: 0.5 };

@@ -245,6 +245,8 @@ TEST(CommandRequests, EachCommandAsksWhatItSays) {
   EXPECT_EQ(request_of({"destroy", "w"}).destroy_world().world(), "w");
   EXPECT_EQ(request_of({"pause", "w"}).pause().world(), "w");
   EXPECT_EQ(request_of({"resume", "w"}).resume().world(), "w");
+  EXPECT_FALSE(request_of({"resume", "w"}).resume().has_time_scale());
+  EXPECT_EQ(request_of({"resume", "w", "--time-scale", "0.25"}).resume().time_scale(), 0.25);
   EXPECT_EQ(request_of({"reset", "w"}).reset().world(), "w");
   EXPECT_EQ(request_of({"step", "w", "30"}).step().ticks(), 30U);
 }

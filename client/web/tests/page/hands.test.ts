@@ -302,12 +302,23 @@ test("a broken mesh shows the server's refusal, and mended the report", async ()
   await scene((now) => now.softBodies.length === 2 && now.meshes.length === 2);
 });
 
-test("the address holds the view, and the scene that is saved makes the same world", async () => {
+test("the address opens the same view, and the scene that is saved makes the same world", async () => {
   await page.mouse.move(60, 500);
   await page.mouse.down();
   await page.mouse.move(200, 450, { steps: 4 });
   await page.mouse.up();
   await page.waitForFunction(() => location.hash.includes("camera="));
+  const view = new URL(page.url()).hash;
+  const again = await browser.newPage({ viewport: { width: 800, height: 600 } });
+  try {
+    await again.goto(page.url());
+    await again.waitForSelector("#status[data-tick]");
+    do {
+      await again.mouse.click(60, 500); // it notes its own view
+    } while (new URL(again.url()).hash !== view);
+  } finally {
+    await again.close();
+  }
   await unfold("Share");
   const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-scene")]);
   const { meshes } = await client.scene(world);

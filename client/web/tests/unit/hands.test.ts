@@ -4,7 +4,7 @@ import { create } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { Box3, Matrix4, Ray, Vector3 } from "three";
-import { type Frame, type Scene, SceneSchema } from "../../src/index.js";
+import { type Frame, QuaternionSchema, type Scene, SceneSchema, ShapeSchema, Vec3Schema } from "../../src/index.js";
 import { molesFor, skinFor } from "../../viewer/additions.js";
 import { Playback } from "../../viewer/playback.js";
 import { freePlace, insideFrom } from "../../viewer/surroundings.js";
@@ -65,6 +65,25 @@ test("a free place is no nearer to a body than the thing that it is for reaches"
   const layout = { softBodies: [{ name: "ball", mesh, keptVertices: [] }], solids: [] };
   const place = freePlace({ ...emptyFrame, layout, positions }, new Vector3(), 0.5);
   assert.ok(new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1)).distanceToPoint(place) >= 0.5 - 1e-9);
+});
+
+test("above a floor, and in a room full of bodies within its walls", () => {
+  const floor = create(ShapeSchema, { shape: { case: "plane", value: {} } });
+  const at = (y: number) => ({ position: create(Vec3Schema, { y }), orientation: create(QuaternionSchema, { w: 1 }) });
+  const onFloor = { softBodies: [], solids: [{ name: "floor", shape: floor, isDynamic: false }] };
+  const place = freePlace({ ...emptyFrame, layout: onFloor, poses: [at(1)] }, new Vector3(0, -3, 0), 0.5);
+  assert.ok(place.y >= 1.5, `at ${place.y} m`);
+
+  const halfExtents = { x: 1, y: 1, z: 1 };
+  const room = create(ShapeSchema, { shape: { case: "room", value: { halfExtents } } });
+  const mesh = { hash: "", vertexCount: 2, indices: new Uint32Array() };
+  const full = {
+    softBodies: [{ name: "ball", mesh, keptVertices: [] }],
+    solids: [{ name: "room", shape: room, isDynamic: false }],
+  };
+  const positions = [Float64Array.from([-1, -1, -1, 1, 1, 1])];
+  const inside = freePlace({ ...emptyFrame, layout: full, positions, poses: [at(0)] }, new Vector3(9, 9, 9), 0.25);
+  assert.ok(Math.max(...inside.toArray().map(Math.abs)) <= 0.75, inside.toArray().join(" "));
 });
 
 // P = 2 T / R with T = sqrt(3) k (1 - rest scale), and the law of ideal gases.
