@@ -16,9 +16,9 @@ import {
 } from "../proto/pneuma/v1/session_pb.js";
 import { Connection, type Reply, type ReplyKind, type Request, type Update } from "./connection.js";
 import { type FrameDecoder, InlineDecoder } from "./decoder.js";
-import { callUser, type ErrorCode, PneumaError } from "./errors.js";
+import { callUser, PneumaError } from "./errors.js";
 import { Grab } from "./grab.js";
-import { retryDelayMs, steadyMs } from "./retry.js";
+import { isLasting, retryDelayMs, steadyMs } from "./retry.js";
 import { type Feed, MeshStore, Stream, type StreamListener, type SubscribeOptions } from "./stream.js";
 
 /** A message's fields, those left out at their default. */
@@ -47,9 +47,6 @@ export interface ClientOptions {
   /** What happened in the worlds that are subscribed to. */
   readonly event?: (event: Event) => void;
 }
-
-// Trying again does not help.
-const lastingErrors: ReadonlySet<ErrorCode> = new Set(["UNAUTHENTICATED", "UNSUPPORTED", "INVALID_ARGUMENT"]);
 
 function streamExists(): PneumaError {
   return new PneumaError("FAILED_PRECONDITION", "there is a stream of this world with these frames");
@@ -245,7 +242,7 @@ export class Client {
     this.streamsById = new Map();
     this.leaving = new Map();
     if (this.state_ === "closed") return;
-    if (this.options.reconnect === false || lastingErrors.has(error.code)) return this.closeFor(error);
+    if (this.options.reconnect === false || isLasting(error)) return this.closeFor(error);
     if (Date.now() - this.openedAtMs >= steadyMs) this.failures = 0;
     this.setState("lost", error);
     this.tryAgain(error);
@@ -254,7 +251,7 @@ export class Client {
   private tryAgain({ retryAfterS }: PneumaError): void {
     this.later(retryDelayMs(this.failures++, retryAfterS), () => {
       this.open().catch((error: PneumaError) => {
-        if (lastingErrors.has(error.code)) this.closeFor(error);
+        if (isLasting(error)) this.closeFor(error);
         else if (this.state_ === "lost") this.tryAgain(error);
       });
     });

@@ -7,7 +7,9 @@ const readers = new StreamReaders();
 
 function decode({ stream, payload, base, layer }: DecodeRequest & { kind: "decode" }): DecodeReply {
   try {
-    return { positions: readers.decode(stream, payload, base, layer) };
+    const begin = performance.now();
+    const positions = readers.decode(stream, payload, base, layer);
+    return { positions, tookMs: performance.now() - begin };
   } catch (error) {
     if (!(error instanceof PneumaError)) return { code: "INTERNAL", what: String(error), where: "" };
     return { code: error.code, what: error.what, where: error.where };

@@ -1,4 +1,12 @@
 // When to try again.
+import type { ErrorCode, PneumaError } from "./errors.js";
+
+const lastingErrors: ReadonlySet<ErrorCode> = new Set(["UNAUTHENTICATED", "UNSUPPORTED", "INVALID_ARGUMENT"]);
+
+/** Whether trying to connect again does not help. */
+export function isLasting({ code }: PneumaError): boolean {
+  return lastingErrors.has(code);
+}
 
 // About a server's restart; the first try after a short break of the network is not waited for.
 const retryMsMin = 250;

@@ -9,7 +9,9 @@ export type DecodeRequest =
   | { kind: "decode"; stream: number; payload: Uint8Array; base: number | undefined; layer: number }
   | { kind: "end"; stream: number };
 
-export type DecodeReply = { positions: Float64Array } | { code: ErrorCode; what: string; where: string };
+export type DecodeReply =
+  | { positions: Float64Array; tookMs: number }
+  | { code: ErrorCode; what: string; where: string };
 
 // Half a second at 60 Hz. What waits longer is late already, and is memory that nothing else bounds.
 const waitingMax = 30;
@@ -23,18 +25,26 @@ interface Waiting {
 export class WorkerDecoder implements FrameDecoder {
   private readonly waiting: Waiting[] = [];
   private broken: PneumaError | undefined;
+  private decodeMs_ = 0;
 
   /** @param worker runs `@pneuma/client/decode-worker` as a module */
   constructor(private readonly worker: Worker) {
     worker.onmessage = ({ data }: MessageEvent<DecodeReply>) => {
       const waiting = this.waiting.shift();
-      if ("positions" in data) waiting?.resolve(data.positions);
-      else waiting?.reject(new PneumaError(data.code, data.what, data.where));
+      if ("positions" in data) {
+        this.decodeMs_ += data.tookMs;
+        waiting?.resolve(data.positions);
+      } else waiting?.reject(new PneumaError(data.code, data.what, data.where));
     };
     worker.onerror = (event) => {
       this.broken = new PneumaError("INTERNAL", event.message || "the decoding worker cannot be loaded");
       for (const waiting of this.waiting.splice(0)) waiting.reject(this.broken);
     };
+  }
+
+  /** Time that the worker took to decode, in all. */
+  get decodeMs(): number {
+    return this.decodeMs_;
   }
 
   begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {

@@ -9,12 +9,14 @@ import {
   WorkerDecoder,
   type WorldList_World,
 } from "../src/index.js";
+import { isLasting, retryDelayMs } from "../src/retry.js";
 import { noteView, wantedView, wantedWorld } from "./address.js";
 import { Controls } from "./controls.js";
 import { refuse } from "./effect.js";
 import { Dock } from "./dock.js";
 import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
+import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
 import { Picture } from "./picture.js";
 import { Legend } from "./legend.js";
@@ -24,6 +26,8 @@ import { Playback } from "./playback.js";
 import { Plots } from "./plots.js";
 import { SlowMotion } from "./slow_motion.js";
 import { type Measured, StatsFeed } from "./stats_feed.js";
+import { tellStatus } from "./status_line.js";
+import { beginTheme } from "./theme.js";
 import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
 
@@ -75,8 +79,10 @@ class Page {
   private opening: Promise<void> = Promise.resolve();
   private openings = 0;
   private opened = 0;
-  private pictures = 0;
-  private counted = { frames: 0, bytes: 0 };
+  private readonly gauge = new Gauge();
+  private decoder: WorkerDecoder | undefined;
+  private asleep = 0;
+  private failures = 0; // to connect for the first time
 
   constructor(private readonly picture: Picture) {
     const present = () => {
@@ -93,30 +99,35 @@ class Page {
       return { client: this.client, world: this.world, tool, massKg, clicked, failed: refuse };
     });
     this.listen();
-    setInterval(() => this.tellStatus(), statusIntervalMs);
+    setInterval(() => this.tell(), statusIntervalMs);
     const draw = (nowMs: number) => {
       requestAnimationFrame(draw);
-      this.picture.draw(this.playback.at(nowMs));
+      const moment = this.playback.at(nowMs);
+      const begin = performance.now();
+      if (moment) this.picture.update(moment);
+      this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
+      this.picture.draw();
       this.pointer.draw();
-      ++this.pictures;
     };
     requestAnimationFrame(draw);
   }
 
   async connect(token: string): Promise<void> {
     say("Connecting…");
+    this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
     try {
       this.client = await Client.connect(socketUrl, {
         token,
         clientName: "page",
-        decoder: new WorkerDecoder(new Worker("decode-worker.js", { type: "module" })),
+        decoder: this.decoder,
         stateChanged: (state, reason) => {
           document.body.classList.toggle("lost", state !== "open");
           if (state === "open") void this.resume();
           else if (state === "lost") say("The connection is lost. Reconnecting…");
           else if (reason) this.turnedAway(reason, token);
         },
-        event: ({ kind, world }) => {
+        event: ({ kind, world, body }) => {
+          if (kind === Event_Kind.BODY_FROZEN && world === this.world) this.picture.frozen.add(body);
           if (kind === Event_Kind.WORLD_RESET && world === this.world) void this.readScene();
           if (kind === Event_Kind.WORLD_DESTROYED) this.worldList.refresh().catch(() => {});
         },
@@ -124,8 +135,14 @@ class Page {
       sessionStorage.setItem(tokenKey, token);
       await this.open();
     } catch (error) {
-      this.turnedAway(error as PneumaError, token);
+      this.notConnected(error as PneumaError, token);
     }
+  }
+
+  private notConnected(error: PneumaError, token: string): void {
+    if (isLasting(error)) return this.turnedAway(error, token);
+    say(`${error.message}. Trying again…`);
+    setTimeout(() => void this.connect(token), retryDelayMs(this.failures++, error.retryAfterS));
   }
 
   /** Of a token that was refused, also where the server asks for another one than before. */
@@ -145,7 +162,7 @@ class Page {
       if (this.stream && JSON.stringify(options) !== JSON.stringify(this.stream.options)) void this.open();
     };
     listenToLooks(show);
-    element<HTMLInputElement>("dark").checked = matchMedia("(prefers-color-scheme: dark)").matches;
+    beginTheme(element<HTMLInputElement>("dark"));
     show();
     this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
     const toPlots = (measured: Measured) => this.plots.takeStats(measured);
@@ -324,7 +341,10 @@ class Page {
     const { client, world } = this;
     if (!client) return;
     try {
-      await this.controls.begin(client, world);
+      const [{ softBodies }] = await Promise.all([client.stats(world), this.controls.begin(client, world)]);
+      if (world !== this.world) return;
+      this.picture.frozen.clear();
+      for (const { name, frozen } of softBodies) if (frozen) this.picture.frozen.add(name);
     } catch (error) {
       refuse(error as PneumaError);
     }
@@ -355,27 +375,17 @@ class Page {
     this.playback.push(frame);
     this.controls.take(frame);
     this.plots.takeFrame(frame);
-    this.counted = { frames: this.counted.frames + 1, bytes: this.counted.bytes + frame.bytes };
+    this.gauge.add({ frames: 1, bytes: frame.bytes });
+    this.asleep = frame.scalars?.asleep.filter((isAsleep) => isAsleep).length ?? 0;
     element("status").dataset["tick"] = String(frame.tick);
     element("status").dataset["time"] = frame.timeS.toFixed(1);
   }
 
-  private tellStatus(): void {
-    const status = element<HTMLOutputElement>("status");
-    const perS = 1000 / statusIntervalMs;
-    const { frames, bytes } = this.counted;
-    const text = [
-      `tick ${status.dataset["tick"] ?? "–"}`,
-      `${status.dataset["time"] ?? "–"} s`,
-      `${Math.round(frames * perS)} frames/s`,
-      `${Math.round((bytes * perS) / 1000)} kB/s`,
-      `${Math.round(this.pictures * perS)} drawn/s`,
-    ];
+  private tell(): void {
+    this.gauge.add({ decodeMs: Math.max(0, (this.decoder?.decodeMs ?? 0) - this.gauge.all.decodeMs) });
+    tellStatus(this.gauge, { asleep: this.asleep, frozen: this.picture.frozen.size });
     this.picture.tell(this.legend, this.shown.field);
     element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(this.picture.contactCount) : "";
-    status.value = text.join(" · ");
-    this.counted = { frames: 0, bytes: 0 };
-    this.pictures = 0;
   }
 }
 

@@ -37,6 +37,11 @@ export interface Hit {
   readonly ray: Ray;
 }
 
+// The view follows what is further from its middle than this, of the radius of what was framed; so much of the rest with
+// each picture.
+const followPastPart = 0.4;
+const followPart = 0.1;
+
 export class Picture {
   readonly orbit: OrbitControls;
   private readonly renderer: WebGLRenderer;
@@ -47,6 +52,7 @@ export class Picture {
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
   private readonly world = new WorldView();
+  private framed = { centre: new Vector3(), radius: 1 };
   private isFramed = false;
   private wanted: View | undefined;
   private part = 1;
@@ -99,16 +105,44 @@ export class Picture {
     this.world.show(shown);
   }
 
-  draw(moment: Moment | undefined): void {
-    if (moment) {
-      this.world.update(moment);
-      if (!this.isFramed) {
-        this.frameAll();
-        if (this.wanted) this.look(this.wanted);
-      }
+  /** Brings the scene to a moment. */
+  update(moment: Moment): void {
+    this.world.update(moment);
+    if (this.isFramed) {
+      if (this.orbit.enabled) this.follow();
+      return;
     }
+    this.frameAll();
+    if (this.wanted) this.look(this.wanted);
+  }
+
+  draw(): void {
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Moves with bodies that leave what was framed, but not out of a room. */
+  private follow(): void {
+    if (this.world.hasRoom) return;
+    const { centre, radius } = this.framed;
+    const way = this.world.box().getCenter(new Vector3()).sub(centre);
+    const past = way.length() - followPastPart * radius;
+    if (past <= 0) return;
+    way.setLength(followPart * past);
+    for (const place of [
+      this.camera.position,
+      this.orbit.target,
+      this.sun.position,
+      this.sun.target.position,
+      centre,
+    ]) {
+      place.add(way);
+    }
+  }
+
+  /** Names of the bodies that are frozen. */
+  get frozen(): Set<string> {
+    return this.world.frozen;
   }
 
   /** Turns to another world: the next moment is looked at as a whole, or from where `view` says. */
@@ -141,6 +175,7 @@ export class Picture {
     camera.near = 0.1 * radius;
     camera.far = 6 * radius;
     camera.updateProjectionMatrix();
+    this.framed = { centre, radius };
     this.isFramed = true;
   }
 

@@ -51,6 +51,11 @@ export function computeNormals(indices: Uint32Array, points: Float32Array, norma
   }
 }
 
+/** Frozen: it ran away and was stopped for good. */
+export type Rest = "none" | "asleep" | "frozen";
+
+const paperParts: Record<Rest, number> = { none: 0, asleep: 0.45, frozen: 0.75 };
+
 export interface BodyShown {
   readonly wireframe: boolean;
   readonly points: boolean;
@@ -124,11 +129,16 @@ export class SoftBodyView {
     if (this.arrows.visible) this.updateArrows(velocities);
   }
 
-  /** One colour for all of it: its own, or what `scale` has for a value. */
-  paint(value?: number, scale?: Scale): void {
+  /** In its own colour; at rest, in one that is more like the paper. */
+  paintPlain(paper: Color, rest: Rest): void {
     this.setVertexColours(false);
-    if (value === undefined || !scale) this.skin.material.color.copy(this.colour);
-    else this.skin.material.color.setRGB(...scale.map.at((value - scale.low) / (scale.high - scale.low)));
+    this.skin.material.color.copy(this.colour).lerp(paper, paperParts[rest]);
+  }
+
+  /** In one colour for all of it, the one that `scale` has for a value. */
+  paint(value: number, scale: Scale): void {
+    this.setVertexColours(false);
+    this.skin.material.color.setRGB(...scale.map.at((value - scale.low) / (scale.high - scale.low)));
   }
 
   /** The largest strain, in size, against where its vertices were first. */

@@ -7,7 +7,7 @@ import { bodyColour } from "./colours.js";
 import { ContactsView } from "./contacts_view.js";
 import { type Field, type Scale, scaleOf } from "./legend.js";
 import type { Moment } from "./playback.js";
-import { SoftBodyView } from "./soft_body_view.js";
+import { type Rest, SoftBodyView } from "./soft_body_view.js";
 import { SolidView } from "./solid_view.js";
 
 export const schemes = {
@@ -43,6 +43,8 @@ export class WorldView {
   readonly group = new Group();
   bodies: SoftBodyView[] = [];
   solids: (SolidView | undefined)[] = [];
+  /** Names of the bodies that are. */
+  readonly frozen = new Set<string>();
   private layout: Layout | undefined;
   private shown = plain;
   private readonly contacts = new ContactsView();
@@ -96,6 +98,10 @@ export class WorldView {
     this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
   }
 
+  get hasRoom(): boolean {
+    return this.solids.some((solid) => solid?.isRoom);
+  }
+
   get hasGround(): boolean {
     return this.solids.some((solid) => solid && (solid.isRoom || !solid.isBounded));
   }
@@ -135,10 +141,16 @@ export class WorldView {
       for (const body of this.bodies) body.paintStrain(this.scale!);
     } else if (field === "pressure" && pressures && pressures.length > 0) {
       this.widen(Math.min(...pressures), Math.max(...pressures));
-      this.bodies.forEach((body, i) => body.paint(pressures[i], this.scale));
+      this.bodies.forEach((body, i) => body.paint(pressures[i]!, this.scale!));
     } else {
-      for (const body of this.bodies) body.paint();
+      const paper = new Color(this.shown.dark ? schemes.dark.paper : schemes.light.paper);
+      this.bodies.forEach((body, i) => body.paintPlain(paper, this.restOf(body.name, scalars?.asleep[i] ?? false)));
     }
+  }
+
+  private restOf(name: string, isAsleep: boolean): Rest {
+    if (this.frozen.has(name)) return "frozen";
+    return isAsleep ? "asleep" : "none";
   }
 
   /** Makes room in the range for these values; it never gets narrower, which would change what colours say. */

@@ -3,6 +3,13 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { client, colours, complaints, page, pastTick, server, shownTick, usePage, world } from "./set_up.js";
 
+/** A ball that hangs in the air without gravity or gas: at rest from the first. */
+const stillScene = {
+  name: "still",
+  meshes: [{ name: "ball", icosphere: { subdivisions: 1 } }],
+  softBodies: [{ name: "ball", mesh: "ball", springs: { stiffnessNM: 50, dampingNSM: 0.5 } }],
+};
+
 usePage();
 
 /** Waits until the server counts so many subscribers of each world, the page's own picture among them. */
@@ -116,4 +123,31 @@ test("the step plan names the integrator, why so many substeps, and what each st
   const shown = await page.locator("#stages th").allInnerTexts();
   const used = stages.filter(({ calls }) => calls > 0n).map(({ name }) => name.replaceAll("_", " "));
   for (const name of used) assert.ok(shown.includes(name), name);
+});
+
+test("a body at rest is said to be asleep, and one that ran away to be frozen", async () => {
+  await client.createWorld({ name: "still", source: { case: "sceneJson", value: JSON.stringify(stillScene) } });
+  await page.evaluate(() => (location.hash = "#world=still"));
+  await page.waitForFunction(() => / 1 asleep/.test(document.getElementById("status")!.textContent!));
+  await client.impulse("still", { body: "ball", at: { case: "vertex", value: 0 }, impulse: { x: 1e9 } });
+  await page.waitForFunction(() => / 1 frozen/.test(document.getElementById("status")!.textContent!));
+});
+
+test("the theme is the system's, until it is chosen, which is remembered", async () => {
+  const isDark = () => page.$eval("html", (root) => root.classList.contains("dark"));
+  assert.ok(!(await isDark()));
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.waitForSelector("html.dark");
+  await page.click("#dark");
+  assert.ok(!(await isDark()));
+  await page.reload();
+  await page.waitForSelector("#status[data-tick]");
+  assert.ok(!(await isDark()));
+});
+
+test("the page measures itself: frames decoded, scenes brought up to date, pictures drawn", async () => {
+  await page.waitForFunction(() => {
+    const { frames, pictures, updateMs, decodeMs } = document.getElementById("status")!.dataset;
+    return Number(frames) > 30 && Number(pictures) > 0 && Number(updateMs) > 0 && Number(decodeMs) > 0;
+  });
 });

@@ -1,0 +1,28 @@
+// The line that says how the page and its stream are doing.
+import { element } from "./element.js";
+import type { Gauge } from "./gauge.js";
+
+export interface Resting {
+  readonly asleep: number;
+  readonly frozen: number;
+}
+
+/** Also as numbers in its data, over the page's life: for those who measure the page. */
+export function tellStatus(gauge: Gauge, { asleep, frozen }: Resting): void {
+  const status = element<HTMLOutputElement>("status");
+  const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
+  const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
+  const texts = [
+    `tick ${status.dataset["tick"] ?? "–"}`,
+    `${status.dataset["time"] ?? "–"} s`,
+    `${Math.round(frames / passedS)} frames/s`,
+    `${Math.round(bytes / 1000 / passedS)} kB/s`,
+    `${Math.round(pictures / passedS)} drawn/s`,
+    ...(aFrame > 0 ? [`${aFrame.toFixed(1)} ms a frame`] : []),
+    ...(asleep > 0 ? [`${asleep} asleep`] : []),
+    ...(frozen > 0 ? [`${frozen} frozen`] : []),
+  ];
+  status.value = texts.join(" · ");
+  status.title = "“ms a frame”: to decode it in a worker, and to bring the scene up to date, before it is drawn";
+  for (const [name, value] of Object.entries(gauge.all)) status.dataset[name] = String(value);
+}
