@@ -8,6 +8,7 @@ import {
   WorkerDecoder,
   type WorldList_World,
 } from "../src/index.js";
+import { retryDelayMs } from "../src/retry.js";
 import { noteView, wantedView, wantedWorld } from "./address.js";
 import { Controls } from "./controls.js";
 import { refuse } from "./effect.js";
@@ -46,6 +47,7 @@ class Page {
   // Worlds are opened one after the other, and of those that wait only the last.
   private opening: Promise<void> = Promise.resolve();
   private openings = 0;
+  private failures = 0; // to connect at first
   private pictures = 0;
   private counted = { frames: 0, bytes: 0 };
 
@@ -94,7 +96,12 @@ class Page {
       sessionStorage.setItem(tokenKey, token);
       await this.open();
     } catch (error) {
-      this.turnedAway(error as PneumaError, token);
+      const failure = error as PneumaError;
+      this.turnedAway(failure, token);
+      // A browser that is busy may be late with its first word, a server full or about to start.
+      if (failure.code === "UNAVAILABLE") {
+        setTimeout(() => void this.connect(token), retryDelayMs(this.failures++, failure.retryAfterS));
+      }
     }
   }
 
