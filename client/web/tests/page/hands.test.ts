@@ -37,6 +37,13 @@ function names(of: readonly { readonly name: string }[]): string[] {
   return of.map(({ name }) => name);
 }
 
+/** As patient as the first, and small: both are drawn in software. */
+async function anotherPage(): Promise<Page> {
+  const another = await browser.newPage({ viewport: { width: 640, height: 320 } });
+  another.setDefaultTimeout(60_000);
+  return another;
+}
+
 /** Opens a group of the panel, where its controls are. */
 async function unfold(summary: string, on: Page = page): Promise<void> {
   await on.$$eval(
@@ -232,7 +239,7 @@ test("wind brings air, and an undo takes both away", async () => {
 });
 
 test("two pages see the same world: the sliders of one follow the other's", async () => {
-  const second = await browser.newPage({ viewport: { width: 800, height: 600 } });
+  const second = await anotherPage();
   try {
     await open(second);
     await second.waitForSelector("#gravity:enabled");
@@ -309,12 +316,12 @@ test("the address opens the same view, and the scene that is saved makes the sam
   await page.mouse.up();
   await page.waitForFunction(() => location.hash.includes("camera="));
   const view = new URL(page.url()).hash;
-  const again = await browser.newPage({ viewport: { width: 800, height: 600 } });
+  const again = await anotherPage();
   try {
     await again.goto(page.url());
     await again.waitForSelector("#status[data-tick]");
     do {
-      await again.mouse.click(60, 500); // it notes its own view
+      await again.mouse.click(60, 250); // it notes its own view
     } while (new URL(again.url()).hash !== view);
   } finally {
     await again.close();
