@@ -24,7 +24,7 @@ const colour = 0xd6336c;
 
 export class ContactsView {
   readonly group = new Group();
-  private readonly discs = new InstancedMesh(
+  readonly discs = new InstancedMesh(
     new CircleGeometry(1, 16),
     new MeshBasicMaterial({ color: colour, side: DoubleSide, depthTest: false, transparent: true }),
     contactsMax,

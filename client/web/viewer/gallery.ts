@@ -8,7 +8,7 @@ const rateHz = 6;
 // Less than a pixel of a card, in a world of a few metres.
 const maxErrorM = 0.01;
 // Of a body: what a picture of this size can show.
-const verticesWanted = 100;
+const verticesWanted = 300;
 // Of the streams that a connection may have, and of what a slow machine draws.
 const streamsMax = 12;
 

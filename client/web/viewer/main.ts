@@ -106,7 +106,7 @@ class Page {
       const begin = performance.now();
       if (moment) this.picture.update(moment);
       this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
-      this.picture.draw();
+      this.picture.draw(nowMs);
       this.pointer.draw();
     };
     requestAnimationFrame(draw);
@@ -392,7 +392,9 @@ class Page {
 try {
   const panel = element<HTMLDetailsElement>("panel");
   panel.open = innerWidth > phoneWidthPx;
-  const page = new Page(new Picture(element<HTMLCanvasElement>("picture"), [panel, element("sheets")]));
+  const page = new Page(
+    new Picture(element<HTMLCanvasElement>("picture"), [element("header"), panel, element("sheets")]),
+  );
   void page.connect(sessionStorage.getItem(tokenKey) ?? "");
 } catch (error) {
   say(`This browser shows no 3D picture: ${(error as Error).message}`);

@@ -1,6 +1,7 @@
 // The world in 3D: what a moment of its stream looks like, and what the pointer is over.
 import {
   AmbientLight,
+  BasicShadowMap,
   BufferGeometry,
   Color,
   DirectionalLight,
@@ -8,6 +9,7 @@ import {
   HemisphereLight,
   Line,
   LineBasicMaterial,
+  Mesh,
   PCFSoftShadowMap,
   PerspectiveCamera,
   Plane,
@@ -41,6 +43,10 @@ export interface Hit {
 // each picture.
 const followPastPart = 0.4;
 const followPart = 0.1;
+// Pictures a second below which it is drawn with less, counted over such a time.
+const picturesLeast = 24;
+const countMs = 3000;
+const gapMs = 500;
 
 export class Picture {
   readonly orbit: OrbitControls;
@@ -48,7 +54,7 @@ export class Picture {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(45, 1, 0.01, 1000);
   private readonly sun = new DirectionalLight(0xffffff, 2.2);
-  private readonly grid = new GridHelper(planeM, 40);
+  private readonly grid = new GridHelper(planeM, 40, 0xffffff, 0xffffff);
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
   private readonly world = new WorldView();
@@ -56,6 +62,9 @@ export class Picture {
   private isFramed = false;
   private wanted: View | undefined;
   private part = 1;
+  private lastMs = 0;
+  private countedFromMs = 0;
+  private counted = 0;
 
   /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -116,9 +125,32 @@ export class Picture {
     if (this.wanted) this.look(this.wanted);
   }
 
-  draw(): void {
+  draw(nowMs: number): void {
+    this.lightenIfSlow(nowMs);
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Where too few pictures are drawn, shadows get hard edges, and go where that does not do. */
+  private lightenIfSlow(nowMs: number): void {
+    const isGap = nowMs - this.lastMs > gapMs; // the page was not seen, or waited for a shader
+    this.lastMs = nowMs;
+    if (isGap || nowMs - this.countedFromMs > countMs) {
+      if (!isGap && (1000 * this.counted) / countMs < picturesLeast) this.lighten();
+      this.countedFromMs = nowMs;
+      this.counted = 0;
+    }
+    ++this.counted;
+  }
+
+  private lighten(): void {
+    const { shadowMap } = this.renderer;
+    if (!shadowMap.enabled) return;
+    if (shadowMap.type === PCFSoftShadowMap) shadowMap.type = BasicShadowMap;
+    else shadowMap.enabled = false;
+    this.scene.traverse((part) => {
+      if (part instanceof Mesh) for (const material of [part.material].flat()) material.needsUpdate = true;
+    });
   }
 
   /** Moves with bodies that leave what was framed, but not out of a room. */
@@ -269,7 +301,7 @@ export class Picture {
     this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
     const free = this.free();
     const x = clientWidth / 2 - (free.left + free.width / 2);
-    const y = clientHeight / 2 - free.height / 2;
+    const y = clientHeight / 2 - (free.top + free.height / 2);
     this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
     // What was seen whole stays so.
     const part = this.freePart();
@@ -289,17 +321,19 @@ export class Picture {
     return Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
   }
 
-  /** What nothing lies over: beside what is narrow, above what is wide. In the middle of it is the middle of the view. */
-  private free(): { left: number; width: number; height: number } {
+  /** What nothing lies over: beside what is narrow, between what is wide. In the middle of it is the middle of the view. */
+  private free(): { left: number; top: number; width: number; height: number } {
     const { clientWidth, clientHeight } = this.canvas;
-    let [left, right, bottom] = [0, clientWidth, clientHeight];
+    let [left, right, top, bottom] = [0, clientWidth, 0, clientHeight];
     for (const cover of this.covers) {
       const rect = cover.getBoundingClientRect();
       if (rect.width * rect.height === 0) continue;
-      if (rect.width >= clientWidth / 2) bottom = Math.min(bottom, rect.top);
-      else if (rect.left > clientWidth / 2) right = Math.min(right, rect.left);
-      else left = Math.max(left, rect.right);
+      if (rect.width < clientWidth / 2) {
+        if (rect.left > clientWidth / 2) right = Math.min(right, rect.left);
+        else left = Math.max(left, rect.right);
+      } else if (rect.top > 0) bottom = Math.min(bottom, rect.top);
+      else top = Math.max(top, rect.bottom);
     }
-    return { left, width: right - left, height: bottom };
+    return { left, top, width: right - left, height: Math.max(bottom - top, 1) };
   }
 }

@@ -141,6 +141,11 @@ export class SoftBodyView {
     this.skin.material.color.setRGB(...scale.map.at((value - scale.low) / (scale.high - scale.low)));
   }
 
+  /** Has strains measured against where the vertices are next. */
+  rebase(): void {
+    this.strain = undefined;
+  }
+
   /** The largest strain, in size, against where its vertices were first. */
   computeStrain(): number {
     return this.strain?.compute(this.points, this.strains) ?? 0;

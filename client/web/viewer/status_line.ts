@@ -12,17 +12,25 @@ export function tellStatus(gauge: Gauge, { asleep, frozen }: Resting): void {
   const status = element<HTMLOutputElement>("status");
   const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
   const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
+  // Details do not fit a phone.
   const texts = [
-    `tick ${status.dataset["tick"] ?? "–"}`,
-    `${status.dataset["time"] ?? "–"} s`,
-    `${Math.round(frames / passedS)} frames/s`,
-    `${Math.round(bytes / 1000 / passedS)} kB/s`,
-    `${Math.round(pictures / passedS)} drawn/s`,
-    ...(aFrame > 0 ? [`${aFrame.toFixed(1)} ms a frame`] : []),
-    ...(asleep > 0 ? [`${asleep} asleep`] : []),
-    ...(frozen > 0 ? [`${frozen} frozen`] : []),
+    { text: `tick ${status.dataset["tick"] ?? "–"}` },
+    { text: `${status.dataset["time"] ?? "–"} s` },
+    { text: `${Math.round(frames / passedS)} frames/s` },
+    { text: `${Math.round(bytes / 1000 / passedS)} kB/s`, isDetail: true },
+    { text: `${Math.round(pictures / passedS)} drawn/s` },
+    ...(aFrame > 0 ? [{ text: `${aFrame.toFixed(1)} ms a frame`, isDetail: true }] : []),
+    ...(asleep > 0 ? [{ text: `${asleep} asleep` }] : []),
+    ...(frozen > 0 ? [{ text: `${frozen} frozen` }] : []),
   ];
-  status.value = texts.join(" · ");
+  status.replaceChildren(
+    ...texts.map(({ text, isDetail = false }, i) => {
+      const part = document.createElement("span");
+      part.className = isDetail ? "detail" : "";
+      part.textContent = i === 0 ? text : ` · ${text}`;
+      return part;
+    }),
+  );
   status.title = "“ms a frame”: to decode it in a worker, and to bring the scene up to date, before it is drawn";
   for (const [name, value] of Object.entries(gauge.all)) status.dataset[name] = String(value);
 }

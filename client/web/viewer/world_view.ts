@@ -52,6 +52,7 @@ export class WorldView {
   /** Of the field that is shown: the values that there were, from the first frame of it on. */
   private range = { low: 0, high: 0 };
   private since_ = "";
+  private lastS = 0;
 
   constructor() {
     this.group.add(this.contacts.group);
@@ -89,6 +90,8 @@ export class WorldView {
   update(moment: Moment): void {
     const { from, to, fraction } = moment;
     if (to.layout !== this.layout) this.build(to.layout, to);
+    if (to.timeS < this.lastS) this.rebase(to); // a reset
+    this.lastS = to.timeS;
     const velocities = fraction < 0.5 ? from.velocities : to.velocities;
     this.bodies.forEach((body, i) => {
       body.update(from.positions[i]!, to.positions[i]!, fraction, velocities?.[i]);
@@ -159,7 +162,15 @@ export class WorldView {
     if (high > this.range.high) this.range.high = niceCeiling(high);
   }
 
-  private build(layout: Layout, { tick, timeS }: Frame): void {
+  /** Measures strains against what is shown from now on. */
+  private rebase({ tick, timeS }: Frame): void {
+    for (const body of this.bodies) body.rebase();
+    this.range = { low: 0, high: 0 };
+    this.since_ = `tick ${tick} (${timeS.toFixed(1)} s)`;
+    this.lastS = timeS;
+  }
+
+  private build(layout: Layout, frame: Frame): void {
     const before = this.bodies;
     const isFirst = this.layout === undefined;
     // The same body goes on as it is, with what its strains are measured against.
@@ -172,7 +183,7 @@ export class WorldView {
     this.clear();
     this.layout = layout;
     this.bodies = bodies;
-    if (isFirst) this.since_ = `tick ${tick} (${timeS.toFixed(1)} s)`;
+    if (isFirst) this.rebase(frame);
     else this.range = range;
     this.solids = layout.solids.map((solid) => SolidView.of(solid));
     for (const body of this.bodies) this.group.add(body.group);

@@ -77,6 +77,9 @@ test("bodies are coloured by pressure, with a legend in its unit, and the server
   await page.waitForFunction(() => / k?Pa$/.test(document.getElementById("legend-ends")!.textContent!));
   await page.check('input[value="strain"]');
   await page.waitForFunction(() => /Strain.*against tick \d+/.test(document.getElementById("legend")!.textContent!));
+  const since = await page.textContent("#legend-title");
+  await page.click("#reset");
+  await page.waitForFunction((before) => document.getElementById("legend-title")!.textContent !== before, since);
   await page.selectOption("#bounds", "ellipsoid");
   await page.check("#points");
   await page.check('input[value="body"]');

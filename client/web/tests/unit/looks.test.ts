@@ -1,9 +1,15 @@
 // What the page computes to show: colours, strains and bounding volumes, against what is known of them.
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { create } from "@bufbuild/protobuf";
+import { Color, Matrix4, Vector3 } from "three";
+import { ContactSchema } from "../../proto/pneuma/v1/frame_pb.js";
+import type { Frame } from "../../src/index.js";
 import { fit } from "../../viewer/bounds_view.js";
 import { diverging, niceCeiling, sequential } from "../../viewer/colour_map.js";
 import { bodyColour, type Colour } from "../../viewer/colours.js";
+import { ContactsView } from "../../viewer/contacts_view.js";
+import { SoftBodyView } from "../../viewer/soft_body_view.js";
 import { Strain } from "../../viewer/strain.js";
 
 /** Ottosson's own formulas, from linear red, green and blue. */
@@ -74,4 +80,36 @@ test("bounding volumes hold every point, and touch some", () => {
   const { centre, half } = fit("ball", points);
   assert.deepEqual(centre, [1, 0.5, 1.5]);
   assert.equal(half[0], Math.hypot(1, 0.5, 4.5));
+});
+
+/** A triangle on the ground, and a frame in which its vertex of this number in the whole mesh touches something below. */
+function touching(vertex: number, keptVertices: number[]): { frame: Frame; body: SoftBodyView } {
+  const mesh = { hash: "", vertexCount: 3, indices: Uint32Array.from([0, 1, 2]) };
+  const places = Float64Array.from([0, 0, 0, 1, 0, 0, 0, 0, 1]);
+  const body = new SoftBodyView("body", mesh, new Color());
+  body.update(places, places, 1, undefined);
+  const contacts = [create(ContactSchema, { vertex, normal: { x: 0, y: 1, z: 0 } })];
+  const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [] };
+  const none = { isKey: true, bytes: 0, velocities: undefined, poses: [], scalars: undefined };
+  return { frame: { ...none, layout, tick: 0, timeS: 0, positions: [places], contacts }, body };
+}
+
+test("a contact's disc lies on its vertex, across the normal, on a coarse mesh too", () => {
+  for (const { frame, body } of [touching(1, []), touching(40, [0, 40, 41])]) {
+    const view = new ContactsView();
+    view.update(frame, [body], 1);
+    assert.equal(view.count, 1);
+    const place = new Matrix4();
+    view.discs.getMatrixAt(0, place);
+    assert.ok(new Vector3().setFromMatrixPosition(place).distanceTo(new Vector3(1, 0, 0)) < 1e-6);
+    const across = new Vector3(0, 0, 1).transformDirection(place); // a disc's own normal
+    assert.ok(across.distanceTo(new Vector3(0, 1, 0)) < 1e-6);
+  }
+});
+
+test("contacts of vertices that a coarse mesh does not have are left out", () => {
+  const { frame, body } = touching(7, [0, 40, 41]);
+  const view = new ContactsView();
+  view.update(frame, [body], 1);
+  assert.equal(view.count, 0);
 });
