@@ -127,6 +127,9 @@ class Client {
 };
 
 /// Splits HOST:PORT or [V6]:PORT. False where it is neither.
+/// The largest request that the server takes, in parts (which a Client cuts it into) or at once.
+[[nodiscard]] std::size_t request_bytes_max(const v1::Welcome& welcome);
+
 [[nodiscard]] bool split_address(std::string_view address, std::string& host, std::string& port);
 
 }  // namespace pneuma::client
