@@ -89,6 +89,7 @@ void add_watch(CLI::App& app, Work& work) {
   command->add_option("WORLD", arguments->world)->required();
   add_stream_options(*command, *arguments);
   command->add_option("--obj", arguments->obj_folder, "Write each frame into this folder as a Wavefront file");
+  command->add_flag("--contacts", arguments->stream.contacts, "Where bodies touch, too");
   command->add_flag("--adaptive", arguments->stream.adaptive,
                     "Where this reader is too slow, a larger error or a lower rate, and back when it is not");
   command->add_flag("--layers", arguments->stream.time_layers,

@@ -54,6 +54,9 @@ base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSour
   if (request.scalars() && !source.has_scalars()) {
     return {base::StatusCode::failed_precondition, "the recording holds no scalars", "subscribe.scalars"};
   }
+  if (request.contacts() && !source.has_contacts()) {
+    return {base::StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.contacts"};
+  }
   return {};
 }
 
@@ -88,6 +91,7 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                         view_of(request),
                         request.velocities(),
                         request.scalars(),
+                        request.contacts(),
                         request.time_layers()};
 
   auto found = find_asked(session->id(), quality);
@@ -150,7 +154,8 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
   const FrameContents contents{
       .max_error_m = quality.max_error_m,
       .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
-      .scalars = quality.scalars};
+      .scalars = quality.scalars,
+      .contacts = quality.contacts};
   QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
                     0.0};
   return classes_.emplace(quality, std::move(made)).first;
@@ -410,3 +415,7 @@ std::size_t FrameHub::subscriber_count() const {
 }
 
 }  // namespace pneuma::app
+bool FrameHub::wants_contacts() const {
+  return std::ranges::any_of(classes_, [](const auto& entry) { return entry.first.contacts; });
+}
+

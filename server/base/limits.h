@@ -98,6 +98,8 @@ inline constexpr std::uint32_t step_ticks_max = 36'000;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
+// More points than an eye tells apart; some 40 bytes each.
+inline constexpr std::size_t frame_contacts_max = 256;
 // No client takes them all.
 inline constexpr std::size_t session_streams_per_world_max = 8;
 // More hands than a room full of people has; each is a spring more in every substep.

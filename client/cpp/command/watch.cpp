@@ -97,10 +97,23 @@ std::string frame_text(const DecodedFrame& frame) {
       text += measured.data();
     }
   }
+  if (!frame.contacts.empty()) text += "  " + counted(frame.contacts.size(), "contact");
   return text;
 }
 
-std::string frame_json(const DecodedFrame& frame) {
+std::vector<JsonObject> contacts_json(const DecodedFrame& frame) {
+  std::vector<JsonObject> contacts;
+  for (const ContactFrame& contact : frame.contacts) {
+    JsonObject& object = contacts.emplace_back();
+    object.add("body", frame.bodies[contact.body].name).add("vertex", std::uint64_t{contact.vertex});
+    if (contact.other_body) object.add("other_body", frame.bodies[*contact.other_body].name);
+    if (contact.other_solid) object.add("other_solid", frame.solids[*contact.other_solid].name);
+    object.add("normal", contact.normal);
+  }
+  return contacts;
+}
+
+std::string frame_json(const DecodedFrame& frame, bool with_contacts) {
   std::vector<JsonObject> bodies;
   for (const SoftBodyFrame& body : frame.bodies) {
     const Extent extent = extent_of(body);
@@ -136,8 +149,9 @@ std::string frame_json(const DecodedFrame& frame) {
       .add("key", frame.key)
       .add("bytes", std::uint64_t{frame.bytes})
       .add("bodies", std::span<const JsonObject>(bodies))
-      .add("solids", std::span<const JsonObject>(solids))
-      .text();
+      .add("solids", std::span<const JsonObject>(solids));
+  if (with_contacts) object.add("contacts", std::span<const JsonObject>(contacts_json(frame)));
+  return object.text();
 }
 
 base::Status write_obj(const DecodedFrame& frame, const std::string& folder) {
@@ -213,7 +227,7 @@ base::Status Watch::take(const DecodedFrame& frame) {
   if (!arguments_.obj_folder.empty()) {
     if (base::Status written = write_obj(frame, arguments_.obj_folder); !written.ok()) return written;
   }
-  return session_.output.line(session_.json ? frame_json(frame) : frame_text(frame));
+  return session_.output.line(session_.json ? frame_json(frame, arguments_.stream.contacts) : frame_text(frame));
 }
 
 base::Status Watch::take(const v1::Gap& gap) {

@@ -6,6 +6,7 @@ export { type FrameDecoder, InlineDecoder } from "./decoder.js";
 export { type ErrorCode, PneumaError } from "./errors.js";
 export { Grab } from "./grab.js";
 export {
+  type Contact,
   type Frame,
   type Layout,
   type Mesh,

@@ -106,11 +106,15 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
       scalars.add_kinetic_j(2.0F);
       scalars.add_elastic_j(0.5F);
       scalars.add_asleep(true);
+      v1::Contact& contact = *frame.mutable_frame()->add_contacts();
+      contact.set_vertex(2);
+      contact.set_other_solid(0);
+      contact.mutable_normal()->set_y(1.0);
       session.send(frame);
       session.drain();
     });
     finished = run(server, {"watch", "--body", "ball", "--body", "second", "w", "--level", "2", "--velocities",
-                            "--scalars", "--json", "--frames", "1"});
+                            "--scalars", "--contacts", "--json", "--frames", "1"});
   }
   EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
   ASSERT_EQ(sent.bodies_size(), 2);
@@ -127,6 +131,35 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
   EXPECT_TRUE(ball.fields().at("asleep").bool_value());
   EXPECT_EQ(ball.fields().at("mean_velocity_m_s").list_value().values_size(), 3);
   EXPECT_GT(ball.fields().at("max_speed_m_s").number_value(), 0.0);
+  EXPECT_TRUE(sent.contacts());
+  const auto& contact = frame.fields().at("contacts").list_value().values(0).struct_value();
+  EXPECT_EQ(contact.fields().at("body").string_value(), "ball");
+  EXPECT_EQ(contact.fields().at("vertex").number_value(), 2.0);
+  EXPECT_EQ(contact.fields().at("other_solid").string_value(), "floor");
+  EXPECT_EQ(contact.fields().at("normal").list_value().values(1).number_value(), 1.0);
+}
+
+TEST(CommandWatch, StatsNameFrozenBodies) {
+  for (const bool json_lines : {true, false}) {
+    const FakeServer server([](FakeSession& session) {
+      play(session);
+      session.reply([](const auto& request, auto& message) {
+        EXPECT_TRUE(request.has_get_stats());
+        v1::Stats& stats = *message.mutable_stats();
+        stats.add_streams()->set_stream_id(1);
+        stats.add_soft_bodies()->set_name("ball");
+        stats.add_rigid_bodies()->set_name("stone");
+        stats.mutable_rigid_bodies(0)->set_frozen(true);
+      });
+      session.drain();
+    });
+    std::vector<std::string> arguments{"watch", "w", "--stats", "--frames", "1"};
+    if (json_lines) arguments.push_back("--json");
+    const Finished finished = run(server, arguments);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    EXPECT_NE(finished.output.find(json_lines ? R"("frozen":["stone"])" : "; frozen: stone\n"), std::string::npos)
+        << finished.output;
+  }
 }
 
 TEST(CommandWatch, WritesAWavefrontFileAFrame) {
