@@ -126,7 +126,10 @@ void add_play(CLI::App& app, FileWork& work) {
   command->add_option("FILE", arguments->file)->required();
   command->add_option("--listen", options.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->capture_default_str();
-  command->add_option("--http", options.http, "HOST:PORT for /ws, or off")->capture_default_str();
+  command->add_option("--http", options.http, "HOST:PORT for the page and /ws, or off; port 0 picks one")
+      ->capture_default_str();
+  command->add_option("--web-dir", options.web_dir, "The page for browsers at the HTTP address, or off")
+      ->default_str("../share/pneuma/web beside this program, if there is one");
   command->add_option("--speed", options.play.speed, "Recorded seconds a second")
       ->check(positive_check())
       ->capture_default_str();

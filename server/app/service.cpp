@@ -189,7 +189,7 @@ net::HttpReply Service::page(std::string_view path) {
   }
   if (const net::HttpReply* file = web_.find(path)) return *file;
   if (path == "/") return start_page(host_->statuses());
-  return {404, "text/plain; charset=utf-8", "nothing here\n", {}, {}};
+  return net::text_reply(404, "nothing here\n");
 }
 
 void Service::count_sessions() {
