@@ -245,9 +245,9 @@ void add_edit(CLI::App& app, Work& work) {
 void add_step(CLI::App& app, Work& work) {
   auto* command = app.add_subcommand("step", "Step a paused world");
   auto world = std::make_shared<std::string>();
-  auto ticks = std::make_shared<std::uint32_t>(0);
+  auto ticks = std::make_shared<std::uint32_t>(1);
   command->add_option("WORLD", *world)->required();
-  command->add_option("N", *ticks, "Ticks")->required()->check(positive_check());
+  command->add_option("N", *ticks, "Ticks")->check(positive_check())->capture_default_str();
   command->callback([&work, world, ticks] {
     work = [world, ticks](Session& session) {
       return pneuma::client::report(session, "stepped", session.client.step(*world, *ticks));

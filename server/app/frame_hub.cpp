@@ -96,6 +96,13 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
 
   auto found = find_asked(session->id(), quality);
   if (found == classes_.end()) {
+    const auto same = classes_.find(quality);
+    if (same != classes_.end() && same->second.subscribers.contains(session->id())) {
+      return base::Status(
+          base::StatusCode::failed_precondition,
+          "the session's adaptive stream " + std::to_string(same->second.stream_id) + " is of this quality for now",
+          "subscribe");
+    }
     if (streams_of(session->id()) >= base::session_streams_per_world_max) {
       return base::Status(
           base::StatusCode::limit_exceeded,
@@ -135,14 +142,14 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
   return subscribed;
 }
 
-// The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there.
+// The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there. One that
+// was only taken to that quality is for something else.
 FrameHub::Classes::iterator FrameHub::find_asked(net::SessionId session, const Quality& asked) {
-  const auto same = classes_.find(asked);
-  if (same != classes_.end() && same->second.subscribers.contains(session)) return same;
   return std::ranges::find_if(classes_, [&](const auto& entry) {
     const auto subscriber = entry.second.subscribers.find(session);
-    return subscriber != entry.second.subscribers.end() && subscriber->second.adaptive &&
-           subscriber->second.adaptive->asked == asked;
+    if (subscriber == entry.second.subscribers.end()) return false;
+    const std::optional<Adaptive>& adaptive = subscriber->second.adaptive;
+    return (adaptive ? adaptive->asked : entry.first) == asked;
   });
 }
 
@@ -408,6 +415,10 @@ std::size_t FrameHub::streams_of(net::SessionId session) const {
       classes_.begin(), classes_.end(), [&](const auto& entry) { return entry.second.subscribers.contains(session); }));
 }
 
+bool FrameHub::wants_contacts() const {
+  return std::ranges::any_of(classes_, [](const auto& entry) { return entry.first.contacts; });
+}
+
 std::size_t FrameHub::subscriber_count() const {
   std::size_t count = 0;
   for (const auto& [quality, quality_class] : classes_) count += quality_class.subscribers.size();
@@ -415,7 +426,3 @@ std::size_t FrameHub::subscriber_count() const {
 }
 
 }  // namespace pneuma::app
-bool FrameHub::wants_contacts() const {
-  return std::ranges::any_of(classes_, [](const auto& entry) { return entry.first.contacts; });
-}
-

@@ -47,11 +47,11 @@ TEST(CommandWatch, EveryUpdateIsALineOfJson) {
   const Finished finished = run(server, {"watch", "w", "--json", "--frames", "4"});
   EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
   const auto all = lines(finished.output);
-  ASSERT_EQ(all.size(), 7U) << finished.output;
-  const char* types[] = {"frame", "frame", "gap", "frame", "event", "frame", "summary"};
+  ASSERT_EQ(all.size(), 8U) << finished.output;
+  const char* types[] = {"subscribed", "frame", "frame", "gap", "frame", "event", "frame", "summary"};
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(json(all[i]).fields().at("type").string_value(), types[i]);
 
-  const auto delta = json(all[1]);
+  const auto delta = json(all[2]);
   EXPECT_EQ(delta.fields().at("tick").number_value(), 2.0);
   EXPECT_FALSE(delta.fields().at("key").bool_value());
   const auto& ball = delta.fields().at("bodies").list_value().values(0).struct_value();
@@ -60,8 +60,8 @@ TEST(CommandWatch, EveryUpdateIsALineOfJson) {
   EXPECT_DOUBLE_EQ(ball.fields().at("centre").list_value().values(0).number_value(), 1.25);
   EXPECT_DOUBLE_EQ(ball.fields().at("min").list_value().values(1).number_value(), 1.0);
   EXPECT_DOUBLE_EQ(ball.fields().at("max").list_value().values(2).number_value(), 2.0);
-  EXPECT_EQ(json(all[4]).fields().at("body").string_value(), "ball \"1\"");
-  const auto summary = json(all[6]);
+  EXPECT_EQ(json(all[5]).fields().at("body").string_value(), "ball \"1\"");
+  const auto summary = json(all[7]);
   EXPECT_EQ(summary.fields().at("frames").number_value(), 4.0);
   EXPECT_EQ(summary.fields().at("gaps").number_value(), 1.0);
   EXPECT_DOUBLE_EQ(summary.fields().at("bits_per_vertex").number_value(),
@@ -122,7 +122,7 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
   EXPECT_EQ(sent.level_of_detail(), 2U);
   EXPECT_TRUE(sent.velocities());
   EXPECT_TRUE(sent.scalars());
-  const auto frame = json(lines(finished.output).at(0));
+  const auto frame = json(lines(finished.output).at(1));
   const auto& ball = frame.fields().at("bodies").list_value().values(0).struct_value();
   EXPECT_EQ(ball.fields().at("volume_m3").number_value(), 0.25);
   EXPECT_EQ(ball.fields().at("pressure_pa").number_value(), 100.0);
