@@ -87,7 +87,7 @@ function sendReplaced(peer: Peer, streamId: number, by: number): void {
   peer.send({ case: "event", value: event });
 }
 
-function done(asked: Asked<"unsubscribe">): void {
+function done(asked: Pick<Asked, "reply">): void {
   asked.reply({ case: "done", value: create(DoneSchema) });
 }
 
