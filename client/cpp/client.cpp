@@ -21,6 +21,8 @@ using v1::ServerMessage;
 
 // Of a message on the wire: its length.
 constexpr std::size_t length_prefix_bytes = 4;
+// Of a part, at most: ids, lengths and the flag.
+constexpr std::size_t part_head_bytes = 32;
 
 base::Status to_status(const v1::Error& error) {
   using Code = base::StatusCode;
@@ -66,7 +68,10 @@ struct Client::Impl {
   explicit Impl(ConnectOptions given) : options(std::move(given)), decoder(options.topologies) {}
 
   base::Status open(const std::string& address);
-  base::Result<ServerMessage> call(v1::ClientMessage request, Deadline deadline);
+  /// `timeout` counts from when the request has left, and is what each of its parts may take.
+  base::Result<ServerMessage> call(v1::ClientMessage request, milliseconds timeout);
+  /// In parts where it is larger than the server takes at once.
+  base::Status send(std::string bytes, std::uint64_t request_id, milliseconds timeout);
   /// Waits for an update that `wanted` holds for, and takes it out.
   base::Result<std::optional<Update>> next(Deadline deadline, const std::function<bool(const Update&)>& wanted);
 
@@ -108,7 +113,7 @@ base::Status Client::Impl::open(const std::string& address) {
   request.mutable_hello()->set_protocol_version(base::protocol_version);
   request.mutable_hello()->set_token(options.token);
   request.mutable_hello()->set_client_name(options.client_name);
-  auto reply = call(std::move(request), deadline);
+  auto reply = call(std::move(request), std::chrono::ceil<milliseconds>(deadline - Clock::now()));
   if (!reply.ok()) return located(reply.status(), address);
   if (!reply->has_welcome()) return {base::StatusCode::malformed, "a greeting that is no welcome", address};
   welcome = std::move(*reply->mutable_welcome());
@@ -120,21 +125,37 @@ base::Status Client::Impl::fail(base::Status status) {
   return failure;
 }
 
-base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, Deadline deadline) {
+base::Status Client::Impl::send(std::string bytes, std::uint64_t request_id, milliseconds timeout) {
+  if (bytes.size() <= welcome.message_bytes_max()) {
+    connection.queue(bytes);
+    return connection.flush(Clock::now() + timeout);
+  }
+  const std::size_t part_bytes = welcome.message_bytes_max() - part_head_bytes;
+  for (std::size_t begin = 0; begin < bytes.size(); begin += part_bytes) {
+    v1::ClientMessage part;
+    part.set_request_id(request_id);
+    part.mutable_part()->set_data(bytes.substr(begin, part_bytes));
+    part.mutable_part()->set_last(bytes.size() - begin <= part_bytes);
+    connection.queue(part.SerializeAsString());
+    if (base::Status sent = connection.flush(Clock::now() + timeout); !sent.ok()) return sent;
+  }
+  return {};
+}
+
+base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, milliseconds timeout) {
   if (!failure.ok()) return failure;
   if (request.has_unsubscribe()) {
     request.mutable_unsubscribe()->set_stream_id(present_id(request.unsubscribe().stream_id()));
   }
   const std::uint64_t id = ++last_request_id;
   request.set_request_id(id);
-  const std::string bytes = request.SerializeAsString();
-  if (bytes.size() > welcome.message_bytes_max()) {
+  std::string bytes = request.SerializeAsString();
+  if (const std::size_t bytes_max = request_bytes_max(welcome); bytes.size() > bytes_max) {
     return base::Status(base::StatusCode::limit_exceeded, "a request of " + std::to_string(bytes.size()) +
-                                                              " bytes; the server takes " +
-                                                              std::to_string(welcome.message_bytes_max()));
+                                                              " bytes; the server takes " + std::to_string(bytes_max));
   }
-  connection.queue(bytes);
-  const base::Status sent = connection.flush(deadline);
+  const base::Status sent = send(std::move(bytes), id, timeout);
+  const Deadline deadline = Clock::now() + timeout;
   // A server that closes says why first; that is worth more than the broken pipe.
   while (Clock::now() < deadline) {
     std::optional<ServerMessage> reply;
@@ -298,7 +319,7 @@ const v1::Welcome& Client::welcome() const {
 
 base::Result<ServerMessage> Client::call(v1::ClientMessage request, milliseconds timeout) {
   if (timeout == milliseconds(0)) timeout = impl_->options.reply_timeout;
-  return impl_->call(std::move(request), Clock::now() + timeout);
+  return impl_->call(std::move(request), timeout);
 }
 
 base::Result<std::optional<Update>> Client::next_update(milliseconds timeout) {
@@ -344,6 +365,11 @@ std::uint64_t Client::ticks_missed() const {
 }
 std::vector<TopologyPtr> Client::topologies() const {
   return impl_->decoder.topologies();
+}
+
+std::size_t request_bytes_max(const v1::Welcome& welcome) {
+  const bool takes_parts = welcome.message_bytes_max() > part_head_bytes;
+  return takes_parts ? std::max(welcome.message_bytes_max(), welcome.parts_bytes_max()) : welcome.message_bytes_max();
 }
 
 bool split_address(std::string_view address, std::string& host, std::string& port) {

@@ -27,6 +27,32 @@ bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
          std::ranges::adjacent_find(kept, std::greater_equal<>()) == kept.end();
 }
 
+base::Status check_contacts(const v1::Frame& message, std::size_t bodies, std::size_t solids) {
+  const auto is_sound = [&](const v1::Contact& contact) {
+    return contact.soft() < bodies && contact.vertex() < base::mesh_vertices_max &&
+           (!contact.has_other_soft() || contact.other_soft() < bodies) &&
+           (!contact.has_other_solid() || contact.other_solid() < solids);
+  };
+  if (static_cast<std::size_t>(message.contacts_size()) <= base::frame_contacts_max &&
+      std::ranges::all_of(message.contacts(), is_sound)) {
+    return {};
+  }
+  return malformed("contacts that cannot be", stream_name(message.stream_id()));
+}
+
+std::vector<ContactFrame> contacts_of(const v1::Frame& message) {
+  std::vector<ContactFrame> contacts;
+  for (const v1::Contact& contact : message.contacts()) {
+    ContactFrame& out = contacts.emplace_back();
+    out.body = contact.soft();
+    out.vertex = contact.vertex();
+    if (contact.has_other_soft()) out.other_body = contact.other_soft();
+    if (contact.has_other_solid()) out.other_solid = contact.other_solid();
+    out.normal = {contact.normal().x(), contact.normal().y(), contact.normal().z()};
+  }
+  return contacts;
+}
+
 }  // namespace
 
 StreamDecoder::StreamDecoder(const std::vector<TopologyPtr>& known) {
@@ -141,7 +167,7 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
         has_one_a_body(scalars.asleep_size()))) {
     return malformed("the scalars are not one a body", where);
   }
-  return {};
+  return check_contacts(message, stream.bodies.size(), stream.layers[0].solids.size());
 }
 
 /// A failure may come with the positions read already: the stream then waits for a key frame.
@@ -222,7 +248,8 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
                      .has_velocities = false,
                      .has_scalars = false,
                      .bodies = {},
-                     .solids = state.solids};
+                     .solids = state.solids,
+                     .contacts = contacts_of(message)};
   if (const base::Status filled = fill_bodies(stream, state, message, frame); !filled.ok()) {
     state.tick.reset();  // what builds on it is no better
     return filled;

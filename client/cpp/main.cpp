@@ -90,6 +90,7 @@ void add_watch(CLI::App& app, Work& work) {
   command->add_option("WORLD", arguments->world)->required();
   add_stream_options(*command, *arguments);
   command->add_option("--obj", arguments->obj_folder, "Write each frame into this folder as a Wavefront file");
+  command->add_flag("--contacts", arguments->stream.contacts, "Where bodies touch, too");
   command->add_flag("--adaptive", arguments->stream.adaptive,
                     "Where this reader is too slow, a larger error or a lower rate, and back when it is not");
   command->add_flag("--layers", arguments->stream.time_layers,
@@ -126,7 +127,10 @@ void add_play(CLI::App& app, FileWork& work) {
   command->add_option("FILE", arguments->file)->required();
   command->add_option("--listen", options.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->capture_default_str();
-  command->add_option("--http", options.http, "HOST:PORT for /ws, or off")->capture_default_str();
+  command->add_option("--http", options.http, "HOST:PORT for the page and /ws, or off; port 0 picks one")
+      ->capture_default_str();
+  command->add_option("--web-dir", options.web_dir, "The page for browsers at the HTTP address, or off")
+      ->default_str("../share/pneuma/web beside this program, if there is one");
   command->add_option("--speed", options.play.speed, "Recorded seconds a second")
       ->check(positive_check())
       ->capture_default_str();
@@ -256,9 +260,9 @@ void add_resume(CLI::App& app, Work& work) {
 void add_step(CLI::App& app, Work& work) {
   auto* command = app.add_subcommand("step", "Step a paused world");
   auto world = std::make_shared<std::string>();
-  auto ticks = std::make_shared<std::uint32_t>(0);
+  auto ticks = std::make_shared<std::uint32_t>(1);
   command->add_option("WORLD", *world)->required();
-  command->add_option("N", *ticks, "Ticks")->required()->check(positive_check());
+  command->add_option("N", *ticks, "Ticks")->check(positive_check())->capture_default_str();
   command->callback([&work, world, ticks] {
     work = [world, ticks](Session& session) {
       return pneuma::client::report(session, "stepped", session.client.step(*world, *ticks));

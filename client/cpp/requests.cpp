@@ -63,6 +63,7 @@ base::Result<v1::Subscribed> Client::subscribe(const std::string& world, const S
   subscribe.set_level_of_detail(options.level_of_detail);
   subscribe.set_velocities(options.velocities);
   subscribe.set_scalars(options.scalars);
+  subscribe.set_contacts(options.contacts);
   subscribe.set_time_layers(options.time_layers);
   subscribe.set_adaptive(options.adaptive);
   for (const TopologyPtr& topology : topologies()) subscribe.add_known_topologies(topology->hash);

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "app/frame_contacts.h"
 #include "app/protocol.h"
 
 namespace pneuma::app {
@@ -49,6 +50,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   time_s_ = source.time_s();
   vertices_ = layout.vertex_count();
   if (contents_.scalars) take_scalars(scalars, layout);
+  if (contents_.contacts) contacts_ = contacts_of(source, layout);
   layer_ = layer;
 
   net::StreamFrame out;
@@ -139,6 +141,7 @@ v1::ServerMessage FrameEncoder::header() const {
   frame.set_tick(*last_tick_);
   frame.set_time_s(time_s_);
   if (scalars_) *frame.mutable_scalars() = *scalars_;
+  *frame.mutable_contacts() = contacts_;
   frame.set_layer(layer_);
   return message;
 }

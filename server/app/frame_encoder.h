@@ -33,6 +33,7 @@ struct FrameContents {
   double max_error_m;
   double max_velocity_error_m_s = 0.0;  // 0: no velocities
   bool scalars = false;
+  bool contacts = false;
 };
 
 class FrameEncoder {
@@ -73,6 +74,7 @@ class FrameEncoder {
   std::optional<codec::FrameWriter> writer_;
   std::optional<codec::FrameWriter> velocity_writer_;
   std::optional<v1::Scalars> scalars_;
+  google::protobuf::RepeatedPtrField<v1::Contact> contacts_;
   std::vector<physics::Pose> poses_;  // rigid bodies, then colliders
 
   std::vector<double> vectors_;  // of a body; kept for its memory

@@ -54,6 +54,9 @@ base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSour
   if (request.scalars() && !source.has_scalars()) {
     return {base::StatusCode::failed_precondition, "the recording holds no scalars", "subscribe.scalars"};
   }
+  if (request.contacts() && !source.has_contacts()) {
+    return {base::StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.contacts"};
+  }
   return {};
 }
 
@@ -88,10 +91,18 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                         view_of(request),
                         request.velocities(),
                         request.scalars(),
+                        request.contacts(),
                         request.time_layers()};
 
   auto found = find_asked(session->id(), quality);
   if (found == classes_.end()) {
+    const auto same = classes_.find(quality);
+    if (same != classes_.end() && same->second.subscribers.contains(session->id())) {
+      return base::Status(
+          base::StatusCode::failed_precondition,
+          "the session's adaptive stream " + std::to_string(same->second.stream_id) + " is of this quality for now",
+          "subscribe");
+    }
     if (streams_of(session->id()) >= base::session_streams_per_world_max) {
       return base::Status(
           base::StatusCode::limit_exceeded,
@@ -131,14 +142,14 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
   return subscribed;
 }
 
-// The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there.
+// The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there. One that
+// was only taken to that quality is for something else.
 FrameHub::Classes::iterator FrameHub::find_asked(net::SessionId session, const Quality& asked) {
-  const auto same = classes_.find(asked);
-  if (same != classes_.end() && same->second.subscribers.contains(session)) return same;
   return std::ranges::find_if(classes_, [&](const auto& entry) {
     const auto subscriber = entry.second.subscribers.find(session);
-    return subscriber != entry.second.subscribers.end() && subscriber->second.adaptive &&
-           subscriber->second.adaptive->asked == asked;
+    if (subscriber == entry.second.subscribers.end()) return false;
+    const std::optional<Adaptive>& adaptive = subscriber->second.adaptive;
+    return (adaptive ? adaptive->asked : entry.first) == asked;
   });
 }
 
@@ -150,7 +161,8 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
   const FrameContents contents{
       .max_error_m = quality.max_error_m,
       .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
-      .scalars = quality.scalars};
+      .scalars = quality.scalars,
+      .contacts = quality.contacts};
   QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
                     0.0};
   return classes_.emplace(quality, std::move(made)).first;
@@ -401,6 +413,10 @@ void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& 
 std::size_t FrameHub::streams_of(net::SessionId session) const {
   return static_cast<std::size_t>(std::count_if(
       classes_.begin(), classes_.end(), [&](const auto& entry) { return entry.second.subscribers.contains(session); }));
+}
+
+bool FrameHub::wants_contacts() const {
+  return std::ranges::any_of(classes_, [](const auto& entry) { return entry.first.contacts; });
 }
 
 std::size_t FrameHub::subscriber_count() const {

@@ -78,6 +78,8 @@ class FrameHub {
   void describe_streams(net::SessionId session, const net::ReaderStats& reader, double world_rate_hz,
                         v1::Stats& out) const;
 
+  /// Whether a stream tells contacts.
+  [[nodiscard]] bool wants_contacts() const;
   [[nodiscard]] std::size_t subscriber_count() const;
   [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
 
@@ -91,6 +93,7 @@ class FrameHub {
     View view;
     bool velocities;
     bool scalars;
+    bool contacts;
     bool time_layers;
     auto operator<=>(const Quality&) const = default;
   };

@@ -24,6 +24,16 @@ BodyScalars LiveFrames::scalars(std::size_t index) const {
           .asleep = world_.is_asleep(index)};
 }
 
+std::vector<TouchedVertex> LiveFrames::contacts(std::size_t index) const {
+  using Other = physics::VertexContact::Other;
+  std::vector<TouchedVertex> touched;
+  for (const physics::VertexContact& contact : world_.contacts(index)) {
+    const std::size_t before = contact.other == Other::collider ? world_.rigid_bodies().size() : 0;
+    touched.push_back({contact.vertex, contact.other == Other::soft, before + contact.index, contact.normal});
+  }
+  return touched;
+}
+
 void LiveFrames::describe_solids(v1::Layout& layout) const {
   for (const auto& rigid : world_.rigid_bodies()) add_solid(layout, rigid.body.name, rigid.body.shape, true);
   for (const auto& collider : world_.colliders()) {

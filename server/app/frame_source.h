@@ -23,6 +23,14 @@ struct BodyScalars {
   bool asleep = false;
 };
 
+/// A vertex that is held off another body.
+struct TouchedVertex {
+  std::uint32_t vertex = 0;
+  bool is_of_soft_body = false;  // the other; else a solid, counted as poses() counts them
+  std::size_t other = 0;
+  physics::Vec3d normal = physics::Vec3d::Zero();  // unit, out of the other
+};
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -36,11 +44,14 @@ class FrameSource {
   virtual void copy_positions(std::size_t index, std::span<double> out_m) const = 0;
   /// Where the mesh is itself a coarser version: which of the other one's vertices its own are. Otherwise empty.
   [[nodiscard]] virtual const std::vector<std::uint32_t>& kept_vertices(std::size_t index) const = 0;
-  /// A recording may have none, of velocities and of scalars.
+  /// A recording may have none, of velocities, of scalars and of contacts.
   [[nodiscard]] virtual bool has_velocities() const = 0;
   virtual void copy_velocities(std::size_t index, std::span<double> out_m_s) const = 0;
   [[nodiscard]] virtual bool has_scalars() const = 0;
   [[nodiscard]] virtual BodyScalars scalars(std::size_t index) const = 0;
+  [[nodiscard]] virtual bool has_contacts() const = 0;
+  /// By vertex; a vertex may be held off several, and by several walls of one.
+  [[nodiscard]] virtual std::vector<TouchedVertex> contacts(std::size_t index) const = 0;
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
@@ -69,6 +80,9 @@ class LiveFrames final : public FrameSource {
   }
   [[nodiscard]] bool has_scalars() const override { return true; }
   [[nodiscard]] BodyScalars scalars(std::size_t index) const override;
+  [[nodiscard]] bool has_contacts() const override { return true; }
+  /// Those that the world notes (World::note_contacts).
+  [[nodiscard]] std::vector<TouchedVertex> contacts(std::size_t index) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 

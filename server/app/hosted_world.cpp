@@ -93,6 +93,7 @@ bool HostedWorld::step(const std::function<bool()>& give_way) {
   if (!mid_tick_) {
     sample_ = {};
     tick_began_ = start;
+    live_.physics().note_contacts(hub_.wants_contacts());
   }
   mid_tick_ = true;
   do {

@@ -32,7 +32,7 @@ net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
   body += "/metrics  for Prometheus\n\n";
   body.append(std::to_string(worlds.size())).append(worlds.size() == 1 ? " world\n" : " worlds\n");
   for (const WorldStatus& world : worlds) body.append(line_of(world.listing)).append("\n");
-  return {200, "text/plain; charset=utf-8", std::move(body), {}, {}};
+  return net::text_reply(200, std::move(body));
 }
 
 net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::steady_clock::time_point now) {
@@ -47,12 +47,12 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
                 " s\n";
     }
   }
-  if (!silent.empty()) return {503, "text/plain; charset=utf-8", silent + damaged, {}, {}};
-  return {200, "text/plain; charset=utf-8", "ok\n" + damaged, {}, {}};
+  if (!silent.empty()) return net::text_reply(503, silent + damaged);
+  return net::text_reply(200, "ok\n" + damaged);
 }
 
 net::HttpReply metrics_page(const Metrics& metrics) {
-  return {200, "text/plain; version=0.0.4; charset=utf-8", metrics.text(), {}, {}};
+  return net::text_reply(200, metrics.text(), "text/plain; version=0.0.4; charset=utf-8");
 }
 
 }  // namespace pneuma::app

@@ -133,6 +133,7 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
 }
 
 Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
+  if (edit.changes().empty()) return base::invalid("holds no change", "changes");
   // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
   auto edited = scene_io::apply_edit(scene(), edit);
   if (!edited.ok()) return edited.status();

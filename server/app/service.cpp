@@ -32,7 +32,10 @@ bool is_loopback(const std::string& address) {
 }  // namespace
 
 Service::Service(Config config, const MakeHost& make_host)
-    : config_(std::move(config)), server_(config_.limits, callbacks()), host_(make_host(config_, server_, metrics_)) {}
+    : config_(std::move(config)),
+      server_(config_.limits, callbacks()),
+      host_(make_host(config_, server_, metrics_)),
+      parts_(config_.limits) {}
 
 Service::~Service() {
   stop();
@@ -105,7 +108,7 @@ net::Callbacks Service::callbacks() {
 }
 
 void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
-  guests_.try_emplace(id, id, token_, config_.limits);
+  guests_.try_emplace(id, id, token_, config_.limits, parts_);
   metrics_.sessions.Increment();
   spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
 }
@@ -137,6 +140,7 @@ void Service::closed(net::SessionId id, const Status& why) {
   if (found == guests_.end()) return;
   count_sessions();
   for (const std::string& world : found->second.worlds) host_->session_ended(id, world);
+  parts_.session_ended(id);
   guests_.erase(found);
   metrics_.sessions.Decrement();
   spdlog::info("session={} closed: {}", id, why.ok() ? "by the client" : printable(why.message()));
@@ -185,7 +189,7 @@ net::HttpReply Service::page(std::string_view path) {
   }
   if (const net::HttpReply* file = web_.find(path)) return *file;
   if (path == "/") return start_page(host_->statuses());
-  return {404, "text/plain; charset=utf-8", "nothing here\n", {}, {}};
+  return net::text_reply(404, "nothing here\n");
 }
 
 void Service::count_sessions() {

@@ -13,6 +13,7 @@
 
 #include "app/config.h"
 #include "app/host.h"
+#include "app/message_parts.h"
 #include "app/metrics.h"
 #include "app/session.h"
 #include "app/session_gate.h"
@@ -41,8 +42,8 @@ class Service {
 
  private:
   struct Guest {
-    Guest(net::SessionId id, std::string_view token, const base::Limits& limits)
-        : gate(id, token, limits), session(std::make_shared<Session>(id)) {}
+    Guest(net::SessionId id, std::string_view token, const base::Limits& limits, MessageParts& parts)
+        : gate(id, token, limits, parts), session(std::make_shared<Session>(id)) {}
     SessionGate gate;
     std::shared_ptr<Session> session;
     std::set<std::string> worlds;  // that may hold something for it
@@ -67,7 +68,9 @@ class Service {
   Metrics metrics_;
   net::Server server_;
   std::unique_ptr<Host> host_;
-  std::map<net::SessionId, Guest> guests_;  // the network thread's alone
+  // The network thread's alone:
+  MessageParts parts_;
+  std::map<net::SessionId, Guest> guests_;
   std::thread network_;
 };
 

@@ -31,10 +31,13 @@ SessionGate::Verdict refuse_and_shut(std::uint64_t request_id, const Status& why
 
 }  // namespace
 
-SessionGate::SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits)
+SessionGate::SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits,
+                         MessageParts& parts)
     : session_id_(session_id),
       token_(token),
       message_bytes_max_(limits.message_bytes_max),
+      parts_bytes_max_(parts_bytes_max(limits)),
+      parts_(parts),
       commands_(limits.commands_per_s, limits.commands_burst) {}
 
 SessionGate::Verdict SessionGate::receive(std::string_view bytes, TimePoint now) {
@@ -50,12 +53,18 @@ SessionGate::Verdict SessionGate::receive(std::string_view bytes, TimePoint now)
     verdict.pong_nonce = message.pong().nonce();
     return verdict;
   }
-  if (const double wait_s = commands_.take(now); wait_s > 0.0) {
+  const double wait_s = commands_.take(now);  // each part takes its own
+  if (message.has_part() && parts_.passes_over(session_id_, message.request_id(), message.part().last())) return {};
+  if (wait_s > 0.0) {
+    if (message.has_part()) parts_.give_up(session_id_, message.request_id(), message.part().last());
     return refuse(message.request_id(), {StatusCode::limit_exceeded, "more commands than the server takes of a client"},
                   wait_s);
   }
   if (message.request_id() == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
+  return pass(std::move(message), now);
+}
 
+SessionGate::Verdict SessionGate::pass(v1::ClientMessage message, TimePoint now) {
   switch (message.request_case()) {
     case v1::ClientMessage::kHello:
       return hello(message);
@@ -64,6 +73,12 @@ SessionGate::Verdict SessionGate::receive(std::string_view bytes, TimePoint now)
       verdict.reply.emplace().set_request_id(message.request_id());
       verdict.reply->mutable_pong()->set_nonce(message.ping().nonce());
       return verdict;
+    }
+    case v1::ClientMessage::kPart: {
+      const std::uint64_t id = message.request_id();
+      MessageParts::Taken taken = parts_.take(session_id_, id, std::move(*message.mutable_part()), now);
+      if (!taken.refused.ok()) return refuse(id, taken.refused, taken.retry_after_s);
+      return taken.whole ? pass(std::move(*taken.whole), now) : Verdict();
     }
     case v1::ClientMessage::REQUEST_NOT_SET:
       return refuse(message.request_id(), {StatusCode::unsupported, "no request that this server knows"});
@@ -101,6 +116,7 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
   welcome.set_server_version(std::string(base::version));
   welcome.set_session_id(session_id_);
   welcome.set_message_bytes_max(static_cast<std::uint32_t>(message_bytes_max_));
+  welcome.set_parts_bytes_max(static_cast<std::uint32_t>(parts_bytes_max_));
   return verdict;
 }
 

@@ -1,4 +1,5 @@
-// What one session may say and when: hello first, a request id always, no more often than its rate.
+// What one session may say and when: hello first, a request id always, no more often than its rate; a message in parts
+// once it is whole.
 // Takes bytes and a time, returns what to do; owns no socket.
 #pragma once
 
@@ -7,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/message_parts.h"
 #include "app/token_bucket.h"
 #include "base/limits.h"
 #include "base/status.h"
@@ -26,8 +28,8 @@ class SessionGate {
     std::optional<base::Status> close;         // say goodbye with this reason, after `reply`
   };
 
-  /// An empty `token`: the server asks for none. `token` must outlive the gate.
-  SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits);
+  /// An empty `token`: the server asks for none. `token` and `parts`, all sessions' together, must outlive the gate.
+  SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits, MessageParts& parts);
 
   [[nodiscard]] Verdict receive(std::string_view bytes, TimePoint now);
 
@@ -35,11 +37,14 @@ class SessionGate {
   [[nodiscard]] const std::string& client_name() const { return client_name_; }
 
  private:
+  [[nodiscard]] Verdict pass(v1::ClientMessage message, TimePoint now);
   [[nodiscard]] Verdict hello(const v1::ClientMessage& message);
 
   std::uint64_t session_id_;
   std::string_view token_;
   std::size_t message_bytes_max_;
+  std::size_t parts_bytes_max_;
+  MessageParts& parts_;
   TokenBucket commands_;
   bool open_ = false;
   std::string client_name_;

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -112,7 +113,7 @@ base::Result<WebFolder> WebFolder::load(const std::string& folder) {
     net::HttpReply& file = web.files_[std::string("/").append(plain.generic_string())];
     file.content_type = std::move(type);
     if (!compressed) file.tag = tag_of(*content);
-    (compressed ? file.gzip_body : file.body) = std::move(*content);
+    (compressed ? file.gzip_body : file.body) = std::make_shared<const std::string>(std::move(*content));
   }
   if (web.find("/") == nullptr) return Status(StatusCode::not_found, "holds no index.html", folder);
   return web;

@@ -68,6 +68,16 @@ inline constexpr double single_precision_edges_max = 1e5;
 
 // Before a client has said who it is, it may cost us one small buffer.
 inline constexpr std::size_t message_bytes_max_before_hello = 4 * 1024;
+// Of a message sent in parts: room for a mesh of the largest size, written out as text.
+inline constexpr std::size_t parts_bytes_max = 16 * 1024 * 1024;
+// What came of such messages that are not whole yet, of all sessions together: eight of the largest.
+inline constexpr std::size_t parts_waiting_bytes_max = 128 * 1024 * 1024;
+// Between two parts: three times what a slow link may take for one.
+inline constexpr std::chrono::seconds parts_timeout{30};
+// What such a message may take in memory once it is read: empty fields are small on the wire alone.
+inline constexpr std::size_t message_memory_bytes_max = 64 * 1024 * 1024;
+// Of a scene or edit as text, each a message in memory; most are positions.
+inline constexpr std::size_t json_objects_max = 2 * world_vertices_max;
 // Finer than a micrometre a double cannot keep at coordinate_max_m; coarser than ten metres nothing is left to see; a
 // millimetre is what a display shows of a body of a metre.
 inline constexpr double max_error_min_m = 1e-6;
@@ -88,6 +98,8 @@ inline constexpr std::uint32_t step_ticks_max = 36'000;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
+// More points than an eye tells apart; some 40 bytes each.
+inline constexpr std::size_t frame_contacts_max = 256;
 // No client takes them all.
 inline constexpr std::size_t session_streams_per_world_max = 8;
 // More hands than a room full of people has; each is a spring more in every substep.
@@ -100,18 +112,17 @@ inline constexpr double impulse_max_n_s = 1e9;
 inline constexpr double stiffness_max_n_m = 1e9;
 inline constexpr double damping_max_n_s_m = 1e9;
 
-// The largest world at double precision takes 13 MB, and its scene no more than message_bytes_max for each of its
-// edits.
+// The largest world at double precision takes 13 MB, and its scene twice: as it was created, and as it is now.
 inline constexpr std::size_t checkpoint_bytes_max = 256 * 1024 * 1024;
-// Commands that wait for a disk that is full or hangs: a minute of what a busy world gets.
-inline constexpr std::size_t log_pending_bytes_max = 16 * 1024 * 1024;
+// Commands that wait for a disk that is full or hangs: a minute of what a busy world gets, or a few of the largest.
+inline constexpr std::size_t log_pending_bytes_max = 64 * 1024 * 1024;
 // What came between two checkpoints.
 inline constexpr std::size_t log_bytes_max = 1024 * 1024 * 1024;
 // Room for a mesh of the largest size, written out.
 inline constexpr std::size_t scene_file_bytes_max = 16 * 1024 * 1024;
 
 struct Limits {
-  std::size_t message_bytes_max = 1024 * 1024;  // room for a 16,000-vertex mesh; larger ones come as files (--scene)
+  std::size_t message_bytes_max = 1024 * 1024;  // room for a 16,000-vertex mesh; larger ones come in parts
   std::size_t connections_max = 1'024;
   std::size_t connections_per_address_max = 32;
   std::size_t worlds_max = 1'024;

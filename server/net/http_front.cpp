@@ -26,7 +26,8 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
 using Request = http::request<http::empty_body>;
-using Response = http::response<http::string_body>;
+using Body = http::span_body<const char>;  // the bytes are the reply's
+using Response = http::response<Body>;
 
 // A request line and headers are small; more is not for us.
 constexpr std::uint32_t header_bytes_max = 8 * 1024;
@@ -131,7 +132,7 @@ bool takes_gzip(const Request& request) {
 
 /// What goes out for a request is one of a file's two forms; they differ, so their tags do.
 bool goes_compressed(const Request& request, const HttpReply& reply) {
-  return !reply.gzip_body.empty() && takes_gzip(request);
+  return reply.gzip_body != nullptr && takes_gzip(request);
 }
 
 std::string compressed_tag(const std::string& tag) {
@@ -144,7 +145,8 @@ bool is_held(const Request& request, const std::string& tag) {
   return !tag.empty() && (held == "*" || held.find(tag) != std::string_view::npos);
 }
 
-Response make_response(const Request& request, HttpReply reply) {
+/// Of bytes that the reply holds.
+Response make_response(const Request& request, const HttpReply& reply) {
   Response response{static_cast<http::status>(reply.status), request.version()};
   response.set(http::field::content_type, reply.content_type);
   response.set(http::field::cache_control, reply.tag.empty() ? "no-store" : "no-cache");  // kept, but asked about
@@ -159,28 +161,24 @@ Response make_response(const Request& request, HttpReply reply) {
   if (reply.status == 426) response.set(http::field::upgrade, "websocket");
   if (reply.status == 503) response.set(http::field::retry_after, "1");
   response.keep_alive(request.keep_alive());
+  const std::string* bytes = reply.body.get();
   if (goes_compressed(request, reply)) {
     response.set(http::field::content_encoding, "gzip");
-    reply.body = std::move(reply.gzip_body);
+    bytes = reply.gzip_body.get();
   }
-  response.body() = std::move(reply.body);
-  response.prepare_payload();
-  if (request.method() == http::verb::head) response.body().clear();  // the length stays
+  if (bytes != nullptr) response.body() = Body::value_type(bytes->data(), bytes->size());
+  if (reply.status != 304) response.prepare_payload();  // a length would be that of what is not sent
   return response;
-}
-
-HttpReply plain(int status, const char* text) {
-  return {status, "text/plain; charset=utf-8", text, {}, {}};
 }
 
 HttpReply answer(const Request& request, const HttpFront& front) {
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
-    return plain(405, "only GET and HEAD are answered here\n");
+    return text_reply(405, "only GET and HEAD are answered here\n");
   }
   const std::string_view target = request.target();
-  if (!target.starts_with('/')) return plain(400, "the target must be a path\n");
+  if (!target.starts_with('/')) return text_reply(400, "the target must be a path\n");
   const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/ws") return plain(426, "speaks WebSocket only\n");
+  if (path == "/ws") return text_reply(426, "speaks WebSocket only\n");
   HttpReply reply = front.reply(path);
   if (!reply.tag.empty() && goes_compressed(request, reply)) reply.tag = compressed_tag(reply.tag);
   if (is_held(request, reply.tag)) return {304, std::move(reply.content_type), {}, {}, std::move(reply.tag)};
@@ -190,12 +188,12 @@ HttpReply answer(const Request& request, const HttpFront& front) {
 // Why a request's bytes were not taken; none: the connection is over.
 std::optional<HttpReply> refusal(const error_code& error) {
   if (error == http::error::unexpected_body || error == http::error::body_limit)
-    return plain(413, "a body is not taken\n");
+    return text_reply(413, "a body is not taken\n");
   if (error == http::error::header_limit || error == http::error::buffer_overflow)
-    return plain(431, "the header is too large\n");
+    return text_reply(431, "the header is too large\n");
   if (error.category() == make_error_code(http::error::bad_method).category() && error != http::error::end_of_stream &&
       error != http::error::partial_message) {
-    return plain(400, "not an HTTP request\n");
+    return text_reply(400, "not an HTTP request\n");
   }
   return std::nullopt;
 }
@@ -219,7 +217,7 @@ asio::awaitable<void> upgrade(Stream stream, Request request, const HttpFront& f
 
 template <class Stream>
 asio::awaitable<error_code> write_response(Stream& stream, Response response, bool header_only) {
-  http::response_serializer<http::string_body> serializer(response);
+  http::response_serializer<Body> serializer(response);
   error_code error;
   if (header_only) {
     co_await http::async_write_header(stream, serializer, into(error));
@@ -260,12 +258,12 @@ asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
       reply = front.reply({});
     } else if (is_whole && websocket::is_upgrade(request) && request.target() == "/ws") {
       if (may_upgrade(request)) co_return co_await upgrade(std::move(stream), request, front);
-      reply = plain(403, "a page of another origin may not connect\n");
+      reply = text_reply(403, "a page of another origin may not connect\n");
     } else if (is_whole) {
       reply = answer(request, front);
     }
     keep_alive = is_whole && front.upgraded && request.keep_alive();
-    Response response = make_response(request, std::move(*reply));
+    Response response = make_response(request, *reply);
     response.keep_alive(keep_alive);
     beast::get_lowest_layer(stream).expires_after(front.timeout);
     if (co_await write_response(stream, std::move(response), request.method() == http::verb::head)) co_return;

@@ -9,8 +9,9 @@
 namespace pneuma::net {
 
 bool OutputQueue::push_reply(SharedBytes message) {
-  // One reply may be larger than the limit (a whole scene is), as long as others do not wait in front of it.
-  if (reply_bytes_ >= bytes_max_) return false;
+  // One reply may be larger than the limit, as a scene or a large edit is that others made: what counts is what waits
+  // beside it.
+  if (reply_bytes_ >= bytes_max_ && reply_bytes_ - largest_reply_bytes() >= bytes_max_) return false;
   push_goodbye(std::move(message));
   return true;
 }
@@ -18,6 +19,14 @@ bool OutputQueue::push_reply(SharedBytes message) {
 void OutputQueue::push_goodbye(SharedBytes message) {
   reply_bytes_ += message->size();
   push({.message = std::move(message), .stream_id = std::nullopt});
+}
+
+std::size_t OutputQueue::largest_reply_bytes() const {
+  std::size_t largest = 0;
+  for (const Entry& entry : entries_) {
+    if (!entry.stream_id) largest = std::max(largest, entry.message->size());
+  }
+  return largest;
 }
 
 void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {

@@ -22,7 +22,7 @@ class OutputQueue {
 
   OutputQueue(std::size_t bytes_max, MakeGap make_gap) : bytes_max_(bytes_max), make_gap_(std::move(make_gap)) {}
 
-  /// False where the replies that wait already fill the queue: the session is to be closed.
+  /// False where the replies that wait already, the largest left out, fill the queue: the session is to be closed.
   [[nodiscard]] bool push_reply(SharedBytes message);
 
   /// A last message, past any limit.
@@ -80,6 +80,7 @@ class OutputQueue {
   [[nodiscard]] bool has_room(const Stream& stream) const {
     return stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
   }
+  [[nodiscard]] std::size_t largest_reply_bytes() const;
   void shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer);
   void push(Entry entry);
   void push_frame(const SharedBytes& message, const StreamFrame& frame, Stream& stream, TimePoint now);

@@ -126,9 +126,7 @@ asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_p
                                                PeerInfo peer, PlacePtr place) {
   HttpFront front{callbacks.http, {}, limits.partial_message_timeout};
   if (place->refused())
-    front.reply = [why = place->refusal().what()](std::string_view) {
-      return HttpReply{503, "text/plain; charset=utf-8", why + "\n", {}, {}};
-    };
+    front.reply = [why = place->refusal().what()](std::string_view) { return text_reply(503, why + "\n"); };
   if (!place->refused()) {
     front.upgraded = [this, &peer, &place](std::unique_ptr<Transport> transport) {
       open_session(std::move(transport), std::move(peer), std::move(place));
@@ -171,6 +169,10 @@ std::string Server::Impl::bound_address(Kind kind) const {
     if (listener->kind == kind) return listener->address;
   }
   return {};
+}
+
+HttpReply text_reply(int status, std::string text, std::string content_type) {
+  return {status, std::move(content_type), std::make_shared<const std::string>(std::move(text)), {}, {}};
 }
 
 Server::Server(const base::Limits& limits, Callbacks callbacks)

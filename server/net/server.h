@@ -42,11 +42,14 @@ struct StreamFrame {
 struct HttpReply {
   int status = 200;
   std::string content_type = "text/plain; charset=utf-8";
-  std::string body;
+  SharedBytes body;  // null: empty
   // Of a file:
-  std::string gzip_body;  // the same compressed; empty: there is none
-  std::string tag;        // an entity tag, with its quotes, of content that may be kept; empty: it may not
+  SharedBytes gzip_body;  // the same compressed; null: there is none
+  std::string tag;        // a strong entity tag, with its quotes, of a body that may be kept; empty: it may not
 };
+/// One that is not kept.
+[[nodiscard]] HttpReply text_reply(int status, std::string text,
+                                   std::string content_type = "text/plain; charset=utf-8");
 
 /// How a session stands; for stats and metrics.
 struct SessionStats {

@@ -43,7 +43,7 @@ template <class Real>
 void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
                              std::span<const ColliderState> colliders,
                              std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings,
-                             double dt_s, Workers& workers, Profile* profile) {
+                             double dt_s, std::span<ContactNotes> notes, Workers& workers, Profile* profile) {
   const auto meets_soft = [](const SoftState<Real>& body) {
     return !body.frozen && body.body.collision.soft != SoftCollision::none;
   };
@@ -55,6 +55,7 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
 
   const SubstepPhysics physics = SubstepPhysics::of(surroundings.gravity, dt_s);
   start_m_s_ = start_m_s;
+  notes_ = notes;
   limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
@@ -110,6 +111,9 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
       meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s,
                   limit_of(soft[a]), start_of(a), hits_);
       some[p].hit = !hits_.empty();
+      if (notes_.empty()) continue;
+      for (const VertexHit& hit : hits_)
+        notes_[a].push_back({hit.vertex, VertexContact::Other::soft, b, hit.hit.normal});
     }
   }
 }
@@ -119,12 +123,14 @@ template <class Real>
 void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
                                  std::span<const ColliderState> colliders, const SubstepPhysics& physics,
                                  Workers& workers) {
-  for (std::size_t r = 0; r < rigid.size(); ++r) {
+  for (std::uint32_t r = 0; r < rigid.size(); ++r) {
     if (!is_active(rigid[r])) continue;
     refit_stale(soft);
     for (std::size_t i = 0; i < soft.size(); ++i) {
       if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
-      if (!meet_rigid(soft[i], bounds_[i], rigid[r], physics, limit_of(soft[i]), start_of(i))) continue;
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, limit_of(soft[i]), start_of(i), notes_of(i))) {
+        continue;
+      }
       rigid_touched_[r] = 1;
       wake_touched(soft, rigid, i, physics);
       wake_touched(soft, rigid, soft.size() + r, physics);
@@ -136,7 +142,7 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
   const auto meet = [&](std::size_t i) {
     if (!bounds_[i].active || !soft[i].is_awake()) return;
-    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, limit_of(soft[i]), start_of(i));
+    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, limit_of(soft[i]), start_of(i), notes_of(i));
   };
   if (start_m_s_.empty()) return for_each(workers, bounds_.size(), meet);
   for (std::size_t i = 0; i < bounds_.size(); ++i) meet(i);  // the limit has room for one

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/contact_bounds.h"
+#include "physics/contact_note.h"
 #include "physics/contact_soft.h"
 #include "physics/contact_solid.h"
 #include "physics/contact_surface.h"
@@ -26,10 +27,11 @@ class Contacts {
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
   /// with nobody awake, nothing is computed. `start_m_s`: the velocities before the substep, one list a body, empty for
-  /// sleepers, where the method is implicit: then contact adds no energy (contact_limit.h); else no lists.
+  /// sleepers, where the method is implicit: then contact adds no energy (contact_limit.h); else no lists. `notes`: one
+  /// list a body, to which what was answered is appended; or none.
   void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings, double dt_s,
-               Workers& workers, Profile* profile);
+               std::span<ContactNotes> notes, Workers& workers, Profile* profile);
 
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
@@ -42,6 +44,7 @@ class Contacts {
                    std::span<const ColliderState> colliders, const SubstepPhysics& physics, Workers& workers);
   [[nodiscard]] ContactLimit<Real>* limit_of(const SoftState<Real>& body);
   [[nodiscard]] std::span<const Vec3<Real>> start_of(std::size_t body) const;
+  [[nodiscard]] ContactNotes* notes_of(std::size_t body) const { return notes_.empty() ? nullptr : &notes_[body]; }
   void refit_stale(std::span<SoftState<Real>> soft);
   void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
   void wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
@@ -60,6 +63,7 @@ class Contacts {
   RigidSolver rigid_solver_;
   std::size_t vertices_ = 0;
   std::span<const std::vector<Vec3<Real>>> start_m_s_;  // of the substep under way
+  std::span<ContactNotes> notes_;                       // and where it is noted
   ContactLimit<Real> limit_;
 };
 

@@ -156,8 +156,8 @@ Answer meet_wall(const Vec3d& velocity, const Wall& wall, const SolidMove& solid
 }
 
 template <class Real>
-bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid,
-                   const SubstepPhysics& physics, ContactLimit<Real>* limit, double& work_j) {
+bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid, std::uint32_t index,
+                   const SubstepPhysics& physics, ContactLimit<Real>* limit, double& work_j, ContactNotes* notes) {
   const ContactSurface surface = combine(body.body.surface, *solid.surface);
   const Tolerances tolerances = tolerances_of(body, bounds);
   Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
@@ -179,6 +179,9 @@ bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidM
                      .surface = surface});
         const Vec3d change = met.of_surface + met.after - velocity;
         work_j += body.mass_kg(i) * change.dot(met.of_surface);
+      }
+      if (notes != nullptr) {
+        notes->push_back({static_cast<std::uint32_t>(i), VertexContact::Other::collider, index, normal});
       }
       velocity = met.of_surface + met.after;
       return met.after;
@@ -268,7 +271,8 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
                 const SubstepPhysics& physics, std::vector<VertexStop>& stops) {
   stops.clear();
   const std::size_t stops_max = touches_a_vertex_max * body.x.size();
-  for (const SolidMove& solid : colliders) {
+  for (std::uint32_t c = 0; c < colliders.size(); ++c) {
+    const SolidMove& solid = colliders[c];
     const ContactSurface surface = combine(body.body.surface, *solid.surface);
     if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) continue;
     const Tolerances tolerances = tolerances_of(body, bounds);
@@ -282,7 +286,7 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
         const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
         velocity = met.of_surface + met.after;
         if (stops.size() == stops_max) return met.after;
-        stops.push_back({static_cast<std::uint32_t>(i), stops.size(), normal,
+        stops.push_back({static_cast<std::uint32_t>(i), c, stops.size(), normal,
                          normal.dot(solid.end.origin + arm - start) / physics.dt_s,
                          std::max(0.0, -surface.restitution * met.impact_m_s),
                          after_s * normal.dot(physics.gravity_m_s2), met.of_surface, surface});
@@ -296,17 +300,19 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
 
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
+                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
+                    ContactNotes* notes) {
   bool begun = false;
   double work_j = 0.0;
   for (int round = 0; round < rounds_max; ++round) {
     bool touched = false;
-    for (const SolidMove& solid : colliders) {
+    for (std::uint32_t c = 0; c < colliders.size(); ++c) {
+      const SolidMove& solid = colliders[c];
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
       if (limit != nullptr && !begun) limit->begin(body, start_m_s);
       begun = true;
-      touched = meet_collider(body, bounds, solid, physics, limit, work_j) || touched;
+      touched = meet_collider(body, bounds, solid, c, physics, limit, work_j, notes) || touched;
     }
     if (!touched || colliders.size() == 1) break;
     fit_boxes(body, bounds);
@@ -315,8 +321,9 @@ void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const S
 }
 
 template <class Real>
-bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics,
-                ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s) {
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, std::uint32_t index,
+                const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
+                ContactNotes* notes) {
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
@@ -346,6 +353,9 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, co
                      .depth_m = normal.dot(solid.end.origin + arm - free_end),
                      .surface = surface});
       }
+      if (notes != nullptr) {
+        notes->push_back({static_cast<std::uint32_t>(i), VertexContact::Other::rigid, index, normal});
+      }
       if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
       touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, touch.inverse_mass_1_kg()));
       return touch.relative(velocity);
@@ -372,13 +382,13 @@ template void find_stops(const SoftState<float>&, const BodyBounds&, std::span<c
                          std::vector<VertexStop>&);
 template void find_stops(const SoftState<double>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
                          std::vector<VertexStop>&);
-template void meet_colliders(SoftState<float>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
-                             ContactLimit<float>*, std::span<const Vec3<float>>);
-template void meet_colliders(SoftState<double>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
-                             ContactLimit<double>*, std::span<const Vec3<double>>);
-template bool meet_rigid(SoftState<float>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<float>*,
-                         std::span<const Vec3<float>>);
-template bool meet_rigid(SoftState<double>&, BodyBounds&, RigidState&, const SubstepPhysics&, ContactLimit<double>*,
-                         std::span<const Vec3<double>>);
+#define PNEUMA_INSTANTIATE(Real)                                                                                 \
+  template void meet_colliders(SoftState<Real>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&, \
+                               ContactLimit<Real>*, std::span<const Vec3<Real>>, ContactNotes*);                 \
+  template bool meet_rigid(SoftState<Real>&, BodyBounds&, RigidState&, std::uint32_t, const SubstepPhysics&,     \
+                           ContactLimit<Real>*, std::span<const Vec3<Real>>, ContactNotes*);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
 
 }  // namespace pneuma::physics

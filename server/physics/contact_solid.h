@@ -6,6 +6,7 @@
 
 #include "physics/contact_bounds.h"
 #include "physics/contact_limit.h"
+#include "physics/contact_note.h"
 #include "physics/contact_surface.h"
 #include "physics/shape.h"
 
@@ -39,6 +40,7 @@ struct SubstepPhysics {
 /// Where the way of a vertex meets a collider.
 struct VertexStop {
   std::uint32_t vertex = 0;
+  std::uint32_t collider = 0;        // in the list
   std::size_t number = 0;            // in the order found
   Vec3d normal = Vec3d::Zero();      // unit, out of the collider
   double normal_m_s = 0.0;           // the velocity along it that ends the substep on the surface
@@ -55,16 +57,19 @@ void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span
                 const SubstepPhysics& physics, std::vector<VertexStop>& stops);
 
 /// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
-/// `limit`: null, or what keeps contact from adding to the body's energy; `start_m_s` as there.
+/// `limit`: null, or what keeps contact from adding to the body's energy; `start_m_s` as there. `notes`: null, or where
+/// what was answered is appended.
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s);
+                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
+                    ContactNotes* notes);
 
 /// Stops a body's vertices at a rigid body, which gets the opposite impulses one by one, in the order of the vertices;
 /// so momentum is kept to round-off and a light rigid body is not pushed twice for one touch. Pinned vertices push too.
-/// True where they touched.
+/// True where they touched. `index`: the rigid body's own, for `notes`.
 template <class Real>
-bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, const SubstepPhysics& physics,
-                ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s);
+bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, std::uint32_t index,
+                const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
+                ContactNotes* notes);
 
 }  // namespace pneuma::physics

@@ -124,7 +124,8 @@ template <class Real>
 void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s,
                                            ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                                            const Surroundings& surroundings, std::span<const SolidMove> colliders,
-                                           double dt_s, ImplicitSolver<Real>& solver, Profile* profile) {
+                                           double dt_s, ImplicitSolver<Real>& solver, ContactNotes* notes,
+                                           Profile* profile) {
   const SubstepPhysics physics = SubstepPhysics::of(surroundings.gravity, dt_s);
   BodyBounds bounds;
   fit_boxes(body, bounds);
@@ -174,6 +175,13 @@ void ImplicitContact<Real>::meet_colliders(SoftState<Real>& body, std::span<cons
     fit_boxes(body, bounds);
     find_stops(body, bounds, colliders, physics, stops_);
     changed = add_new_stops() || changed || solver.last_move_m() > last_move_m;
+  }
+  if (notes != nullptr) {
+    for (const Touch& touch : touches_) {
+      for (const VertexStop& stop : touch.stops()) {
+        notes->push_back({touch.vertex, VertexContact::Other::collider, stop.collider, stop.normal});
+      }
+    }
   }
   const double work_j = rebound(body, solver);
   if (limited) (void)limit_.end(body, {}, work_j, most);

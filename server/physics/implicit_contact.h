@@ -24,10 +24,11 @@ class ImplicitContact {
   /// Replaces the body's step (v and dr), where it runs into a collider, by the implicit Euler step in which no vertex
   /// ends behind one: surfaces push and do not pull, and rub by Coulomb's law. `start_m_s`: the velocities before the
   /// step. An active set: vertices that would go in are held, those that are pulled are let go, until none changes.
+  /// `notes`: null, or where the vertices that are held are appended.
   void meet_colliders(SoftState<Real>& body, std::span<const Vec3<Real>> start_m_s, ImplicitTables<Real>& tables,
                       const StageAccuracy& accuracy, const Surroundings& surroundings,
                       std::span<const SolidMove> colliders, double dt_s, ImplicitSolver<Real>& solver,
-                      Profile* profile);
+                      ContactNotes* notes, Profile* profile);
 
   [[nodiscard]] std::size_t bytes() const;
 

@@ -299,10 +299,21 @@ void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index) {
   }
 }
 
+// Who sleeps keeps the contacts it fell asleep with.
+template <class Real>
+void Simulation::begin_notes(SoftBodies<Real>& bodies) const {
+  if (!noting) return;
+  bodies.notes.resize(bodies.states.size());
+  for (std::size_t i = 0; i < bodies.notes.size(); ++i) {
+    if (!bodies.states[i].rest.asleep) bodies.notes[i].clear();
+  }
+}
+
 // Steps 1 to 4 of the paper's algorithm (section 2.4), a body at a time.
 template <class Real>
 void Simulation::integrate(SoftBodies<Real>& bodies, Workers& workers) {
   if (profiling) bodies.profiles.resize(bodies.states.size());
+  begin_notes(bodies);
   const StepPlan<Real>& plan = bodies.plan;
   const LaneSettings settings = lane_settings();
   const std::vector<std::uint32_t> active = awake_of(bodies);
@@ -325,6 +336,7 @@ template <class Real>
 bool Simulation::solve_part(SoftBodies<Real>& bodies, Workers& workers) {
   if (profiling) bodies.profiles.resize(bodies.states.size());
   if (bodies.next_awake == 0) {
+    begin_notes(bodies);
     bodies.awake = awake_of(bodies);
     for (std::size_t i = 0; i < bodies.start_m_s.size(); ++i) {
       if (!bodies.states[i].is_awake()) bodies.start_m_s[i].clear();
@@ -346,7 +358,7 @@ bool Simulation::solve_part(SoftBodies<Real>& bodies, Workers& workers) {
     if (!bodies.start_m_s.empty()) start_m_s = bodies.start_m_s[i] = body.v;
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
     physics::solve_step(body, bodies.tables[i], method, surroundings, moves, start_m_s, dt_s(), scratch,
-                        profiling ? &bodies.profiles[i] : nullptr);
+                        bodies.notes.empty() ? nullptr : &bodies.notes[i], profiling ? &bodies.profiles[i] : nullptr);
   });
   if (bodies.next_awake < bodies.awake.size()) return false;
   bodies.next_awake = 0;
@@ -365,7 +377,7 @@ void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
   accelerate_rigid_bodies(rigid, scene.gravity, dt_s);
   bodies.contacts.resolve(bodies.states, rigid, colliders, bodies.start_m_s, {scene.gravity, scene.atmosphere}, dt_s,
-                          workers, shared_profile);
+                          bodies.notes, workers, shared_profile);
 
   freeze_runaways(bodies);
 

@@ -35,6 +35,7 @@ struct SoftBodies {
   std::size_t next_awake = 0;
   std::vector<Profile> profiles;  // one a body, so that workers share none; empty while not profiling
   Contacts<Real> contacts;
+  std::vector<ContactNotes> notes;  // one a body, of the last substep that it was awake in; empty unless asked for
 };
 
 /// Plain state and the step; World is the door to it.
@@ -76,6 +77,7 @@ class Simulation {
 
   std::vector<FrozenBody> frozen;
   std::vector<BodyGasEvent> gas_events;
+  bool noting = false;  // contacts
   bool profiling = false;
   Profile profile{};
 
@@ -92,6 +94,8 @@ class Simulation {
   void run_task(SoftBodies<Real>& bodies, const StepTask& task, LaneScratch<Real>& scratch, Workers* workers);
   template <class Real>
   void step_closely(SoftBodies<Real>& bodies, std::size_t index);
+  template <class Real>
+  void begin_notes(SoftBodies<Real>& bodies) const;
   template <class Real>
   void integrate(SoftBodies<Real>& bodies, Workers& workers);
   template <class Real>

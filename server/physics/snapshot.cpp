@@ -189,7 +189,10 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
-  restored->visit([](auto& bodies) { bodies.contacts = {}; });
+  restored->visit([](auto& bodies) {
+    bodies.contacts = {};
+    bodies.notes = {};
+  });
   restored->make_plan();  // bodies may have lost their gas
   simulation_ = std::move(restored);
   return {};

@@ -18,7 +18,8 @@ constexpr std::uint32_t tr_bdf2_turned_iterations = 16;
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
                 const Surroundings& surroundings, std::span<const SolidMove> colliders,
-                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, Profile* profile) {
+                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, ContactNotes* notes,
+                Profile* profile) {
   body.dr.resize(body.x.size());
   if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
   if (!scratch.implicit) scratch.implicit.emplace();
@@ -36,14 +37,14 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Metho
   if (scratch.implicit->has_turned() && !is_driven) scratch.contact.limit_step(body, start_m_s, surroundings, dt_s);
   if (colliders.empty()) return;
   scratch.contact.meet_colliders(body, start_m_s, tables, method.accuracy, surroundings, colliders, dt_s,
-                                 *scratch.implicit, profile);
+                                 *scratch.implicit, notes, profile);
 }
 
 template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&,
                                 std::span<const SolidMove>, std::span<const Vec3<float>>, double, SolverScratch<float>&,
-                                Profile*);
+                                ContactNotes*, Profile*);
 template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const Method&, const Surroundings&,
                                  std::span<const SolidMove>, std::span<const Vec3<double>>, double,
-                                 SolverScratch<double>&, Profile*);
+                                 SolverScratch<double>&, ContactNotes*, Profile*);
 
 }  // namespace pneuma::physics

@@ -33,10 +33,11 @@ struct Method {
 /// first. `start_m_s`: the velocities before the step, where the body can touch anything. There the implicit methods
 /// keep from adding energy (contact_limit.h), and they meet the colliders themselves (implicit_contact.h). Pinned
 /// particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says so in
-/// solve_failed.
+/// solve_failed. `notes`: null, or where the contacts that it answered are appended.
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
                 const Surroundings& surroundings, std::span<const SolidMove> colliders,
-                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
+                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, ContactNotes* notes,
+                Profile* profile);
 
 }  // namespace pneuma::physics

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <sstream>
+#include <tuple>
 #include <utility>
 
 #include "physics/admission.h"
@@ -35,6 +36,7 @@ void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wa
   bodies.states = std::move(states);
   bodies.profiles.clear();
   bodies.contacts = {};
+  bodies.notes = {};
 }
 
 void add_times(Profile& sum, const Profile& profile) {
@@ -226,6 +228,26 @@ std::vector<BodyGasEvent> World::take_gas_events() {
   return std::exchange(simulation_->gas_events, {});
 }
 
+void World::note_contacts(bool on) {
+  if (std::exchange(simulation_->noting, on) == on) return;
+  if (!on) simulation_->visit([](auto& bodies) { bodies.notes = {}; });
+}
+
+ContactNotes World::contacts(std::size_t soft_index) const {
+  ContactNotes notes = simulation_->visit(
+      [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; });
+  const auto place = [](const VertexContact& note) { return std::tuple(note.vertex, note.other, note.index); };
+  std::ranges::stable_sort(notes, {}, place);
+  // A vertex may be answered again and again by one wall; in a room's corner, by several.
+  const auto repeats = [&](const VertexContact& a, const VertexContact& b) {
+    constexpr double same_wall = 1e-3;
+    return place(a) == place(b) && a.normal.dot(b.normal) > 1.0 - same_wall;
+  };
+  const auto repeated = std::ranges::unique(notes, repeats);
+  notes.erase(repeated.begin(), repeated.end());
+  return notes;
+}
+
 void World::set_profiling(bool on) {
   simulation_->profiling = on;
 }
@@ -249,6 +271,9 @@ Profile World::profile() const {
       add_bytes(Stage::sleep, state.place.capacity() * sizeof(Vec3<Real>));
     }
     bodies.contacts.add_bytes(sum);
+    for (const ContactNotes& notes : bodies.notes) {
+      add_bytes(Stage::solid_contact, notes.capacity() * sizeof(VertexContact));
+    }
   });
   add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
   add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));

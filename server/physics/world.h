@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/status.h"
+#include "physics/contact_note.h"
 #include "physics/measures.h"
 #include "physics/profile.h"
 #include "physics/scene.h"
@@ -117,6 +118,13 @@ class World {
   /// The state as bytes, to be restored into a world created from the same scene (the one scene() gave then).
   [[nodiscard]] std::string snapshot() const;
   [[nodiscard]] base::Status restore(std::string_view snapshot);
+
+  /// While on, steps note what contact answers. Off at first.
+  void note_contacts(bool on);
+  /// What was answered in the last substep that the body was awake in, by vertex, once for each that it was held off
+  /// (and each wall of a room); nothing while it is not noted. Rigid bodies and colliders among each other are not in
+  /// it.
+  [[nodiscard]] ContactNotes contacts(std::size_t soft_index) const;
 
   /// While on, steps add to profile(). Off at first.
   void set_profiling(bool on);

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 
 #include "app/service.h"
+#include "app/web_folder.h"
 #include "replay/replay_host.h"
 
 namespace pneuma::replay {
@@ -18,11 +19,17 @@ app::Config config_of(PlayerOptions options) {
   app::Config config;
   config.listen = std::move(options.listen);
   config.http = std::move(options.http);
+  config.web_dir = std::move(options.web_dir);
   config.token = std::move(options.token);
   return config;
 }
 
 }  // namespace
+
+std::string page_folder() {
+  std::string folder = app::web_folder_of_program();
+  return folder.empty() ? "off" : folder;
+}
 
 struct Player::Impl {
   Impl(client::Playback playback, PlayerOptions options)

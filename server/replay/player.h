@@ -10,11 +10,15 @@
 
 namespace pneuma::replay {
 
+/// Where the page lies that was built or installed with this program; "off": nowhere.
+[[nodiscard]] std::string page_folder();
+
 struct PlayerOptions {
   PlayOptions play;
   std::string listen = "127.0.0.1:0";
-  std::string http = "off";  // or HOST:PORT, for /ws
-  std::string token;         // that clients must know; empty: none is asked for
+  std::string http = "127.0.0.1:0";     // for the page and /ws; or "off"
+  std::string web_dir = page_folder();  // or "off"
+  std::string token;                    // that clients must know; empty: none is asked for
 };
 
 class Player {

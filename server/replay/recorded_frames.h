@@ -32,6 +32,8 @@ class RecordedFrames final : public app::FrameSource {
   void copy_velocities(std::size_t index, std::span<double> out_m_s) const override;
   [[nodiscard]] bool has_scalars() const override { return frame_.has_scalars; }
   [[nodiscard]] app::BodyScalars scalars(std::size_t index) const override;
+  [[nodiscard]] bool has_contacts() const override { return false; }
+  [[nodiscard]] std::vector<app::TouchedVertex> contacts(std::size_t) const override { return {}; }
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 

@@ -11,6 +11,7 @@
 #include <boost/json/basic_parser_impl.hpp>
 #include <boost/json/error.hpp>
 
+#include "base/limits.h"
 #include "scene_io/quoted.h"
 
 namespace pneuma::scene_io {
@@ -27,10 +28,17 @@ class KeyHandler {
   static constexpr std::size_t max_string_size = std::numeric_limits<std::size_t>::max();
 
   [[nodiscard]] const std::string& duplicate() const { return duplicate_; }
+  [[nodiscard]] bool is_too_large() const { return objects_ > base::json_objects_max; }
 
   static bool on_document_begin(json::error_code& /*error*/) { return true; }
   static bool on_document_end(json::error_code& /*error*/) { return true; }
-  bool on_object_begin(json::error_code& /*error*/) { return enter(false); }
+  bool on_object_begin(json::error_code& error) {
+    enter(false);
+    ++objects_;
+    if (!is_too_large()) return true;
+    error = json::error::syntax;  // ends the parse
+    return false;
+  }
   bool on_object_end(std::size_t /*size*/, json::error_code& /*error*/) { return leave(); }
   bool on_array_begin(json::error_code& /*error*/) { return enter(true); }
   bool on_array_end(std::size_t /*size*/, json::error_code& /*error*/) { return leave(); }
@@ -98,6 +106,7 @@ class KeyHandler {
   std::vector<Level> levels_;
   std::string key_;  // as far as it was read
   std::string duplicate_;
+  std::size_t objects_ = 0;  // begun so far
 };
 
 }  // namespace
@@ -106,6 +115,9 @@ base::Status check_keys(std::string_view json) {
   json::basic_parser<KeyHandler> parser{json::parse_options()};
   json::error_code error;
   parser.write_some(false, json.data(), json.size(), error);
+  if (parser.handler().is_too_large()) {
+    return {base::StatusCode::limit_exceeded, "holds more than " + std::to_string(base::json_objects_max) + " objects"};
+  }
   const std::string& duplicate = parser.handler().duplicate();
   return duplicate.empty() ? base::Status() : base::invalid("is given twice", duplicate);
 }

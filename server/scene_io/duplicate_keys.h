@@ -1,4 +1,4 @@
-// JSON that says the same thing twice.
+// JSON that says the same thing twice, or too much.
 #pragma once
 
 #include <string_view>
@@ -8,7 +8,8 @@
 namespace pneuma::scene_io {
 
 /// Of well-formed JSON: refuses an object that has a key twice, by the key's path (`soft_bodies[1].mass_kg`). A parsed
-/// value cannot tell: it holds the last of them.
+/// value cannot tell: it holds the last of them. Refuses more than base::json_objects_max objects, each of which is a
+/// message in memory, however little the text says of it.
 [[nodiscard]] base::Status check_keys(std::string_view json);
 
 }  // namespace pneuma::scene_io

@@ -150,7 +150,9 @@ Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene, const MeshLibrary
                   "meshes");
   }
   MeshLibrary library;
+  constexpr std::size_t world_faces_max = base::world_vertices_max * (base::mesh_faces_max / base::mesh_vertices_max);
   std::size_t vertex_count = 0;
+  std::size_t face_count = 0;
   for (int i = 0; i < scene.meshes_size(); ++i) {
     const std::string path = "meshes[" + std::to_string(i) + "]";
     const v1::Mesh& mesh = scene.meshes(i);
@@ -168,7 +170,14 @@ Result<MeshLibrary> MeshLibrary::build(const v1::Scene& scene, const MeshLibrary
       built.mesh = std::move(made->mesh);
       if (made->mended) library.mended_.push_back({mesh.name(), *made->mended});
     }
-    vertex_count += built.mesh->positions_m.size();
+    // Written out, a mesh that is mended may have more vertices and faces than are built; the scene keeps them all.
+    vertex_count +=
+        std::max(built.mesh->positions_m.size(), static_cast<std::size_t>(mesh.triangles().positions_size()));
+    face_count += static_cast<std::size_t>(mesh.triangles().indices_size()) / 3;
+    if (face_count > world_faces_max) {
+      return Status(StatusCode::limit_exceeded,
+                    "the meshes up to this one have more than " + std::to_string(world_faces_max) + " faces", path);
+    }
     if (vertex_count > base::world_vertices_max) {
       return Status(
           StatusCode::limit_exceeded,

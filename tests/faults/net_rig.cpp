@@ -86,11 +86,10 @@ Callbacks EchoServer::callbacks() {
   callbacks.http = [this](std::string_view path) {
     if (path == "/late") {
       std::this_thread::sleep_for(late_after_);
-      return HttpReply{200, "text/plain", std::string(late_page_bytes, 'x'), {}, {}};
+      return text_reply(200, std::string(late_page_bytes, 'x'));
     }
-    if (path == "/file") return HttpReply{200, "text/plain", "as it is", "compressed", "\"tag\""};
-    return path == "/hello" ? HttpReply{200, "text/plain", "world", {}, {}}
-                            : HttpReply{404, "text/plain", "nothing", {}, {}};
+    if (path == "/file") return HttpReply{200, "text/plain", share("as it is"), share("compressed"), "\"tag\""};
+    return path == "/hello" ? text_reply(200, "world") : text_reply(404, "nothing");
   };
   callbacks.make_ping = [](std::uint64_t nonce) { return "ping " + std::to_string(nonce); };
   callbacks.make_goodbye = [](const base::Status& why) { return "goodbye " + why.message(); };

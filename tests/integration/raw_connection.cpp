@@ -79,6 +79,12 @@ std::optional<v1::ServerMessage> RawConnection::receive_reply(std::uint64_t requ
   return std::nullopt;
 }
 
+std::string RawConnection::receive_to_end() {
+  std::string bytes;
+  for (char byte = 0; read(&byte, 1);) bytes += byte;
+  return bytes;
+}
+
 bool RawConnection::ends() {
   while (receive()) {
   }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "pneuma_client/playback.h"
+#include "raw_connection.h"
 #include "served.h"
 #include "support/temporary_folder.h"
 
@@ -212,6 +213,26 @@ TEST_F(RecordingPrograms, WhatIsPlayedIsTakenForTheWorld) {
   const auto exit_status = player->wait(patience);
   ASSERT_TRUE(exit_status.ok());
   EXPECT_EQ(*exit_status, 0) << player->error_output();
+}
+
+TEST_F(RecordingPrograms, WhatIsPlayedIsShownByThePageToo) {
+  client::Client client = connect();
+  record(client, 60);
+  const support::TemporaryFolder folder;
+  std::ofstream(folder / "index.html") << "<!doctype html>";
+  auto player = Program::start(support::program_path("pneuma"), {"play", file_, "--web-dir", folder.path()});
+  ASSERT_TRUE(player.ok());
+  const auto ready = player->next_line(patience);
+  ASSERT_TRUE(ready.ok()) << player->error_output();
+  const std::string address = ready->substr(ready->find("http=") + 5);
+  const auto get = [&](const std::string& path) {
+    RawConnection connection(address);
+    EXPECT_TRUE(connection.send(std::string("GET ").append(path).append(" HTTP/1.0\r\nHost: localhost\r\n\r\n")));
+    return connection.receive_to_end();
+  };
+  EXPECT_TRUE(get("/").ends_with("<!doctype html>"));
+  EXPECT_NE(get("/worlds").find("1 world\n"), std::string::npos);
+  EXPECT_NE(get("/ws").find(" 426 "), std::string::npos) << "for WebSockets";
 }
 
 }  // namespace

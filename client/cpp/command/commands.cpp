@@ -129,7 +129,7 @@ base::Status create(Session& session, const CreateArguments& arguments) {
   std::error_code ignored;  // a path that cannot be looked at is no file
   const bool is_path = source.find('/') != std::string::npos || source.ends_with(".json");
   if (source == "-" || is_path || std::filesystem::is_regular_file(source, ignored)) {
-    auto text = read_text(source, session.client.welcome().message_bytes_max());
+    auto text = read_text(source, request_bytes_max(session.client.welcome()));
     if (!text.ok()) return text.status();
     request.set_scene_json(std::move(*text));
   } else {
@@ -139,7 +139,7 @@ base::Status create(Session& session, const CreateArguments& arguments) {
 }
 
 base::Status edit(Session& session, const std::string& world, const std::string& file) {
-  const auto text = read_text(file, session.client.welcome().message_bytes_max());
+  const auto text = read_text(file, request_bytes_max(session.client.welcome()));
   if (!text.ok()) return text.status();
   return report(session, "edited", session.client.edit_json(world, *text));
 }

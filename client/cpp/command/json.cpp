@@ -149,6 +149,9 @@ JsonObject& JsonObject::add(std::string_view key, std::uint64_t value) {
 JsonObject& JsonObject::add(std::string_view key, std::span<const double> values) {
   return add_raw(key, json_array(values.size(), [&](std::size_t i) { return json_number(values[i]); }));
 }
+JsonObject& JsonObject::add(std::string_view key, std::span<const std::string> texts) {
+  return add_raw(key, json_array(texts.size(), [&](std::size_t i) { return json_string(texts[i]); }));
+}
 JsonObject& JsonObject::add(std::string_view key, std::span<const JsonObject> values) {
   return add_raw(key, json_array(values.size(), [&](std::size_t i) { return values[i].text(); }));
 }

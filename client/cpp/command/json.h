@@ -24,6 +24,7 @@ class JsonObject {
   JsonObject& add(std::string_view key, double value);
   JsonObject& add(std::string_view key, std::uint64_t value);
   JsonObject& add(std::string_view key, std::span<const double> values);
+  JsonObject& add(std::string_view key, std::span<const std::string> texts);
   JsonObject& add(std::string_view key, std::span<const JsonObject> values);
   JsonObject& add(std::string_view key, const JsonObject& value) { return add_raw(key, value.text()); }
   /// `json` as it stands.

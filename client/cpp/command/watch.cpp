@@ -97,10 +97,23 @@ std::string frame_text(const DecodedFrame& frame) {
       text += measured.data();
     }
   }
+  if (!frame.contacts.empty()) text += "  " + counted(frame.contacts.size(), "contact");
   return text;
 }
 
-std::string frame_json(const DecodedFrame& frame) {
+std::vector<JsonObject> contacts_json(const DecodedFrame& frame) {
+  std::vector<JsonObject> contacts;
+  for (const ContactFrame& contact : frame.contacts) {
+    JsonObject& object = contacts.emplace_back();
+    object.add("body", frame.bodies[contact.body].name).add("vertex", std::uint64_t{contact.vertex});
+    if (contact.other_body) object.add("other_body", frame.bodies[*contact.other_body].name);
+    if (contact.other_solid) object.add("other_solid", frame.solids[*contact.other_solid].name);
+    object.add("normal", contact.normal);
+  }
+  return contacts;
+}
+
+std::string frame_json(const DecodedFrame& frame, bool with_contacts) {
   std::vector<JsonObject> bodies;
   for (const SoftBodyFrame& body : frame.bodies) {
     const Extent extent = extent_of(body);
@@ -129,15 +142,16 @@ std::string frame_json(const DecodedFrame& frame) {
     const std::array<double, 4> orientation{turn.w(), turn.x(), turn.y(), turn.z()};
     solids.emplace_back().add("name", solid.name).add("position", position).add("orientation", orientation);
   }
-  return JsonObject()
-      .add("type", "frame")
+  JsonObject object;
+  object.add("type", "frame")
       .add("tick", frame.tick)
       .add("time_s", frame.time_s)
       .add("key", frame.key)
       .add("bytes", std::uint64_t{frame.bytes})
       .add("bodies", std::span<const JsonObject>(bodies))
-      .add("solids", std::span<const JsonObject>(solids))
-      .text();
+      .add("solids", std::span<const JsonObject>(solids));
+  if (with_contacts) object.add("contacts", std::span<const JsonObject>(contacts_json(frame)));
+  return object.text();
 }
 
 base::Status write_obj(const DecodedFrame& frame, const std::string& folder) {
@@ -161,6 +175,7 @@ class Watch {
   base::Status take(const v1::Gap& gap);
   base::Status take(const v1::Event& event);
   base::Status take(const v1::Applied&) { return {}; }  // not asked for
+  base::Status tell_stream(const v1::Subscribed& stream);
   base::Status tell_stats();
   base::Status summarise();
 
@@ -179,7 +194,7 @@ base::Status Watch::run() {
   auto subscribed = session_.client.subscribe(arguments_.world, arguments_.stream);
   if (!subscribed.ok()) return subscribed.status();
   stream_id_ = subscribed->stream_id();
-  base::Status status;
+  base::Status status = tell_stream(*subscribed);
   while (status.ok() && !is_enough()) {
     auto update = session_.client.next_update(patience());
     if (!update.ok()) {
@@ -213,7 +228,7 @@ base::Status Watch::take(const DecodedFrame& frame) {
   if (!arguments_.obj_folder.empty()) {
     if (base::Status written = write_obj(frame, arguments_.obj_folder); !written.ok()) return written;
   }
-  return session_.output.line(session_.json ? frame_json(frame) : frame_text(frame));
+  return session_.output.line(session_.json ? frame_json(frame, arguments_.stream.contacts) : frame_text(frame));
 }
 
 base::Status Watch::take(const v1::Gap& gap) {
@@ -254,14 +269,39 @@ base::Status Watch::take(const v1::Event& event) {
   return {};
 }
 
+base::Status Watch::tell_stream(const v1::Subscribed& stream) {
+  if (session_.json) {
+    return session_.output.line(JsonObject().add("type", "subscribed").add("stream", reply_json(stream)).text());
+  }
+  return session_.output.line(number_text(stream.rate_hz()) + " frames a second, within " +
+                              number_text(stream.max_error_m()) + " m");
+}
+
+/// The names of those that are stopped for good.
+std::vector<std::string> frozen_bodies(const v1::Stats& stats) {
+  std::vector<std::string> names;
+  for (const auto& body : stats.soft_bodies()) {
+    if (body.frozen()) names.push_back(body.name());
+  }
+  for (const auto& body : stats.rigid_bodies()) {
+    if (body.frozen()) names.push_back(body.name());
+  }
+  return names;
+}
+
 base::Status Watch::tell_stats() {
   stats_due_ = Clock::now() + stats_interval;
   const auto stats = session_.client.stats(arguments_.world);
   if (!stats.ok()) return stats.status();
   for (const v1::Stats::Stream& stream : stats->streams()) {
     if (stream.stream_id() != stream_id_) continue;
+    const std::vector<std::string> frozen = frozen_bodies(*stats);
     if (session_.json) {
-      return session_.output.line(JsonObject().add("type", "stats").add("stream", reply_json(stream)).text());
+      return session_.output.line(JsonObject()
+                                      .add("type", "stats")
+                                      .add("stream", reply_json(stream))
+                                      .add("frozen", std::span<const std::string>(frozen))
+                                      .text());
     }
     std::array<char, 192> text{};
     std::snprintf(text.data(), text.size(),
@@ -270,7 +310,9 @@ base::Status Watch::tell_stats() {
                   static_cast<unsigned long long>(stream.frames_sent()),
                   static_cast<unsigned long long>(stream.frames_dropped()), stream.bits_per_vertex(),
                   stream.encode_time_us(), stream.queue_age_ms(), stream.drain_bytes_s());
-    return session_.output.line(text.data());
+    std::string line = text.data();
+    for (const std::string& body : frozen) line.append(&body == &frozen.front() ? "; frozen: " : ", ").append(body);
+    return session_.output.line(line);
   }
   return {};
 }

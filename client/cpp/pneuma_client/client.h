@@ -37,6 +37,7 @@ struct SubscribeOptions {
   std::uint32_t level_of_detail = 0;     // each level has a quarter of the vertices of the one below
   bool velocities = false;
   bool scalars = false;
+  bool contacts = false;
   bool time_layers = false;  // read too slowly, the stream has fewer frames instead of gaps and keys
   // The server may move the reader to coarser qualities and back: its frames then keep the id that subscribe() gave,
   // and each move is an Event STREAM_REPLACED.
@@ -126,6 +127,9 @@ class Client {
   explicit Client(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+/// The largest request that the server takes, in parts (which a Client cuts it into) or at once.
+[[nodiscard]] std::size_t request_bytes_max(const v1::Welcome& welcome);
 
 /// Splits HOST:PORT or [V6]:PORT. False where it is neither.
 [[nodiscard]] bool split_address(std::string_view address, std::string& host, std::string& port);

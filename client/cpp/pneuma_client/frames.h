@@ -52,6 +52,15 @@ struct SolidFrame {
   v1::Quaternion orientation;
 };
 
+/// A vertex that was held off something in the last substep of the frame's tick.
+struct ContactFrame {
+  std::size_t body = 0;                      // in DecodedFrame::bodies
+  std::uint32_t vertex = 0;                  // of the whole mesh, whatever the level of detail
+  std::optional<std::size_t> other_body{};   // likewise; neither: a soft body that the stream does not hold
+  std::optional<std::size_t> other_solid{};  // in DecodedFrame::solids
+  std::array<double, 3> normal{};            // unit, out of the other
+};
+
 /// A whole world at one tick, as a stream sees it.
 struct DecodedFrame {
   std::uint32_t stream_id = 0;
@@ -65,6 +74,7 @@ struct DecodedFrame {
   bool has_scalars = false;
   std::vector<SoftBodyFrame> bodies;
   std::vector<SolidFrame> solids;
+  std::vector<ContactFrame> contacts;  // with SubscribeOptions::contacts
 };
 
 /// Turns the messages of all streams of a connection into frames. Any message that does not fit, or is past the limits

@@ -16,6 +16,10 @@ import { openSocket, type Socket } from "./socket.js";
 export const protocolVersion = 1;
 // The server pings every 15 s: two are missing.
 const silenceMs = 40_000;
+// What a server takes of who it has not welcomed.
+const helloBytesMax = 4096;
+// Of a part, at most: ids, lengths and the flag.
+const partHeadBytes = 32;
 
 type Message<T extends { case: unknown }> = Exclude<T, { case: undefined }>;
 type Value<T, Case> = Extract<T, { case: Case }> extends { value: infer V } ? V : never;
@@ -47,6 +51,10 @@ interface Waiting {
 function errorOf(reply: ErrorReply): PneumaError {
   const code = reply.code === Error_Code.CODE_UNSPECIFIED ? "INTERNAL" : (Error_Code[reply.code] ?? "INTERNAL");
   return new PneumaError(code as ErrorCode, reply.what, reply.where, reply.retryAfterS || undefined);
+}
+
+function bytesOf(requestId: bigint, request: Request): Uint8Array {
+  return toBinary(ClientMessageSchema, create(ClientMessageSchema, { requestId, request }));
 }
 
 export class Connection {
@@ -109,16 +117,17 @@ export class Connection {
   /**
    * Sends a request and waits for its reply.
    * @param accepted takes the reply before any message that comes after it, and also one that comes too late
-   * @param timeoutMs 0: as long as the connection lasts
+   * @param timeoutMs of each of its parts, where it goes in parts; 0: as long as the connection lasts
    */
-  call<Kind extends ReplyKind>(
+  async call<Kind extends ReplyKind>(
     request: Request,
     expected: Kind,
     accepted?: (reply: Reply<Kind>) => void,
     timeoutMs = this.options.replyTimeoutMs,
   ): Promise<Reply<Kind>> {
-    if (this.error) return Promise.reject(this.error);
+    if (this.error) throw this.error;
     const requestId = this.nextId++;
+    const messages = this.cut(requestId, request);
     return new Promise((resolve, reject) => {
       const settle = (message: Update) => {
         if (message.case === "error") return reject(errorOf(message.value));
@@ -131,12 +140,13 @@ export class Connection {
       };
       const waiting: Waiting = { settle, reject };
       if (timeoutMs > 0) {
+        const allMs = timeoutMs * messages.length;
         waiting.timer = setTimeout(() => {
-          reject(new PneumaError("UNAVAILABLE", `no reply in ${timeoutMs / 1000} s`, request.case));
-        }, timeoutMs);
+          reject(new PneumaError("UNAVAILABLE", `no reply in ${allMs / 1000} s`, request.case));
+        }, allMs);
       }
       this.waiting.set(requestId, waiting);
-      this.send(requestId, request);
+      for (const message of messages) this.socket.send(message);
     });
   }
 
@@ -156,8 +166,23 @@ export class Connection {
     this.options.ended(error);
   }
 
-  private send(requestId: bigint, request: Request): void {
-    this.socket.send(toBinary(ClientMessageSchema, create(ClientMessageSchema, { requestId, request })));
+  /** As the server takes it: whole, or in parts. Throws PneumaError where it takes it in neither way. */
+  private cut(requestId: bigint, request: Request): Uint8Array[] {
+    const whole = bytesOf(requestId, request);
+    const { messageBytesMax, partsBytesMax } = this.welcome ?? { messageBytesMax: helloBytesMax, partsBytesMax: 0 };
+    if (whole.length <= messageBytesMax) return [whole];
+    const partBytes = messageBytesMax - partHeadBytes;
+    if (whole.length > partsBytesMax || partBytes <= 0) {
+      const bytesMax = Math.max(messageBytesMax, partsBytesMax);
+      throw new PneumaError("LIMIT_EXCEEDED", `a request of ${whole.length} bytes; the server takes ${bytesMax}`);
+    }
+    const parts: Uint8Array[] = [];
+    for (let begin = 0; begin < whole.length; begin += partBytes) {
+      const end = begin + partBytes;
+      const part = { data: whole.subarray(begin, end), last: end >= whole.length };
+      parts.push(bytesOf(requestId, { case: "part", value: part }));
+    }
+    return parts;
   }
 
   private take(data: unknown): void {
@@ -178,7 +203,7 @@ export class Connection {
       clearTimeout(waiting?.timer);
       waiting?.settle(update);
     } else if (update.case === "ping") {
-      this.send(this.nextId++, { case: "pong", value: { nonce: update.value.nonce } });
+      this.socket.send(bytesOf(this.nextId++, { case: "pong", value: { nonce: update.value.nonce } }));
     } else if (update.case === "goodbye") {
       const { reason } = update.value;
       this.end(reason ? errorOf(reason) : new PneumaError("UNAVAILABLE", "the server said goodbye"));

@@ -7,6 +7,7 @@ export { type ErrorCode, PneumaError } from "./errors.js";
 export { Grab } from "./grab.js";
 export { Recorder, type RecorderOptions, type RecordingProgress } from "./recording.js";
 export {
+  type Contact,
   type Frame,
   type Layout,
   type Mesh,
@@ -16,7 +17,6 @@ export {
   type SubscribeOptions,
 } from "./stream.js";
 export { WorkerDecoder } from "./worker_decoder.js";
-export type { Contact } from "../proto/pneuma/v1/frame_pb.js";
 export * from "../proto/pneuma/v1/scene_pb.js";
 export { Event_Kind } from "../proto/pneuma/v1/session_pb.js";
 export type {

@@ -1,7 +1,6 @@
 // A subscription: what is in its world, and its frames.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import type {
-  Contact,
   Frame as FrameMessage,
   Gap,
   Layout as LayoutMessage,
@@ -60,8 +59,20 @@ export interface Frame {
   readonly poses: readonly SolidPose[];
   /** With `scalars` asked for: lists with one number a soft body. */
   readonly scalars: Scalars | undefined;
-  /** With `contacts` asked for: where the soft bodies are held off something. */
+  /** With `contacts` asked for: the vertices that are held off something. */
   readonly contacts: readonly Contact[];
+}
+
+export interface Contact {
+  /** The body that the vertex is of: its place in the layout's `softBodies`. */
+  readonly soft: number;
+  /** Of the whole mesh, whatever the level of detail. */
+  readonly vertex: number;
+  /** Its place in the layout; both undefined: a soft body that the stream does not hold. */
+  readonly otherSoft: number | undefined;
+  readonly otherSolid: number | undefined;
+  /** Of length 1, out of the other. */
+  readonly normal: Vec3;
 }
 
 /** What a frame leaves for those that build on it. */
@@ -143,8 +154,8 @@ function byBody(layout: Layout, all: Float64Array): Float64Array[] {
 
 /** What makes two subscriptions of a world one stream: all but the wishes. proto/WIRE.md, "Streams". */
 function kindOf(options: SubscribeOptions): string {
-  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, timeLayers, contacts } = options;
-  const marks = [velocities, scalars, timeLayers, contacts].map((mark) => mark ?? false);
+  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, contacts, timeLayers } = options;
+  const marks = [velocities, scalars, contacts, timeLayers].map((mark) => mark ?? false);
   return JSON.stringify([
     rateHz ?? 0,
     maxErrorM || maxErrorMDefault,
@@ -241,7 +252,7 @@ export class Stream {
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
-    const { layoutId, tick, timeS, payload, scalars, layer, contacts } = message;
+    const { layoutId, tick, timeS, payload, scalars, layer } = message;
     const { feed } = this;
     if (this.decoder.isBehind(this.placesKey)) {
       this.leftOutFrom ??= Number(tick);
@@ -250,6 +261,7 @@ export class Stream {
     if (layoutId !== this.layoutId) throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
     const base = this.baseOf(message);
     const poses = this.posesOf(message, base);
+    const contacts = this.contactsOf(message);
     this.held[layer] = { tick, poses };
     const layout = this.layout_;
     const isKey = base === undefined;
@@ -324,6 +336,18 @@ export class Stream {
     const base = this.held.slice(0, Math.max(layer, 1)).findIndex((held) => held?.tick === baseTick);
     if (base < 0) throw new PneumaError("MALFORMED", `a frame on top of tick ${baseTick}, which is not held`);
     return base;
+  }
+
+  private contactsOf({ contacts }: FrameMessage): readonly Contact[] {
+    const { softBodies, solids } = this.layout_;
+    return contacts.map(({ soft, vertex, other, normal }) => {
+      const otherSoft = other.case === "otherSoft" ? other.value : undefined;
+      const otherSolid = other.case === "otherSolid" ? other.value : undefined;
+      if (Math.max(soft, otherSoft ?? 0) >= softBodies.length || (otherSolid ?? -1) >= solids.length) {
+        throw new PneumaError("MALFORMED", "a contact of a body that there is not");
+      }
+      return { soft, vertex, otherSoft, otherSolid, normal: normal ?? create(Vec3Schema) };
+    });
   }
 
   private posesOf({ poses }: FrameMessage, base: number | undefined): readonly SolidPose[] {

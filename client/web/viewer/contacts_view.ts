@@ -61,8 +61,7 @@ export class ContactsView {
       const body = bodies[contact.soft];
       if (!body || vertex < 0 || vertex >= body.vertexCount) continue;
       const at = new Vector3(...body.vertex(vertex));
-      const { x = 0, y = 0, z = 0 } = contact.normal ?? {};
-      normal.set(x, y, z).normalize();
+      normal.copy(contact.normal);
       this.discs.setMatrixAt(count, matrix.compose(at, turn.setFromUnitVectors(outwards, normal), size));
       ends.setXYZ(2 * count, at.x, at.y, at.z);
       at.addScaledVector(normal, normalPart * sizeM);

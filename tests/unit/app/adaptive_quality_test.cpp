@@ -153,6 +153,20 @@ TEST_F(AdaptiveQuality, AskingAgainGivesTheStreamThatItIsOn) {
   EXPECT_EQ(hub_.subscriber_count(), 1U);
 }
 
+TEST_F(AdaptiveQuality, AskingForTheQualityThatItIsOnDoesNotTakeItsStreamOver) {
+  const auto first = subscribe(ann_, 1e-3);
+  tick();
+  strain(1, first->stream_id());
+  tick();
+  for (const bool adaptive : {true, false}) {
+    const auto other = subscribe(ann_, 2e-3, adaptive);
+    EXPECT_EQ(other.status().code(), base::StatusCode::failed_precondition);
+  }
+  const auto again = subscribe(ann_, 1e-3);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->stream_id(), 2U) << "still the first one's";
+}
+
 TEST_F(AdaptiveQuality, WhoAsksForAFixedQualityAgainIsBroughtBackToIt) {
   const auto first = subscribe(ann_, 1e-3);
   tick();

@@ -218,6 +218,11 @@ TEST(LiveWorld, ABadCommandIsNamedAndChangesNothing) {
   v1::ClientMessage nothing;
   nothing.mutable_edit();
   EXPECT_EQ(world.change(nothing).status().where(), "edit.source");
+  v1::ClientMessage no_change;
+  no_change.mutable_edit()->mutable_edit();
+  EXPECT_EQ(world.change(no_change).status().message(), "edit.edit.changes: holds no change");
+  no_change.mutable_edit()->set_edit_json("{}");
+  EXPECT_EQ(world.change(no_change).status().message(), "edit.edit_json.changes: holds no change");
   v1::ClientMessage heavy;
   heavy.mutable_edit()->mutable_edit()->add_changes()->mutable_change_soft_body()->set_name("ball");
   heavy.mutable_edit()->mutable_edit()->mutable_changes(0)->mutable_change_soft_body()->set_mass_kg(-1.0);

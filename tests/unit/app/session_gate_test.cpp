@@ -11,6 +11,11 @@ namespace {
 
 const SessionGate::TimePoint start = SessionGate::TimePoint() + std::chrono::hours(1);
 
+MessageParts& no_parts() {
+  static MessageParts parts{base::Limits()};
+  return parts;
+}
+
 std::string hello(std::uint32_t version, const std::string& token = {}) {
   v1::ClientMessage message;
   message.set_request_id(1);
@@ -27,13 +32,13 @@ std::string list_worlds(std::uint64_t request_id) {
 }
 
 SessionGate opened(const base::Limits& limits = {}) {
-  SessionGate gate(7, "", limits);
+  SessionGate gate(7, "", limits, no_parts());
   EXPECT_TRUE(gate.receive(hello(1), start).authenticated);
   return gate;
 }
 
 TEST(SessionGate, HelloIsWelcomed) {
-  SessionGate gate(7, "", {});
+  SessionGate gate(7, "", {}, no_parts());
   const auto verdict = gate.receive(hello(1), start);
   EXPECT_TRUE(verdict.authenticated);
   EXPECT_FALSE(verdict.close);
@@ -44,7 +49,7 @@ TEST(SessionGate, HelloIsWelcomed) {
 }
 
 TEST(SessionGate, AnythingBeforeHelloCloses) {
-  SessionGate gate(7, "", {});
+  SessionGate gate(7, "", {}, no_parts());
   const auto verdict = gate.receive(list_worlds(1), start);
   ASSERT_TRUE(verdict.close);
   EXPECT_EQ(verdict.close->code(), base::StatusCode::unauthenticated);
@@ -53,7 +58,7 @@ TEST(SessionGate, AnythingBeforeHelloCloses) {
 
 TEST(SessionGate, BytesThatAreNoMessageClose) {
   for (const bool after_hello : {false, true}) {
-    SessionGate gate = after_hello ? opened() : SessionGate(7, "", {});
+    SessionGate gate = after_hello ? opened() : SessionGate(7, "", {}, no_parts());
     const auto verdict = gate.receive("\xff\xff\xff garbage", start);
     ASSERT_TRUE(verdict.close);
     EXPECT_EQ(verdict.close->code(), base::StatusCode::malformed);
@@ -61,7 +66,7 @@ TEST(SessionGate, BytesThatAreNoMessageClose) {
 }
 
 TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
-  SessionGate gate(7, "", {});
+  SessionGate gate(7, "", {}, no_parts());
   const auto verdict = gate.receive(hello(2), start);
   EXPECT_FALSE(verdict.authenticated);
   ASSERT_TRUE(verdict.reply);
@@ -72,7 +77,7 @@ TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
 
 TEST(SessionGate, OnlyTheTokenOpens) {
   for (const std::string wrong : {"", "secre", "secret2", "Secret"}) {
-    SessionGate gate(7, "secret", {});
+    SessionGate gate(7, "secret", {}, no_parts());
     const auto verdict = gate.receive(hello(1, wrong), start);
     EXPECT_FALSE(verdict.authenticated) << wrong;
     EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNAUTHENTICATED);
@@ -80,7 +85,7 @@ TEST(SessionGate, OnlyTheTokenOpens) {
               wrong.empty() ? "is missing: this server asks for a token" : "is not this server's");
     EXPECT_TRUE(verdict.close);
   }
-  SessionGate gate(7, "secret", {});
+  SessionGate gate(7, "secret", {}, no_parts());
   EXPECT_TRUE(gate.receive(hello(1, "secret"), start).authenticated);
 }
 

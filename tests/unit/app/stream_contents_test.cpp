@@ -1,12 +1,16 @@
 // Shows what a stream holds for who asks for it: some bodies, coarser meshes, velocities, scalars; that whoever asks
 // for the same shares a class; and that a stream waits for a mesh that is still being made. A real world and the
 // client's own decoder, no sockets.
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <optional>
+#include <set>
 
 #include <gtest/gtest.h>
 
+#include "app/frame_contacts.h"
 #include "app/frame_hub.h"
 #include "app/live_world.h"
 #include "ball_scene.h"
@@ -27,11 +31,16 @@ v1::ClientMessage remove_ball(const std::string& name) {
   return message;
 }
 
-/// A world of which is counted how often its bodies are measured.
+/// A world of which is counted how often its bodies are measured, and whose contacts may be made up.
 class CountedMeasures final : public FrameSource {
  public:
   explicit CountedMeasures(const physics::World& world) : live_(world) {}
   [[nodiscard]] int count() const { return count_; }
+  /// The first vertices of each body touch a solid, so many of them.
+  void touch(std::size_t vertices) {
+    touched_.resize(vertices);
+    for (std::uint32_t i = 0; i < vertices; ++i) touched_[i].vertex = i;
+  }
 
   [[nodiscard]] double time_s() const override { return live_.time_s(); }
   [[nodiscard]] double tick_period_s() const override { return live_.tick_period_s(); }
@@ -55,11 +64,14 @@ class CountedMeasures final : public FrameSource {
     ++count_;
     return live_.scalars(index);
   }
+  [[nodiscard]] bool has_contacts() const override { return true; }
+  [[nodiscard]] std::vector<TouchedVertex> contacts(std::size_t) const override { return touched_; }
   void describe_solids(v1::Layout& layout) const override { live_.describe_solids(layout); }
   [[nodiscard]] std::vector<physics::Pose> poses() const override { return live_.poses(); }
 
  private:
   LiveFrames live_;
+  std::vector<TouchedVertex> touched_;
   mutable int count_ = 0;
 };
 
@@ -108,6 +120,7 @@ class StreamContents : public testing::Test {
   }
 
   Outbox tick() {
+    world_.physics().note_contacts(hub_.wants_contacts());
     world_.physics().step_tick(workers_);
     Outbox outbox;
     hub_.encode_tick(LiveFrames(world_.physics()), world_.tick(), false, outbox);
@@ -251,6 +264,63 @@ TEST_F(StreamContents, ScalarsAreTheWorldsOwnInKeysAndDeltas) {
     const auto plain = see(bob_, outbox);
     ASSERT_TRUE(plain);
     EXPECT_FALSE(plain->has_scalars);
+  }
+}
+
+TEST_F(StreamContents, ContactsAreTheWorldsOwnInKeysAndDeltas) {
+  v1::Subscribe request;
+  request.set_contacts(true);
+  subscribe(ann_, request);
+  subscribe(bob_, {});
+  EXPECT_EQ(hub_.class_count(), 2U);
+  std::size_t told = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Outbox outbox = tick();
+    const auto frame = see(ann_, outbox);
+    ASSERT_TRUE(frame);
+    const physics::ContactNotes notes = world_.physics().contacts(0);
+    ASSERT_EQ(frame->contacts.size(), notes.size());
+    for (std::size_t n = 0; n < notes.size(); ++n, ++told) {
+      const client::ContactFrame& contact = frame->contacts[n];
+      EXPECT_EQ(frame->bodies[contact.body].name, "ball");
+      EXPECT_EQ(contact.vertex, notes[n].vertex);
+      ASSERT_TRUE(contact.other_solid);
+      EXPECT_EQ(frame->solids[*contact.other_solid].name, "floor");
+      EXPECT_EQ(contact.normal[1], 1.0);
+    }
+    const auto plain = see(bob_, outbox);
+    ASSERT_TRUE(plain);
+    EXPECT_TRUE(plain->contacts.empty());
+  }
+  EXPECT_GT(told, 0U) << "it fell onto the floor";
+  Outbox outbox;
+  ASSERT_TRUE(hub_.unsubscribe(ann_.viewer.session()->id(), ann_.subscribed.stream_id(), outbox));
+  (void)tick();
+  EXPECT_TRUE(world_.physics().contacts(0).empty()) << "nobody asks any more";
+}
+
+TEST_F(StreamContents, OfTooManyContactsASpreadChoiceIsToldThatStaysTheSame) {
+  WorldLayout layout{View()};
+  MeshTopologies topologies([](const auto& make) { make(); });
+  CountedMeasures source(world_.physics());
+  ASSERT_EQ(layout.update(source, topologies), WorldLayout::Update::changed);
+  const auto told = [&](std::size_t touched) {
+    source.touch(touched);
+    std::set<std::uint32_t> vertices;
+    for (const v1::Contact& contact : contacts_of(source, layout)) vertices.insert(contact.vertex());
+    return vertices;
+  };
+  EXPECT_EQ(told(base::frame_contacts_max).size(), base::frame_contacts_max);
+  const auto of_many = told(10'000);
+  ASSERT_EQ(of_many.size(), base::frame_contacts_max);
+  const auto of_more = told(10'100);
+  std::vector<std::uint32_t> both;
+  std::ranges::set_intersection(of_many, of_more, std::back_inserter(both));
+  EXPECT_GT(both.size(), base::frame_contacts_max * 9 / 10);
+  std::uint32_t before = 0;
+  for (const std::uint32_t vertex : of_many) {
+    EXPECT_LT(vertex - before, 5U * 10'000U / base::frame_contacts_max) << "no large part is left out";
+    before = vertex;
   }
 }
 

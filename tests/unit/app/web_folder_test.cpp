@@ -27,7 +27,7 @@ class WebFolderFiles : public testing::Test {
   // What is served at a path; "none".
   static std::string at(const base::Result<WebFolder>& web, const std::string& path) {
     const net::HttpReply* file = web->find(path);
-    return file == nullptr ? "none" : file->body;
+    return file == nullptr ? "none" : *file->body;
   }
   void expect_refused(const std::string& name) {
     const auto web = WebFolder::load(folder_ / "web");
@@ -48,7 +48,7 @@ TEST_F(WebFolderFiles, EachIsServedAtItsPathFromTheFolder) {
     EXPECT_EQ(at(web, "/"), "the page") << name;
     EXPECT_EQ(at(web, "/index.html"), "the page") << name;
     EXPECT_EQ(at(web, "/assets/app.js"), "code") << name;
-    EXPECT_EQ(web->find("/assets/app.js")->gzip_body, "compressed") << name;
+    EXPECT_EQ(*web->find("/assets/app.js")->gzip_body, "compressed") << name;
     EXPECT_EQ(at(web, "/alone.js"), "none") << "compressed alone";
     EXPECT_EQ(at(web, "/assets"), "none");
   }

@@ -210,6 +210,37 @@ TEST(ClientCall, RequestLargerThanTheServerTakesIsNotSent) {
   EXPECT_TRUE(client.pause("w").ok());
 }
 
+TEST(ClientCall, RequestLargerThanTheServerTakesAtOnceGoesInParts) {
+  const std::string text(2'500, 'x');
+  const FakeServer server([&](FakeSession& session) {
+    session.welcome(1'000, 4'000);
+    std::string whole;
+    bool is_last = false;
+    std::uint64_t id = 0;
+    while (!is_last) {
+      const auto message = session.receive();
+      ASSERT_TRUE(message && message->has_part());
+      EXPECT_LE(message->ByteSizeLong(), 1'000U);
+      id = message->request_id();
+      whole += message->part().data();
+      is_last = message->part().last();
+    }
+    v1::ClientMessage request;
+    EXPECT_TRUE(request.ParseFromString(whole));
+    EXPECT_EQ(request.request_id(), id);
+    EXPECT_EQ(request.edit().edit_json(), text);
+    v1::ServerMessage reply;
+    reply.set_request_id(id);
+    reply.mutable_done()->set_tick(4);
+    session.send(reply);
+  });
+  Client client = connected(server);
+  const auto done = client.edit_json("w", text);
+  ASSERT_TRUE(done.ok()) << done.status().message();
+  EXPECT_EQ(done->tick(), 4U);
+  EXPECT_EQ(client.edit_json("w", text + text).status().code(), base::StatusCode::limit_exceeded);
+}
+
 TEST(ClientCall, ServersPingIsAnswered) {
   const FakeServer server([](FakeSession& session) {
     session.welcome();

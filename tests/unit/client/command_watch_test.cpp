@@ -47,11 +47,11 @@ TEST(CommandWatch, EveryUpdateIsALineOfJson) {
   const Finished finished = run(server, {"watch", "w", "--json", "--frames", "4"});
   EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
   const auto all = lines(finished.output);
-  ASSERT_EQ(all.size(), 7U) << finished.output;
-  const char* types[] = {"frame", "frame", "gap", "frame", "event", "frame", "summary"};
+  ASSERT_EQ(all.size(), 8U) << finished.output;
+  const char* types[] = {"subscribed", "frame", "frame", "gap", "frame", "event", "frame", "summary"};
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(json(all[i]).fields().at("type").string_value(), types[i]);
 
-  const auto delta = json(all[1]);
+  const auto delta = json(all[2]);
   EXPECT_EQ(delta.fields().at("tick").number_value(), 2.0);
   EXPECT_FALSE(delta.fields().at("key").bool_value());
   const auto& ball = delta.fields().at("bodies").list_value().values(0).struct_value();
@@ -60,8 +60,8 @@ TEST(CommandWatch, EveryUpdateIsALineOfJson) {
   EXPECT_DOUBLE_EQ(ball.fields().at("centre").list_value().values(0).number_value(), 1.25);
   EXPECT_DOUBLE_EQ(ball.fields().at("min").list_value().values(1).number_value(), 1.0);
   EXPECT_DOUBLE_EQ(ball.fields().at("max").list_value().values(2).number_value(), 2.0);
-  EXPECT_EQ(json(all[4]).fields().at("body").string_value(), "ball \"1\"");
-  const auto summary = json(all[6]);
+  EXPECT_EQ(json(all[5]).fields().at("body").string_value(), "ball \"1\"");
+  const auto summary = json(all[7]);
   EXPECT_EQ(summary.fields().at("frames").number_value(), 4.0);
   EXPECT_EQ(summary.fields().at("gaps").number_value(), 1.0);
   EXPECT_DOUBLE_EQ(summary.fields().at("bits_per_vertex").number_value(),
@@ -106,11 +106,15 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
       scalars.add_kinetic_j(2.0F);
       scalars.add_elastic_j(0.5F);
       scalars.add_asleep(true);
+      v1::Contact& contact = *frame.mutable_frame()->add_contacts();
+      contact.set_vertex(2);
+      contact.set_other_solid(0);
+      contact.mutable_normal()->set_y(1.0);
       session.send(frame);
       session.drain();
     });
     finished = run(server, {"watch", "--body", "ball", "--body", "second", "w", "--level", "2", "--velocities",
-                            "--scalars", "--json", "--frames", "1"});
+                            "--scalars", "--contacts", "--json", "--frames", "1"});
   }
   EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
   ASSERT_EQ(sent.bodies_size(), 2);
@@ -118,7 +122,7 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
   EXPECT_EQ(sent.level_of_detail(), 2U);
   EXPECT_TRUE(sent.velocities());
   EXPECT_TRUE(sent.scalars());
-  const auto frame = json(lines(finished.output).at(0));
+  const auto frame = json(lines(finished.output).at(1));
   const auto& ball = frame.fields().at("bodies").list_value().values(0).struct_value();
   EXPECT_EQ(ball.fields().at("volume_m3").number_value(), 0.25);
   EXPECT_EQ(ball.fields().at("pressure_pa").number_value(), 100.0);
@@ -127,6 +131,35 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
   EXPECT_TRUE(ball.fields().at("asleep").bool_value());
   EXPECT_EQ(ball.fields().at("mean_velocity_m_s").list_value().values_size(), 3);
   EXPECT_GT(ball.fields().at("max_speed_m_s").number_value(), 0.0);
+  EXPECT_TRUE(sent.contacts());
+  const auto& contact = frame.fields().at("contacts").list_value().values(0).struct_value();
+  EXPECT_EQ(contact.fields().at("body").string_value(), "ball");
+  EXPECT_EQ(contact.fields().at("vertex").number_value(), 2.0);
+  EXPECT_EQ(contact.fields().at("other_solid").string_value(), "floor");
+  EXPECT_EQ(contact.fields().at("normal").list_value().values(1).number_value(), 1.0);
+}
+
+TEST(CommandWatch, StatsNameFrozenBodies) {
+  for (const bool json_lines : {true, false}) {
+    const FakeServer server([](FakeSession& session) {
+      play(session);
+      session.reply([](const auto& request, auto& message) {
+        EXPECT_TRUE(request.has_get_stats());
+        v1::Stats& stats = *message.mutable_stats();
+        stats.add_streams()->set_stream_id(1);
+        stats.add_soft_bodies()->set_name("ball");
+        stats.add_rigid_bodies()->set_name("stone");
+        stats.mutable_rigid_bodies(0)->set_frozen(true);
+      });
+      session.drain();
+    });
+    std::vector<std::string> arguments{"watch", "w", "--stats", "--frames", "1"};
+    if (json_lines) arguments.push_back("--json");
+    const Finished finished = run(server, arguments);
+    EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+    EXPECT_NE(finished.output.find(json_lines ? R"("frozen":["stone"])" : "; frozen: stone\n"), std::string::npos)
+        << finished.output;
+  }
 }
 
 TEST(CommandWatch, WritesAWavefrontFileAFrame) {

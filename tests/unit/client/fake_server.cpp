@@ -92,7 +92,7 @@ void FakeSession::send_bytes(const std::string& bytes) {
   }
 }
 
-v1::Hello FakeSession::welcome(std::uint32_t message_bytes_max) {
+v1::Hello FakeSession::welcome(std::uint32_t message_bytes_max, std::uint32_t parts_bytes_max) {
   v1::Hello hello;
   reply([&](const v1::ClientMessage& request, v1::ServerMessage& message) {
     EXPECT_TRUE(request.has_hello());
@@ -100,6 +100,7 @@ v1::Hello FakeSession::welcome(std::uint32_t message_bytes_max) {
     message.mutable_welcome()->set_protocol_version(1);
     message.mutable_welcome()->set_server_version("fake");
     message.mutable_welcome()->set_message_bytes_max(message_bytes_max);
+    message.mutable_welcome()->set_parts_bytes_max(parts_bytes_max);
   });
   return hello;
 }

@@ -20,7 +20,7 @@ class FakeSession {
   void send(const v1::ServerMessage& message);
   void send_bytes(const std::string& bytes);
   /// Takes the hello and welcomes the client.
-  v1::Hello welcome(std::uint32_t message_bytes_max = 1024 * 1024);
+  v1::Hello welcome(std::uint32_t message_bytes_max = 1024 * 1024, std::uint32_t parts_bytes_max = 0);
   /// Answers the client's next message with what `fill` makes of it. False when it closes.
   bool reply(const std::function<void(const v1::ClientMessage&, v1::ServerMessage&)>& fill);
   /// Waits until the client closes, whatever it says before.

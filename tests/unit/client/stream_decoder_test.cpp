@@ -233,6 +233,27 @@ TEST_F(StreamWithVelocities, AGridStepThatIsNoSpeedIsRefused) {
   }
 }
 
+TEST_F(StreamDecoderTest, ContactsAreOfWhatTheLayoutNames) {
+  auto message = key_frame(stream_id, 1);
+  v1::Contact& contact = *message.mutable_frame()->add_contacts();
+  contact.set_vertex(3);
+  contact.set_other_solid(1);
+  expect_refused(message, "contacts");
+  contact.set_other_soft(1);
+  expect_refused(message, "contacts");
+  contact.set_other_solid(0);
+  contact.set_soft(1);
+  expect_refused(message, "contacts");
+  contact.set_soft(0);
+  const auto frame = take(message);
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  ASSERT_EQ((*frame)->contacts.size(), 1U);
+  EXPECT_EQ((*frame)->contacts[0].vertex, 3U);
+  EXPECT_EQ((*frame)->contacts[0].other_solid, 0U);
+  for (std::size_t i = 0; i < base::frame_contacts_max; ++i) *message.mutable_frame()->add_contacts() = contact;
+  expect_refused(message, "contacts");
+}
+
 TEST_F(StreamDecoderTest, ScalarsAreOneABody) {
   auto message = key_frame(stream_id, 1);
   v1::Scalars& scalars = *message.mutable_frame()->mutable_scalars();

@@ -130,8 +130,9 @@ TEST(OutputQueue, RepliesAreRefusedPastTheLimitAlone) {
   OutputQueue queue(100, gap);
   EXPECT_TRUE(queue.push_reply(text("a", 99)));
   EXPECT_TRUE(queue.push_reply(text("b", 500))) << "one may be larger than the limit";
-  EXPECT_FALSE(queue.push_reply(text("c")));
-  EXPECT_EQ(take_words(queue), (Words{"a", "b"}));
+  EXPECT_TRUE(queue.push_reply(text("c", 10))) << "and others may wait beside it";
+  EXPECT_FALSE(queue.push_reply(text("d")));
+  EXPECT_EQ(take_words(queue), (Words{"a", "b", "c"}));
   EXPECT_TRUE(queue.push_reply(text("d")));
 }
 

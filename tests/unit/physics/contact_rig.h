@@ -90,7 +90,7 @@ struct Rig {
       }
     }
     accelerate_rigid_bodies(rigid, gravity_m_s2, dt_s);
-    contacts.resolve(soft, rigid, colliders, {}, {gravity_m_s2, {}}, dt_s, workers, &profile);
+    contacts.resolve(soft, rigid, colliders, {}, {gravity_m_s2, {}}, dt_s, {}, workers, &profile);
     for (SoftState<Real>& body : soft) {
       for (std::size_t i = 0; i < body.x.size(); ++i) body.x[i] += body.dr[i];
     }

@@ -193,7 +193,7 @@ TEST(ImplicitContact, LeavesNoVertexBehindASurfaceThatMoves) {
     BodyTables<double> tables(state);
     SolverScratch<double> scratch;
     const std::vector<Vec3d> start = state.v;
-    solve_step<double>(state, tables.tables, {Integrator::implicit_euler, {}}, {}, moves, start, dt_s, scratch,
+    solve_step<double>(state, tables.tables, {Integrator::implicit_euler, {}}, {}, moves, start, dt_s, scratch, nullptr,
                        nullptr);
     ASSERT_FALSE(state.solve_failed);
     double lowest_m = 1.0;
@@ -218,7 +218,7 @@ TEST(ImplicitContact, HoldsNoMoreForABodyWithPinsTheMoreOftenItTouches) {
   SolverScratch<double> scratch;
   const auto step = [&, start = state.v] {
     state.v = start;
-    solve_step<double>(state, tables.tables, {Integrator::implicit_euler, {}}, {}, moves, start, dt_s, scratch,
+    solve_step<double>(state, tables.tables, {Integrator::implicit_euler, {}}, {}, moves, start, dt_s, scratch, nullptr,
                        nullptr);
   };
   step();

@@ -339,6 +339,7 @@ TEST_F(ReplayedWorldTest, WhatWasNotRecordedIsRefused) {
   EXPECT_EQ(velocities.code(), v1::Error::FAILED_PRECONDITION);
   EXPECT_EQ(velocities.where(), "subscribe.velocities");
   EXPECT_EQ(refusal([](auto& subscribe) { subscribe.set_scalars(true); }).where(), "subscribe.scalars");
+  EXPECT_EQ(refusal([](auto& subscribe) { subscribe.set_contacts(true); }).where(), "subscribe.contacts");
   const v1::Error body = refusal([](auto& subscribe) { subscribe.add_bodies("second"); });
   EXPECT_EQ(body.code(), v1::Error::NOT_FOUND) << "it comes later";
   EXPECT_EQ(body.where(), "subscribe.bodies[0]");

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/limits.h"
 #include "scene_io/json.h"
 #include "scene_io/set_path.h"
 
@@ -31,6 +32,16 @@ TEST(DuplicateKeys, NoSceneNorEditHasThem) {
             "changes[1].set_gravity.y: is given twice");
   v1::Scene scene;
   EXPECT_EQ(set_path(scene, R"(gravity={"y": 1, "y": 2})").message(), "gravity.y: is given twice");
+}
+
+TEST(DuplicateKeys, MoreObjectsThanAnySceneNeedsAreRefused) {
+  const auto list = [](std::size_t objects) {
+    std::string text = "[{}";
+    for (std::size_t i = 1; i < objects; ++i) text += ",{}";
+    return text + "]";
+  };
+  EXPECT_TRUE(check_keys(list(base::json_objects_max)).ok());
+  EXPECT_EQ(check_keys(list(base::json_objects_max + 1)).code(), base::StatusCode::limit_exceeded);
 }
 
 }  // namespace

@@ -192,6 +192,34 @@ TEST(ToPhysics, AllMeshesTogetherAreBounded) {
   EXPECT_EQ(built.status().where(), "meshes[4]");  // 5 * 251^2 > 262,144
 }
 
+// They stay in the scene, whatever they are mended to.
+TEST(ToPhysics, MeshesToBeMendedCountAsTheyAreWrittenOut) {
+  auto scene = parse_scene_json(broken_tetrahedron(R"(, "mend": {})"));
+  ASSERT_TRUE(scene.ok());
+  v1::Mesh& mesh = *scene->mutable_meshes(0);
+  const auto error_of_copies = [&](int copies) {
+    v1::Scene all;
+    for (int i = 0; i < copies; ++i) {
+      *all.add_meshes() = mesh;
+      all.mutable_meshes(i)->set_name(std::string("mesh ").append(std::to_string(i)));
+    }
+    const auto library = MeshLibrary::build(all);
+    return library.ok() ? std::string() : library.status().message();
+  };
+  while (static_cast<std::size_t>(mesh.triangles().positions_size()) < base::mesh_vertices_max) {
+    mesh.mutable_triangles()->add_positions();  // of no face
+  }
+  EXPECT_EQ(error_of_copies(4), "");
+  EXPECT_EQ(error_of_copies(5), "meshes[4]: the meshes up to this one have more than 262144 vertices");
+
+  mesh.mutable_triangles()->mutable_positions()->DeleteSubrange(4, static_cast<int>(base::mesh_vertices_max) - 4);
+  const v1::Mesh::Triangles once = mesh.triangles();
+  while (static_cast<std::size_t>(mesh.triangles().indices_size()) < 3 * base::mesh_faces_max) {
+    mesh.mutable_triangles()->add_indices(once.indices(mesh.triangles().indices_size() % once.indices_size()));
+  }
+  EXPECT_EQ(error_of_copies(5), "meshes[4]: the meshes up to this one have more than 1048576 faces");
+}
+
 TEST(ToPhysics, TooManyBodiesAreRefusedByNumber) {
   v1::Scene scene;
   for (std::size_t i = 0; i <= base::world_bodies_max; ++i) scene.add_soft_bodies();

@@ -1,9 +1,15 @@
 // The client against a server that follows a script: connections that are lost, requests and events that cross.
-import { create } from "@bufbuild/protobuf";
+import { create, fromBinary } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
 import { FrameSchema, GapSchema, LayoutSchema } from "../../proto/pneuma/v1/frame_pb.js";
-import { DoneSchema, Event_Kind, EventSchema, SubscribedSchema } from "../../proto/pneuma/v1/session_pb.js";
+import {
+  ClientMessageSchema,
+  DoneSchema,
+  Event_Kind,
+  EventSchema,
+  SubscribedSchema,
+} from "../../proto/pneuma/v1/session_pb.js";
 import {
   Client,
   type ClientOptions,
@@ -81,7 +87,7 @@ function sendReplaced(peer: Peer, streamId: number, by: number): void {
   peer.send({ case: "event", value: event });
 }
 
-function done(asked: Asked<"unsubscribe">): void {
+function done(asked: Pick<Asked, "reply">): void {
   asked.reply({ case: "done", value: create(DoneSchema) });
 }
 
@@ -266,4 +272,26 @@ test("a stream that is decoded too slowly is left until that is done, and goes o
   sendKey(peer, 1, 9);
   await isTold;
   assert.deepEqual(told, [1, [2, 8], 9]);
+});
+
+test("a request that is larger than the server takes at once goes in parts, and one larger than those is not sent", async () => {
+  server.welcome = { messageBytesMax: 200, partsBytesMax: 1000 };
+  const peer = await connect();
+  const json = "x".repeat(800);
+  const edited = client.editJson(world, json);
+  const bytes: number[] = [];
+  for (;;) {
+    const part = await peer.next("part");
+    bytes.push(...part.value.data);
+    assert.ok(part.value.data.length <= 200 - 32);
+    if (part.value.last) {
+      done(part);
+      break;
+    }
+  }
+  await edited;
+  const { request } = fromBinary(ClientMessageSchema, Uint8Array.from(bytes));
+  assert.ok(request.case === "edit" && request.value.source.value === json);
+
+  await assert.rejects(client.editJson(world, json + json), (error: PneumaError) => error.code === "LIMIT_EXCEEDED");
 });

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create } from "@bufbuild/protobuf";
 import { Color, Matrix4, Vector3 } from "three";
-import { ContactSchema } from "../../proto/pneuma/v1/frame_pb.js";
+import { Vec3Schema } from "../../proto/pneuma/v1/scene_pb.js";
 import type { Frame } from "../../src/index.js";
 import { fit } from "../../viewer/bounds_view.js";
 import { diverging, niceCeiling, sequential } from "../../viewer/colour_map.js";
@@ -88,7 +88,9 @@ function touching(vertex: number, keptVertices: number[]): { frame: Frame; body:
   const places = Float64Array.from([0, 0, 0, 1, 0, 0, 0, 0, 1]);
   const body = new SoftBodyView("body", mesh, new Color());
   body.update(places, places, 1, undefined);
-  const contacts = [create(ContactSchema, { vertex, normal: { x: 0, y: 1, z: 0 } })];
+  const contacts = [
+    { soft: 0, vertex, otherSoft: undefined, otherSolid: 0, normal: create(Vec3Schema, { y: 1 }) },
+  ];
   const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [] };
   const none = { isKey: true, bytes: 0, velocities: undefined, poses: [], scalars: undefined };
   return { frame: { ...none, layout, tick: 0, timeS: 0, positions: [places], contacts }, body };

@@ -1,5 +1,5 @@
 // A server that does what a test says: it takes connections, welcomes them, and keeps each request until it is asked for.
-import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
+import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
 import { once } from "node:events";
 import type { AddressInfo } from "node:net";
 import { type WebSocket, WebSocketServer } from "ws";
@@ -45,11 +45,14 @@ export class Peer {
   private readonly requests: Asked[] = [];
   private readonly waiting: ((asked: Asked) => void)[] = [];
 
-  constructor(private readonly socket: WebSocket) {
+  constructor(
+    private readonly socket: WebSocket,
+    welcome: MessageInitShape<typeof WelcomeSchema>,
+  ) {
     socket.on("message", (bytes: Buffer) => {
       const { requestId, request } = fromBinary(ClientMessageSchema, bytes);
       const asked = new Asked(this, requestId, request.case!, request.value as never);
-      if (asked.kind === "hello") return asked.reply({ case: "welcome", value: create(WelcomeSchema) });
+      if (asked.kind === "hello") return asked.reply({ case: "welcome", value: create(WelcomeSchema, welcome) });
       const take = this.waiting.shift();
       if (take) take(asked);
       else this.requests.push(asked);
@@ -76,12 +79,14 @@ export class Peer {
 }
 
 export class ScriptedServer {
+  /** What those that connect from now on are told. */
+  welcome: MessageInitShape<typeof WelcomeSchema> = { messageBytesMax: 1 << 20 };
   private readonly peers: Peer[] = [];
   private readonly waiting: ((peer: Peer) => void)[] = [];
 
   private constructor(private readonly sockets: WebSocketServer) {
     sockets.on("connection", (socket) => {
-      const peer = new Peer(socket);
+      const peer = new Peer(socket, this.welcome);
       const take = this.waiting.shift();
       if (take) take(peer);
       else this.peers.push(peer);

@@ -1,0 +1,64 @@
+#include "app/frame_contacts.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+#include "base/limits.h"
+
+namespace pneuma::app {
+
+namespace {
+
+struct Found {
+  std::uint32_t soft;  // in the layout
+  TouchedVertex touched;
+};
+
+/// Scatters the vertices evenly (the golden ratio of 2^32, Knuth 6.4), so that those with the least are spread over the
+/// body, and no matter how many others come and go.
+std::uint32_t rank_of(const Found& found) {
+  return found.touched.vertex * 2'654'435'769U;
+}
+
+auto place_of(const Found& found) {
+  return std::tuple(found.soft, found.touched.vertex);
+}
+
+}  // namespace
+
+google::protobuf::RepeatedPtrField<v1::Contact> contacts_of(const FrameSource& source, const WorldLayout& layout) {
+  std::vector<Found> all;
+  std::vector<std::optional<std::uint32_t>> in_layout(source.soft_body_count());
+  const auto& bodies = layout.bodies();
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) in_layout[bodies[i].index] = i;
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    for (const TouchedVertex& touched : source.contacts(bodies[i].index)) all.push_back({i, touched});
+  }
+  if (all.size() > base::frame_contacts_max) {
+    const auto before = [](const Found& a, const Found& b) {
+      return std::tuple(rank_of(a), place_of(a)) < std::tuple(rank_of(b), place_of(b));
+    };
+    std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(base::frame_contacts_max), before);
+    all.resize(base::frame_contacts_max);
+    std::ranges::stable_sort(all, {}, place_of);
+  }
+  google::protobuf::RepeatedPtrField<v1::Contact> contacts;
+  contacts.Reserve(static_cast<int>(all.size()));
+  for (const auto& [soft, touched] : all) {
+    v1::Contact& contact = *contacts.Add();
+    contact.set_soft(soft);
+    contact.set_vertex(touched.vertex);
+    if (!touched.is_of_soft_body) contact.set_other_solid(static_cast<std::uint32_t>(touched.other));
+    if (touched.is_of_soft_body && in_layout[touched.other]) contact.set_other_soft(*in_layout[touched.other]);
+    contact.mutable_normal()->set_x(touched.normal.x());
+    contact.mutable_normal()->set_y(touched.normal.y());
+    contact.mutable_normal()->set_z(touched.normal.z());
+  }
+  return contacts;
+}
+
+}  // namespace pneuma::app

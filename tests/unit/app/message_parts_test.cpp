@@ -1,0 +1,220 @@
+// Shows how a message becomes whole from its parts, and what each part is told that cannot be one: the gate of a
+// session takes made-up bytes at made-up times.
+#include "app/message_parts.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "app/message_memory.h"
+#include "app/session_gate.h"
+
+namespace pneuma::app {
+namespace {
+
+const SessionGate::TimePoint start = SessionGate::TimePoint() + std::chrono::hours(1);
+constexpr std::uint64_t upload = 5;  // a request id
+
+std::string list_worlds(std::uint64_t request_id) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_list_worlds();
+  return message.SerializeAsString();
+}
+
+std::string edit(std::uint64_t request_id, std::size_t text_bytes) {
+  v1::ClientMessage message;
+  message.set_request_id(request_id);
+  message.mutable_edit()->set_world("w");
+  message.mutable_edit()->set_edit_json(std::string(text_bytes, 'x'));
+  return message.SerializeAsString();
+}
+
+class Sender {
+ public:
+  explicit Sender(MessageParts& parts, std::uint64_t session_id = 7, const base::Limits& limits = {})
+      : gate_(session_id, "", limits, parts) {
+    v1::ClientMessage message;
+    message.set_request_id(1);
+    message.mutable_hello()->set_protocol_version(1);
+    welcome_ = gate_.receive(message.SerializeAsString(), start).reply->welcome();
+  }
+
+  [[nodiscard]] const v1::Welcome& welcome() const { return welcome_; }
+
+  SessionGate::Verdict say(const std::string& bytes, SessionGate::TimePoint now = start) {
+    return gate_.receive(bytes, now);
+  }
+  SessionGate::Verdict part(std::uint64_t request_id, const std::string& data, bool last = false,
+                            SessionGate::TimePoint now = start) {
+    v1::ClientMessage message;
+    message.set_request_id(request_id);
+    message.mutable_part()->set_data(data);
+    message.mutable_part()->set_last(last);
+    return gate_.receive(message.SerializeAsString(), now);
+  }
+  /// All parts but the last get no answer; gives what the last one gets.
+  SessionGate::Verdict cut(std::uint64_t request_id, const std::string& message, std::size_t part_bytes) {
+    for (std::size_t begin = 0; begin + part_bytes < message.size(); begin += part_bytes) {
+      EXPECT_TRUE(is_silent(part(request_id, message.substr(begin, part_bytes))));
+    }
+    return part(request_id, message.substr((message.size() - 1) / part_bytes * part_bytes), true);
+  }
+
+  static bool is_silent(const SessionGate::Verdict& verdict) {
+    return !verdict.reply && !verdict.request && !verdict.close && !verdict.pong_nonce;
+  }
+
+ private:
+  SessionGate gate_;
+  v1::Welcome welcome_;
+};
+
+void expect_refused(const SessionGate::Verdict& verdict, std::uint64_t request_id, v1::Error::Code code,
+                    const std::string& where) {
+  ASSERT_TRUE(verdict.reply);
+  EXPECT_EQ(verdict.reply->request_id(), request_id);
+  EXPECT_EQ(verdict.reply->error().code(), code) << verdict.reply->error().what();
+  EXPECT_EQ(verdict.reply->error().where(), where);
+  EXPECT_FALSE(verdict.request);
+  EXPECT_FALSE(verdict.close);
+}
+
+class Parts : public testing::Test {
+ protected:
+  MessageParts parts_{base::Limits()};
+  Sender sender_{parts_};
+};
+
+TEST_F(Parts, TheLargestMessagePassesAFreshGate) {
+  EXPECT_EQ(sender_.welcome().parts_bytes_max(), base::parts_bytes_max);
+  const std::string largest = edit(upload, base::parts_bytes_max - 64);
+  const auto verdict = sender_.cut(upload, largest, base::Limits().message_bytes_max - 32);
+  ASSERT_TRUE(verdict.request);
+  EXPECT_EQ(verdict.request->SerializeAsString(), largest);
+}
+
+TEST_F(Parts, OtherRequestsGoBetweenThem) {
+  const std::string whole = edit(upload, 100);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(0, 50))));
+  EXPECT_TRUE(sender_.say(list_worlds(6)).request);
+  EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
+}
+
+TEST_F(Parts, ASecondMessageInPartsWaitsForTheFirst) {
+  const std::string whole = edit(upload, 100);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(0, 50))));
+  expect_refused(sender_.part(6, "x"), 6, v1::Error::FAILED_PRECONDITION, "part");
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x"))) << "a message is answered once";
+  EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
+}
+
+TEST_F(Parts, AnEmptyPartIsRefused) {
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x")));
+  expect_refused(sender_.part(upload, ""), upload, v1::Error::INVALID_ARGUMENT, "part.data");
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", true)));
+  EXPECT_TRUE(sender_.cut(6, edit(6, 100), 50).request);
+}
+
+TEST_F(Parts, WhatIsNoMessageIsRefusedAndTheSessionGoesOn) {
+  expect_refused(sender_.cut(upload, "\xff\xff\xff garbage", 4), upload, v1::Error::INVALID_ARGUMENT, "part");
+  expect_refused(sender_.cut(upload, edit(8, 100), 50), upload, v1::Error::INVALID_ARGUMENT, "request_id");
+  v1::ClientMessage nested;
+  nested.set_request_id(upload);
+  nested.mutable_part()->set_data(edit(upload, 100));
+  nested.mutable_part()->set_last(true);
+  expect_refused(sender_.cut(upload, nested.SerializeAsString(), 50), upload, v1::Error::INVALID_ARGUMENT, "part");
+  EXPECT_TRUE(sender_.cut(upload, edit(upload, 100), 50).request);
+}
+
+TEST_F(Parts, AHelloInPartsIsASecondOne) {
+  v1::ClientMessage hello;
+  hello.set_request_id(upload);
+  hello.mutable_hello()->set_protocol_version(1);
+  expect_refused(sender_.cut(upload, hello.SerializeAsString(), 2), upload, v1::Error::FAILED_PRECONDITION, "hello");
+}
+
+TEST_F(Parts, MoreThanTheLimitIsRefusedAtThePartThatPassesIt) {
+  const std::string half(base::parts_bytes_max / 2, 'x');
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, half)));
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, half)));
+  expect_refused(sender_.part(upload, "x"), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+TEST_F(Parts, EachIsACommandOfTheSessionsRate) {
+  base::Limits limits;
+  limits.commands_burst = 4.0;
+  Sender sender(parts_, 8, limits);  // hello took one
+  EXPECT_EQ(sender.welcome().parts_bytes_max(), 2 * limits.message_bytes_max) << "what passes the rate";
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x")));
+  const auto verdict = sender.part(upload, "x");
+  expect_refused(verdict, upload, v1::Error::LIMIT_EXCEEDED, "");
+  EXPECT_GT(verdict.reply->error().retry_after_s(), 0.0);
+  EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x", true)));
+}
+
+TEST_F(Parts, TheRoomForAllSessionsIsBounded) {
+  const std::string largest(base::parts_bytes_max, 'x');
+  std::vector<std::unique_ptr<Sender>> senders;
+  std::uint64_t id = 100;
+  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
+    senders.push_back(std::make_unique<Sender>(parts_, ++id));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
+  }
+  const auto verdict = sender_.part(upload, "x");
+  expect_refused(verdict, upload, v1::Error::UNAVAILABLE, "part");
+  EXPECT_GT(verdict.reply->error().retry_after_s(), 0.0);
+
+  parts_.session_ended(id);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x")));
+  expect_refused(senders.front()->part(upload, "x"), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+TEST_F(Parts, ThoseThatStoppedComingGiveWay) {
+  const std::string largest(base::parts_bytes_max, 'x');
+  std::vector<std::unique_ptr<Sender>> senders;
+  std::uint64_t id = 100;
+  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
+    senders.push_back(std::make_unique<Sender>(parts_, ++id));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
+  }
+  const auto later = start + base::parts_timeout + std::chrono::seconds(1);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", false, later)));
+  expect_refused(senders.front()->part(upload, "x", true, later), upload, v1::Error::UNAVAILABLE, "part");
+  EXPECT_TRUE(Sender::is_silent(senders.back()->part(6, "x", false, later))) << "another message may begin";
+}
+
+TEST_F(Parts, WhatWouldTakeTooMuchMemoryIsRefusedUnread) {
+  // Empty bodies: two bytes each on the wire.
+  v1::ClientMessage message;
+  message.set_request_id(upload);
+  v1::Scene& scene = *message.mutable_create_world()->mutable_scene();
+  for (std::size_t i = 0; i < base::message_memory_bytes_max / sizeof(v1::SoftBody); ++i) scene.add_soft_bodies();
+  const std::string bytes = message.SerializeAsString();
+  ASSERT_LT(bytes.size(), base::parts_bytes_max);
+  expect_refused(sender_.cut(upload, bytes, 1U << 20U), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+// Beside what protobuf says that the parsed message takes.
+TEST(MessageMemory, IsNeverUnderestimatedAndNotByFarOverestimated) {
+  v1::ClientMessage scene_message;
+  v1::Scene& scene = *scene_message.mutable_create_world()->mutable_scene();
+  for (int i = 0; i < 50; ++i) scene.add_soft_bodies()->set_name(std::string("body ").append(std::to_string(i)));
+  v1::Mesh::Triangles& triangles = *scene.add_meshes()->mutable_triangles();
+  for (std::uint32_t i = 0; i < 3'000; ++i) triangles.add_indices(i);
+  for (int i = 0; i < 1'000; ++i) triangles.add_positions()->set_x(i);
+  v1::ClientMessage names;
+  for (int i = 0; i < 300; ++i) names.mutable_subscribe()->add_bodies();
+  for (const v1::ClientMessage& message : {scene_message, names}) {
+    const std::string bytes = message.SerializeAsString();
+    v1::ClientMessage parsed;
+    ASSERT_TRUE(parsed.ParseFromString(bytes));
+    EXPECT_FALSE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), parsed.SpaceUsedLong() - 1));
+    EXPECT_TRUE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), 3 * parsed.SpaceUsedLong()));
+  }
+}
+
+}  // namespace
+}  // namespace pneuma::app
