@@ -10,6 +10,9 @@ const stateCount = 3;
 // What a triple may take past the end before that is asked for: each value a step, its high bits, an escape of three.
 const paddingWords = 3 * 5;
 
+// Then words lie in memory as in the text.
+const isLittleEndian = new Uint8Array(Uint16Array.of(1).buffer)[0] === 1;
+
 export class TripleReader {
   private readonly words: Uint16Array;
   private readonly end: number;
@@ -21,7 +24,8 @@ export class TripleReader {
   constructor(text: Uint8Array) {
     this.end = text.length >> 1;
     this.words = new Uint16Array(this.end + paddingWords);
-    for (let i = 0; i < this.end; ++i) this.words[i] = text[2 * i]! | (text[2 * i + 1]! << 8);
+    if (isLittleEndian) new Uint8Array(this.words.buffer).set(text.subarray(0, 2 * this.end));
+    else for (let i = 0; i < this.end; ++i) this.words[i] = text[2 * i]! | (text[2 * i + 1]! << 8);
     if (text.length === 0) return;
     this.broken = text.length % 2 !== 0 || this.end < 2 * stateCount;
     for (let i = 0; i < stateCount; ++i) {
