@@ -168,8 +168,10 @@ PNEUMA_CLONED std::uint32_t put_either(const MeshOrder& order, const std::vector
   Lanes* const all = moves.data();
   const auto choose = [others, all](std::size_t slot, LaneVector predicted) {
     const LaneVector other = all[slot].v + others[slot].v;
-    const bool nearer = distance(other, predicted) < distance(all[slot].v, predicted);
-    all[slot].v = chosen(all_lanes(nearer ? ~0U : 0U), other, all[slot].v);
+    // Without a branch: which of two is the nearer one is close to chance.
+    const std::uint32_t less = distance(other, predicted) - distance(all[slot].v, predicted);
+    const LaneVector nearer = all_lanes(static_cast<std::uint32_t>(static_cast<std::int32_t>(less) >> 31));
+    all[slot].v = chosen(nearer, other, all[slot].v);
     return all[slot].v;
   };
   return put(order, choose, scratch, triples);
