@@ -66,11 +66,13 @@ base::Status StreamDecoder::add_stream(const v1::Subscribed& subscribed) {
   if (!std::isfinite(velocity_step_m_s) || velocity_step_m_s < 0.0) {
     return malformed("the grid step is not a speed", "velocity_grid_step_m_s");
   }
+  if (!std::isfinite(subscribed.tick_s()) || subscribed.tick_s() < 0.0) return malformed("is not a time", "tick_s");
   if (has_stream(subscribed.stream_id())) return {};  // asked for twice: it goes on as it was
   Stream stream;
   stream.world = subscribed.world();
   stream.grid_step_m = step_m;
   stream.velocity_grid_step_m_s = velocity_step_m_s;
+  stream.tick_s = subscribed.tick_s();
   streams_.emplace(subscribed.stream_id(), std::move(stream));
   return {};
 }
@@ -146,7 +148,8 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
 
 base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& message) {
   const std::string where = stream_name(message.stream_id());
-  if (stream.layout_id != message.layout_id()) {
+  const bool of_base = message.has_base_tick() && message.layout_id() == 0;
+  if (!of_base && stream.layout_id != message.layout_id()) {
     return malformed("a frame of layout " + std::to_string(message.layout_id()) + ", which was not sent", where);
   }
   if (message.layer() >= stream.layers.size()) return malformed("no layer " + std::to_string(message.layer()), where);
@@ -154,6 +157,7 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
   if (message.has_base_tick() && base_of(stream, message) == nullptr) {
     return malformed("a frame on top of tick " + std::to_string(message.base_tick()) + ", which is not held", where);
   }
+  if (message.has_base_tick() && message.tick() < message.base_tick()) return malformed("before its base", where);
   for (const v1::Pose& pose : message.poses()) {
     if (pose.solid() >= stream.layers[0].solids.size()) {
       return malformed("a pose of solid " + std::to_string(pose.solid()) + ", which is not in the layout", where);
@@ -230,6 +234,11 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   if (!checked.ok()) return checked;
   State& state = stream.layers[message.layer()];
   if (message.layer() > 0) state = *base_of(stream, message);
+  if (message.has_time_s() || key) {
+    state.time_s = message.time_s();
+  } else {
+    state.time_s += static_cast<double>(message.tick() - message.base_tick()) * stream.tick_s;
+  }
   const base::Status decoded = read_vectors(stream, state, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
@@ -241,7 +250,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   DecodedFrame frame{.stream_id = message.stream_id(),
                      .world = stream.world,
                      .tick = message.tick(),
-                     .time_s = message.time_s(),
+                     .time_s = state.time_s,
                      .key = key,
                      .layer = message.layer(),
                      .bytes = bytes,

@@ -27,12 +27,12 @@ base::Result<Playback> Playback::open(const std::string& path) {
   return playback;
 }
 
-Playback::Playback(RecordingReader reader) : reader_(std::move(reader)), play_time_(reader_.header().world_rate_hz()) {}
+Playback::Playback(RecordingReader reader) : reader_(std::move(reader)), play_time_(reader_.header()) {}
 
 /// Forgets all frames, but not the meshes.
 base::Status Playback::begin() {
   decoder_ = StreamDecoder(decoder_.topologies());
-  play_time_ = PlayTime(header().world_rate_hz());
+  play_time_ = PlayTime(header());
   found_.reset();
   return decoder_.add_stream(header().stream());
 }

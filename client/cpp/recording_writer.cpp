@@ -25,16 +25,23 @@ base::Status system_failure(const std::string& path) {
 
 }  // namespace
 
+/// Where the frame does not tell it, it follows from any frame before as from its base.
+double PlayTime::time_s_of(const v1::Frame& frame) const {
+  if (frame.has_time_s() || !tick_ || frame.tick() < *tick_) return frame.time_s();
+  return time_s_ + static_cast<double>(frame.tick() - *tick_) * tick_s_;
+}
+
 double PlayTime::take(const v1::Frame& frame) {
+  const double time_s = time_s_of(frame);
   if (tick_) {
-    double step_s = frame.time_s() - time_s_;
+    double step_s = time_s - time_s_;
     if (!(step_s >= 0.0)) {  // back to the start, or no time at all: the ticks go on counting
       step_s = frame.tick() > *tick_ ? static_cast<double>(frame.tick() - *tick_) / world_rate_hz_ : 0.0;
     }
     at_s_ += std::min(step_s, frame_interval_max_s);
   }
   tick_ = frame.tick();
-  time_s_ = frame.time_s();
+  time_s_ = time_s;
   return at_s_;
 }
 

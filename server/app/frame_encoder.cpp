@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "app/frame_contacts.h"
@@ -10,6 +11,9 @@
 namespace pneuma::app {
 
 namespace {
+
+// As far as a reader's reckoning may be off; a frame's time is told where it is further.
+constexpr double time_tolerance_s = 1e-9;
 
 bool same(const physics::Pose& a, const physics::Pose& b) {
   return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
@@ -47,7 +51,9 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
   if (!same_layout) begin_layout(layout);
   last_tick_ = tick;
-  time_s_ = source.time_s();
+  const double reckoned_s = delta ? time_s_ + static_cast<double>(tick - *base_tick) * contents_.tick_s : 0.0;
+  const bool reckons = delta && std::abs(reckoned_s - source.time_s()) <= time_tolerance_s;
+  time_s_ = reckons ? reckoned_s : source.time_s();
   vertices_ = layout.vertex_count();
   if (contents_.scalars) take_scalars(scalars, layout);
   if (contents_.contacts) contacts_ = contacts_of(source, layout);
@@ -68,6 +74,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   if (delta) {
     out.base_tick = *base_tick;
     frame.set_base_tick(*base_tick);
+    if (!reckons) frame.set_time_s(time_s_);
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (!same(poses_[i], base_poses[i])) add_pose(frame, i, poses_[i]);
     }
@@ -137,9 +144,7 @@ v1::ServerMessage FrameEncoder::header() const {
   v1::ServerMessage message;
   v1::Frame& frame = *message.mutable_frame();
   frame.set_stream_id(stream_id_);
-  frame.set_layout_id(layout_id_);
   frame.set_tick(*last_tick_);
-  frame.set_time_s(time_s_);
   if (scalars_) *frame.mutable_scalars() = *scalars_;
   *frame.mutable_contacts() = contacts_;
   frame.set_layer(layer_);
@@ -149,6 +154,8 @@ v1::ServerMessage FrameEncoder::header() const {
 net::SharedBytes FrameEncoder::key() const {
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
+  frame.set_layout_id(layout_id_);
+  frame.set_time_s(time_s_);
   writer_->write_key(*frame.mutable_payload());
   if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());
   for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);

@@ -31,6 +31,7 @@ class MeasuredScalars {
 /// What the frames of a stream hold.
 struct FrameContents {
   double max_error_m;
+  double tick_s;                        // by which readers reckon the time of a frame that does not tell it
   double max_velocity_error_m_s = 0.0;  // 0: no velocities
   bool scalars = false;
   bool contacts = false;
@@ -59,6 +60,7 @@ class FrameEncoder {
              std::string* payload);
   std::span<const double> vectors_of(const FrameSource& source, Copy copy, const WorldLayout::Body& body);
   void take_scalars(MeasuredScalars& scalars, const WorldLayout& layout);
+  /// What delta and key frames have in common.
   [[nodiscard]] v1::ServerMessage header() const;
   [[nodiscard]] net::SharedBytes key() const;
 
@@ -68,7 +70,7 @@ class FrameEncoder {
   // The last frame:
   std::optional<std::uint64_t> last_tick_;
   std::uint32_t layout_id_ = 0;
-  double time_s_ = 0.0;
+  double time_s_ = 0.0;  // as its readers have it
   std::uint32_t layer_ = 0;
   std::size_t vertices_ = 0;
   std::optional<codec::FrameWriter> writer_;

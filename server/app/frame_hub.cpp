@@ -135,6 +135,7 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
   subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
   subscribed.set_max_error_m(source_error_m_ + quality.max_error_m);
   subscribed.set_grid_step_m(codec::grid_step_m(quality.max_error_m));
+  subscribed.set_tick_s(quality_class.encoder.contents().tick_s);
   if (const double max_error_m_s = quality_class.encoder.contents().max_velocity_error_m_s; max_error_m_s > 0.0) {
     subscribed.set_max_velocity_error_m_s(source_velocity_error_m_s_ + max_error_m_s);
     subscribed.set_velocity_grid_step_m_s(codec::grid_step_m(max_error_m_s));
@@ -160,6 +161,7 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
   const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
   const FrameContents contents{
       .max_error_m = quality.max_error_m,
+      .tick_s = 1.0 / world_rate_hz,
       .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
       .scalars = quality.scalars,
       .contacts = quality.contacts};

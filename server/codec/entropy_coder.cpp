@@ -1,6 +1,8 @@
 #include "codec/entropy_coder.h"
 
 #include <bit>
+#include <cassert>
+#include <cstring>
 
 #include "codec/clones.h"
 
@@ -10,6 +12,16 @@ namespace {
 
 std::uint32_t folded(std::int32_t value) {
   return (static_cast<std::uint32_t>(value) << 1) ^ static_cast<std::uint32_t>(value >> 31);
+}
+
+/// The first in the lowest bits.
+std::uint64_t next_words(const std::uint16_t* from) {
+  if constexpr (std::endian::native == std::endian::little) {
+    std::uint64_t words = 0;
+    std::memcpy(&words, from, sizeof(words));
+    return words;
+  }
+  return from[0] | (std::uint64_t{from[1]} << 16) | (std::uint64_t{from[2]} << 32);
 }
 
 char* write_word(std::uint32_t word, char* out) {
@@ -81,7 +93,7 @@ PNEUMA_CLONED void SymbolWriter::write(std::span<const Triple> triples, std::str
   std::uint32_t z_state = state_min;
   for (std::size_t i = triples.size(); i-- > 0;) {
     const Triple& triple = triples[i];
-    const PointModel model = point_models[triple.level];
+    const PointModel& model = point_models[triple.level];
     steps.put(model.yz_table, model.low_bits, triple.z, z_state);
     steps.put(model.yz_table, model.low_bits, triple.y, y_state);
     steps.put(model.x_table, model.low_bits, triple.x, x_state);
@@ -107,12 +119,64 @@ SymbolReader::SymbolReader(std::span<const std::uint16_t> words)
   if (std::min({x_, y_, z_}) < state_min) fail();
 }
 
-Triple SymbolReader::take_in_parts(std::uint32_t level) {
-  const PointModel model = point_models[level];
+PNEUMA_CLONED void SymbolReader::take(std::span<const std::uint8_t> levels, std::span<Lanes> triples) {
+  assert(levels.size() == triples.size());
+  // In registers: what is reached through `this` might be what is written.
+  std::uint32_t x = x_;
+  std::uint32_t y = y_;
+  std::uint32_t z = z_;
+  const std::uint16_t* next = next_;
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const PointModel& model = point_models[levels[i]];
+    const std::uint32_t low_bits = model.low_bits;
+    const ResidualTable::Slot x_slot = slot_of(model.x_table, x >> low_bits);
+    const ResidualTable::Slot y_slot = slot_of(model.yz_table, y >> low_bits);
+    const ResidualTable::Slot z_slot = slot_of(model.yz_table, z >> low_bits);
+    const bool escapes = ((x_slot | y_slot | z_slot) & slot_escape_bit) != 0;
+    if (escapes || low_bits > step_low_bits_max || next > end_) [[unlikely]] {
+      x_ = x;
+      y_ = y;
+      z_ = z;
+      next_ = next;
+      if (failed()) return;
+      take_in_parts(levels[i], triples[i]);
+      x = x_;
+      y = y_;
+      z = z_;
+      next = next_;
+      continue;
+    }
+    triples[i].v = std::bit_cast<LaneVector>(SignedLaneVector{
+        residual_of(x_slot, x, low_bits), residual_of(y_slot, y, low_bits), residual_of(z_slot, z, low_bits), 0});
+    // Without a branch: whether a state needs a word is close to chance. The next words lie in one register, and are
+    // shifted out as they are taken.
+    std::uint64_t words = next_words(next);
+    std::uint32_t taken_bits = 0;
+    const auto step = [&](ResidualTable::Slot slot, std::uint32_t& state) {
+      const std::uint32_t rounds = state >> low_bits >> probability_bits;
+      const std::uint32_t low = frequency_of(slot) * rounds + (slot & slot_offset_mask);
+      const std::uint32_t bits = low < state_min ? 16 : 0;
+      state = (low << bits) | (static_cast<std::uint32_t>(words) & ((1U << bits) - 1U));
+      words >>= bits;
+      taken_bits += bits;
+    };
+    step(x_slot, x);
+    step(y_slot, y);
+    step(z_slot, z);
+    next += taken_bits / 16;
+  }
+  x_ = x;
+  y_ = y;
+  z_ = z;
+  next_ = next;
+}
+
+void SymbolReader::take_in_parts(std::uint32_t level, Lanes& triple) {
+  const PointModel& model = point_models[level];
   const std::int32_t x = take_one(model.x_table, model.low_bits, x_);
   const std::int32_t y = take_one(model.yz_table, model.low_bits, y_);
   const std::int32_t z = take_one(model.yz_table, model.low_bits, z_);
-  return {x, y, z, level};
+  triple.v = std::bit_cast<LaneVector>(SignedLaneVector{x, y, z, 0});
 }
 
 std::int32_t SymbolReader::take_one(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state) {

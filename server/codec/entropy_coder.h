@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "codec/lanes.h"
 #include "codec/residual_tables.h"
 
 namespace pneuma::codec {
@@ -44,50 +45,17 @@ class SymbolWriter {
 
 /// The words of coded text, and zeros that a SymbolReader may run into. Only those for an odd number of bytes.
 void words_of(std::string_view bytes, std::vector<std::uint16_t>& words);
-/// What a triple may take at most, each a step, its high bits, and an escape of three more; and so that a reader that
-/// has failed may look ahead.
-inline constexpr std::size_t padding_words = 3 * 5 + 3;
+/// What a triple may take at most: each a step, its high bits, and an escape of three more.
+inline constexpr std::size_t padding_words = 3 * 5;
 
-/// Reads what a SymbolWriter wrote. A loop should work on a copy of its own: one that nothing else can reach stays in
-/// registers.
+/// Reads what a SymbolWriter wrote.
 class SymbolReader {
  public:
   /// Of what words_of() gives.
   explicit SymbolReader(std::span<const std::uint16_t> words);
 
-  /// Not once it has failed.
-  [[nodiscard]] Triple take(std::uint32_t level) {
-    const PointModel model = point_models[level];
-    const ResidualTable::Slot x_slot = slot_of(model.x_table, x_ >> model.low_bits);
-    const ResidualTable::Slot y_slot = slot_of(model.yz_table, y_ >> model.low_bits);
-    const ResidualTable::Slot z_slot = slot_of(model.yz_table, z_ >> model.low_bits);
-    const bool escapes = ((x_slot | y_slot | z_slot) & slot_escape_bit) != 0;
-    if (escapes || model.low_bits > step_low_bits_max) [[unlikely]] {
-      SymbolReader apart = *this;
-      const Triple triple = apart.take_in_parts(level);
-      *this = apart;
-      return triple;
-    }
-    const Triple triple{residual_of(x_slot, x_, model.low_bits), residual_of(y_slot, y_, model.low_bits),
-                        residual_of(z_slot, z_, model.low_bits), level};
-    // Without a branch: whether a state needs a word is close to chance. The next words lie in one register, and are
-    // shifted out as they are taken.
-    std::uint64_t words = next_[0] | (std::uint64_t{next_[1]} << 16) | (std::uint64_t{next_[2]} << 32);
-    std::uint32_t taken_bits = 0;
-    const auto step = [&](ResidualTable::Slot slot, std::uint32_t& state) {
-      const std::uint32_t rounds = state >> model.low_bits >> probability_bits;
-      const std::uint32_t low = frequency_of(slot) * rounds + (slot & slot_offset_mask);
-      const std::uint32_t bits = low < state_min ? 16 : 0;
-      state = (low << bits) | (static_cast<std::uint32_t>(words) & ((1U << bits) - 1U));
-      words >>= bits;
-      taken_bits += bits;
-    };
-    step(x_slot, x_);
-    step(y_slot, y_);
-    step(z_slot, z_);
-    next_ += taken_bits / 16;
-    return triple;
-  }
+  /// Takes a triple for each of `levels`; none once it has failed.
+  void take(std::span<const std::uint8_t> levels, std::span<Lanes> triples);
 
   /// The text has ended, or is none.
   [[nodiscard]] bool failed() const { return next_ > end_; }
@@ -96,7 +64,7 @@ class SymbolReader {
 
  private:
   /// With escapes, or many low bits.
-  [[nodiscard]] Triple take_in_parts(std::uint32_t level);
+  [[gnu::noinline]] void take_in_parts(std::uint32_t level, Lanes& triple);
   [[nodiscard]] std::int32_t take_one(std::uint32_t table, std::uint32_t low_bits, std::uint32_t& state);
   [[nodiscard]] std::int32_t take_escaped(std::uint32_t& state);
   [[nodiscard]] std::uint32_t take_plain(std::uint32_t bits, std::uint32_t& state);
@@ -116,10 +84,11 @@ class SymbolReader {
   void fail() { next_ = end_ + 1; }
 
   const ResidualTable* tables_;
-  const std::uint16_t* next_;
-  const std::uint16_t* end_;  // of the text; the padding follows
+  // Not beside each other: GCC would keep states that are in one vector, from which each step would have to take them.
   std::uint32_t x_ = state_min;
+  const std::uint16_t* next_;
   std::uint32_t y_ = state_min;
+  const std::uint16_t* end_;  // of the text; the padding follows
   std::uint32_t z_ = state_min;
 };
 

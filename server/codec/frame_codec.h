@@ -34,6 +34,14 @@ struct BodyMotion {
     weights = {};
   }
   friend bool operator==(const BodyMotion&, const BodyMotion&) = default;
+  /// Adds a move to the points.
+  void move_by(const std::vector<Lanes>& move) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto far = static_cast<std::int32_t>(move[i / 3].v[i % 3]);
+      points[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(points[i]) +
+                                            static_cast<std::uint64_t>(std::int64_t{far}));
+    }
+  }
   /// Makes room for a move: the oldest one comes first.
   void age() { std::ranges::rotate(moves, moves.end() - 1); }
 };
@@ -71,7 +79,7 @@ class FrameWriter {
 
   std::vector<MeshOrderPtr> orders_;
   double step_m_;
-  double still_m_;  // a vertex no further from its last point may stay there
+  double within_m_;  // a point no further from a vertex may stand for it
   std::vector<BodyMotion> motions_;
   std::vector<RingHistory> rings_;  // of their moves
   // Of the frame under way:
@@ -82,6 +90,7 @@ class FrameWriter {
   std::vector<double> positions_m_;  // in the order of the slots
   Lattice points_;
   std::vector<Lanes> moves_;
+  std::vector<Lanes> alternatives_;
   MoveScratch scratch_;
 };
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "base/limits.h"
 #include "codec/frame_codec.h"
 #include "codec/payload_heads.h"
 #include "codec/prediction_fit.h"
@@ -68,9 +67,7 @@ void put_key_block(const MeshOrder& order, const BodyMotion& motion, MoveScratch
 }  // namespace
 
 FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m)
-    : orders_(std::move(orders)), step_m_(codec::grid_step_m(max_error_m)) {
-  // As much as the product of dequantise() rounds away, and the distance itself.
-  still_m_ = (max_error_m - 0x1p-51 * (base::coordinate_max_m + base::max_error_max_m)) * (1.0 - 0x1p-40);
+    : orders_(std::move(orders)), step_m_(codec::grid_step_m(max_error_m)), within_m_(surely_within_m(max_error_m)) {
   motions_.reserve(orders_.size());
   for (const MeshOrderPtr& order : orders_) {
     motions_.emplace_back(order->size());
@@ -96,7 +93,7 @@ bool FrameWriter::is_still(const Lattice& points) const {
       const double off = positions_m_[i + axis] - static_cast<double>(points[i + axis]) * step_m_;
       squares += off * off;
     }
-    if (squares > still_m_ * still_m_) return false;
+    if (squares > within_m_ * within_m_) return false;
   }
   return true;
 }
@@ -118,9 +115,8 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   }
   quantise(positions_m_, step_m_, points_);
   const auto last_point = [&motion](std::size_t slot) { return motion.points.data() + 3 * slot; };
-  const bool moved = subtract(points_, last_point, moves_);
-  std::swap(motion.points, points_);
-  if (!moved) {
+  if (!subtract(points_, last_point, moves_)) {
+    std::swap(motion.points, points_);
     motion.come_to_rest();
     rings_[body] = RingHistory(order.size());
     put_key_block(order, motion, scratch_, heads_, triples_);
@@ -136,8 +132,11 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   }
   scratch_.ring = rings.of_moves[0];
   predict_drift(order, motion.moves, motion.weights, scratch_.ring, scratch_.drift);
-  head.level = static_cast<std::uint8_t>(put_moves(order, moves_, scratch_, triples_));
+  alternatives_.resize(order.size());
+  find_alternatives(positions_m_, points_, step_m_, within_m_, alternatives_);
+  head.level = static_cast<std::uint8_t>(put_either(order, alternatives_, scratch_, moves_, triples_));
   append_head(head, heads_);
+  motion.move_by(moves_);
   motion.age();
   std::swap(motion.moves[0], moves_);
   note_moves(body);

@@ -58,6 +58,35 @@ PNEUMA_CLONED void quantise(std::span<const double> positions_m, double step_m, 
   }
 }
 
+double surely_within_m(double max_error_m) {
+  // As much as the products with the step round away, here and in dequantise(), and the distance itself.
+  return (max_error_m - 0x1p-51 * (base::coordinate_max_m + base::max_error_max_m)) * (1.0 - 0x1p-40);
+}
+
+PNEUMA_CLONED void find_alternatives(std::span<const double> positions_m, std::span<const std::int64_t> points,
+                                     double step_m, double within_m, std::span<Lanes> out) {
+  assert(positions_m.size() == points.size() && 3 * out.size() == points.size());
+  using DoubleLanes [[gnu::vector_size(32)]] = double;
+  using Masks [[gnu::vector_size(32)]] = std::int64_t;
+  const double steps_a_m = 1.0 / step_m;
+  const double squares_max = within_m * steps_a_m * (within_m * steps_a_m);
+  for (std::size_t vertex = 0; vertex < out.size(); ++vertex) {
+    const std::int64_t* const point = points.data() + 3 * vertex;
+    const double* const position_m = positions_m.data() + 3 * vertex;
+    const DoubleLanes place{static_cast<double>(point[0]), static_cast<double>(point[1]), static_cast<double>(point[2]),
+                            0.0};
+    const DoubleLanes along =
+        (DoubleLanes{position_m[0], position_m[1], position_m[2], 0.0} - place * step_m) * steps_a_m;
+    const DoubleLanes corner = along < 0.0 ? DoubleLanes{-1.0, -1.0, -1.0, 0.0} : DoubleLanes{1.0, 1.0, 1.0, 0.0};
+    const DoubleLanes rest = corner - along;
+    const DoubleLanes squares = rest * rest;
+    const std::int64_t within = squares[0] + squares[1] + squares[2] <= squares_max ? -1 : 0;
+    const auto kept =
+        reinterpret_cast<DoubleLanes>(reinterpret_cast<Masks>(corner) & Masks{within, within, within, within});
+    out[vertex].v = std::bit_cast<LaneVector>(__builtin_convertvector(kept, SignedLaneVector));
+  }
+}
+
 void dequantise(std::span<const std::int64_t> points, double step_m, std::span<double> out_m) {
   assert(points.size() == out_m.size());
   for (std::size_t i = 0; i < points.size(); ++i) out_m[i] = static_cast<double>(points[i]) * step_m;

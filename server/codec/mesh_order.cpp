@@ -187,6 +187,7 @@ MeshOrder make_mesh_order(std::uint32_t vertex_count, std::span<const std::uint3
 
   MeshOrder order;
   order.ring_rest_begins.push_back(0);
+  std::uint32_t run_begin = 0;
   for (std::uint32_t slot = 0; slot < vertex_count; ++slot) {
     const std::uint32_t rank = coding.ranks[slot];
     order.vertices.push_back(vertices[rank]);
@@ -203,7 +204,12 @@ MeshOrder make_mesh_order(std::uint32_t vertex_count, std::span<const std::uint3
     order.ring_rest_begins.push_back(static_cast<std::uint32_t>(order.ring_rests.size()));
     MeshOrder::Parents& parents = order.parents.emplace_back();
     for (const std::uint32_t parent : coding.parents[slot]) parents.slots[parents.count++] = slots[parent] + 1;
+    if (std::ranges::any_of(parents.slots, [run_begin](std::uint32_t entry) { return entry > run_begin; })) {
+      order.run_ends.push_back(slot);
+      run_begin = slot;
+    }
   }
+  if (vertex_count > 0) order.run_ends.push_back(vertex_count);
   return order;
 }
 

@@ -30,6 +30,8 @@ struct MeshOrder {
   std::vector<std::array<std::uint32_t, 6>> rings;
   std::vector<std::uint32_t> ring_rest_begins;  // one a slot, and the end
   std::vector<std::uint32_t> ring_rests;
+  // Runs of slots without a parent in the same run: the ends of each.
+  std::vector<std::uint32_t> run_ends;
 
   [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };

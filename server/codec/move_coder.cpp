@@ -16,11 +16,7 @@ constexpr std::int32_t size_max = 1 << 24;
 constexpr std::uint32_t level_unit = 4;
 
 constexpr LaneVector first_lane{~0U, 0, 0, 0};
-constexpr LaneVector last_lane{0, 0, 0, ~0U};
 
-SignedLaneVector as_signed(LaneVector lanes) {
-  return std::bit_cast<SignedLaneVector>(lanes);
-}
 LaneVector all_lanes(std::uint32_t value) {
   return LaneVector{value, value, value, value};
 }
@@ -29,18 +25,12 @@ LaneVector chosen(LaneVector mask, LaneVector a, LaneVector b) {
   return (mask & a) | (~mask & b);
 }
 
-/// Of the residuals in the first three lanes; in all lanes.
-LaneVector size_of_residuals(LaneVector residuals) {
-  constexpr SignedLaneVector most{size_max, size_max, size_max, size_max};
-  const SignedLaneVector value = as_signed(residuals);
-  const SignedLaneVector high = value < most ? value : most;
-  const SignedLaneVector within = high > -most ? high : -most;
-  const SignedLaneVector sign = within >> 31;
-  const auto sizes = std::bit_cast<LaneVector>((within ^ sign) - sign);
-  // y and z go in double steps.
-  const LaneVector weighted = sizes << LaneVector{0, 1, 1, 0};
-  const std::uint32_t sum = (weighted[0] + weighted[1] + weighted[2]) << size_shift;
-  return all_lanes(std::min<std::uint32_t>(sum, size_max));
+/// y and z go in double steps.
+std::uint32_t size_of_residuals(std::int32_t x, std::int32_t y, std::int32_t z) {
+  const auto within = [](std::int32_t residual) {
+    return static_cast<std::uint32_t>(std::abs(std::clamp(residual, -size_max, size_max)));
+  };
+  return std::min<std::uint32_t>((within(x) + 2 * (within(y) + within(z))) << size_shift, size_max);
 }
 
 /// A prediction as whole numbers: of the x of a point, and of its y and z, which go in double steps and know its
@@ -59,71 +49,140 @@ struct Nearest {
   LaneVector raised;
 };
 
-/// The entry of Found.
-LaneVector found_at(LaneVector move, LaneVector drift, LaneVector residuals) {
-  return chosen(last_lane, size_of_residuals(residuals), (move << fraction_bits) - drift);
-}
-
-std::uint32_t level_at(std::uint32_t size_of_parents, std::uint32_t body_size) {
-  return std::min(level_of(level_unit * size_of_parents + body_size), level_max);
+/// A slot's level, by the sizes of its parents.
+std::uint32_t level_at(const MeshOrder::Parents& parents, const std::uint32_t* sizes, std::uint32_t body_size) {
+  // Quotients of numbers below 2^27, which is more than a sum is, by multiplication: too large by less than 2^-5 / n.
+  static constexpr std::array<std::uint64_t, parents_max + 1> reciprocals = [] {
+    std::array<std::uint64_t, parents_max + 1> all{};
+    for (std::uint64_t n = 1; n < all.size(); ++n) all[n] = (std::uint64_t{1} << 32) / n + 1;
+    return all;
+  }();
+  std::uint64_t sum = sizes[parents.slots[0]];
+  for (std::size_t i = 1; i < parents_max; ++i) sum += sizes[parents.slots[i]];
+  const auto mean = static_cast<std::uint32_t>(sum * reciprocals[parents.count] >> 32);
+  return std::min(level_of(level_unit * mean + body_size), level_max);
 }
 
 constexpr std::uint32_t weights_level = 44;
+
+/// How far the first three lanes are from those of a prediction, in all.
+std::uint32_t distance(LaneVector move, LaneVector predicted) {
+  const auto off = std::bit_cast<SignedLaneVector>((move << fraction_bits) - predicted);
+  const SignedLaneVector sign = off >> 31;
+  const auto far = std::bit_cast<LaneVector>((off ^ sign) - sign);
+  return far[0] + far[1] + far[2];
+}
+
+/// `choose` is given a slot and the prediction of its move, and returns the move.
+template <class Choose>
+std::uint32_t put(const MeshOrder& order, Choose&& choose, MoveScratch& scratch, std::vector<Triple>& triples) {
+  const std::size_t count = order.size();
+  scratch.errors.resize(count + 1);
+  scratch.sizes.resize(count + 1);
+  triples.resize(triples.size() + count);
+  Triple* const out = triples.data() + (triples.size() - count);
+  Lanes* const errors = scratch.errors.data();
+  const Lanes* const drifts = scratch.drift.data();
+  std::uint32_t* const sizes = scratch.sizes.data();
+  const MeshOrder::Parents* const parents = order.parents.data();
+  // Of the middling size: a mean of levels, which a few far vertices do not move.
+  std::uint64_t level_sum = 0;
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const LaneVector drift = drifts[slot].v;
+    const LaneVector predicted = drift + mean_error(parents[slot], errors);
+    const LaneVector move = choose(slot, predicted);
+    const LaneVector parity = all_lanes(move[0] & 1U);
+    const Nearest nearest(predicted);
+    const auto residuals = std::bit_cast<SignedLaneVector>(
+        chosen(first_lane, move - nearest.x(), shifted_down(move - parity, 1) - nearest.yz(parity)));
+    errors[slot + 1].v = (move << fraction_bits) - drift;
+    out[slot] = {residuals[0], residuals[1], residuals[2], 0};
+    sizes[slot + 1] = size_of_residuals(residuals[0], residuals[1], residuals[2]);
+    level_sum += level_of(level_unit * sizes[slot + 1]);
+  }
+  const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(count, 1));
+  const std::uint32_t level = std::min(mean_level + 1, level_max);
+  const std::uint32_t body_size = size_of(level);
+  for (std::size_t slot = 0; slot < count; ++slot) out[slot].level = level_at(parents[slot], sizes, body_size);
+  return level;
+}
+
+/// Run by run: what a slot's level is found from was taken before.
+PNEUMA_CLONED void take_residuals(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch,
+                                  SymbolReader& symbols) {
+  scratch.sizes.resize(order.size() + 1);
+  scratch.levels.resize(order.size());
+  scratch.residuals.resize(order.size());
+  std::uint32_t* const sizes = scratch.sizes.data();
+  std::uint8_t* const levels = scratch.levels.data();
+  Lanes* const residuals = scratch.residuals.data();
+  const MeshOrder::Parents* const parents = order.parents.data();
+  const std::uint32_t body_size = size_of(level);
+  std::size_t begin = 0;
+  for (const std::uint32_t end : order.run_ends) {
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      levels[slot] = static_cast<std::uint8_t>(level_at(parents[slot], sizes, body_size));
+    }
+    symbols.take({levels + begin, end - begin}, {residuals + begin, end - begin});
+    if (symbols.failed()) return;
+    for (std::size_t slot = begin; slot < end; ++slot) {
+      const auto residual = std::bit_cast<SignedLaneVector>(residuals[slot].v);
+      sizes[slot + 1] = size_of_residuals(residual[0], residual[1], residual[2]);
+    }
+    begin = end;
+  }
+}
+
+PNEUMA_CLONED void add_predictions(const MeshOrder& order, MoveScratch& scratch, std::vector<Lanes>& moves) {
+  const std::size_t count = order.size();
+  scratch.errors.resize(count + 1);
+  Lanes* const errors = scratch.errors.data();
+  Lanes* const to = moves.data();
+  const Lanes* const drifts = scratch.drift.data();
+  const Lanes* const residuals = scratch.residuals.data();
+  const MeshOrder::Parents* const parents = order.parents.data();
+  for (std::size_t slot = 0; slot < count; ++slot) {
+    const LaneVector drift = drifts[slot].v;
+    const LaneVector residual = residuals[slot].v;
+    const Nearest nearest(drift + mean_error(parents[slot], errors));
+    const LaneVector x = nearest.x() + residual;
+    const LaneVector parity = __builtin_shufflevector(x, x, 0, 0, 0, 0) & all_lanes(1);
+    const LaneVector yz = ((nearest.yz(parity) + residual) << 1) + parity;
+    const LaneVector move = chosen(first_lane, x, yz);
+    to[slot].v = move;
+    errors[slot + 1].v = (move << fraction_bits) - drift;
+  }
+}
 
 }  // namespace
 
 PNEUMA_CLONED std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
                                       std::vector<Triple>& triples) {
-  const std::size_t count = order.size();
-  scratch.found.resize(count + 1);
-  triples.resize(triples.size() + count);
-  Triple* const out = triples.data() + (triples.size() - count);
-  Lanes* const found = scratch.found.data();
-  // Of the middling size: a mean of levels, which a few far vertices do not move.
-  std::uint64_t level_sum = 0;
-  for (std::size_t slot = 0; slot < count; ++slot) {
-    const LaneVector mean = mean_of_parents(order.parents[slot], found);
-    const LaneVector drift = scratch.drift[slot].v;
-    const LaneVector move = moves[slot].v;
-    const LaneVector parity = all_lanes(move[0] & 1U);
-    const Nearest nearest(drift + mean);
-    const LaneVector residuals =
-        chosen(first_lane, move - nearest.x(), shifted_down(move - parity, 1) - nearest.yz(parity));
-    found[slot + 1].v = found_at(move, drift, residuals);
-    level_sum += level_of(level_unit * found[slot + 1].v[3]);
-    const SignedLaneVector xyz = as_signed(residuals);
-    out[slot] = {xyz[0], xyz[1], xyz[2], mean[3]};
-  }
-  const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(count, 1));
-  const std::uint32_t level = std::min(mean_level + 1, level_max);
-  const std::uint32_t body_size = size_of(level);
-  for (std::size_t slot = 0; slot < count; ++slot) out[slot].level = level_at(out[slot].level, body_size);
-  return level;
+  const Lanes* const all = moves.data();
+  return put(order, [all](std::size_t slot, LaneVector) { return all[slot].v; }, scratch, triples);
 }
 
-PNEUMA_CLONED void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& reader,
-                              std::vector<Lanes>& moves) {
-  const std::size_t count = order.size();
-  scratch.found.resize(count + 1);
-  moves.resize(count);
-  SymbolReader symbols = reader;
-  Lanes* const found = scratch.found.data();
-  const std::uint32_t body_size = size_of(level);
-  for (std::size_t slot = 0; slot < count; ++slot) {
-    if (symbols.failed()) break;
-    const LaneVector mean = mean_of_parents(order.parents[slot], found);
-    const LaneVector drift = scratch.drift[slot].v;
-    const Triple triple = symbols.take(level_at(mean[3], body_size));
-    const auto residuals = std::bit_cast<LaneVector>(SignedLaneVector{triple.x, triple.y, triple.z, 0});
-    const Nearest nearest(drift + mean);
-    const LaneVector x = nearest.x() + residuals;
-    const LaneVector parity = all_lanes(x[0] & 1U);
-    const LaneVector yz = ((nearest.yz(parity) + residuals) << 1) + parity;
-    const LaneVector move = chosen(first_lane, x, yz);
-    moves[slot].v = move;
-    found[slot + 1].v = found_at(move, drift, residuals);
-  }
-  reader = symbols;
+PNEUMA_CLONED std::uint32_t put_either(const MeshOrder& order, const std::vector<Lanes>& alternatives,
+                                       MoveScratch& scratch, std::vector<Lanes>& moves, std::vector<Triple>& triples) {
+  const Lanes* const others = alternatives.data();
+  Lanes* const all = moves.data();
+  const auto choose = [others, all](std::size_t slot, LaneVector predicted) {
+    const LaneVector other = all[slot].v + others[slot].v;
+    // Without a branch: which of two is the nearer one is close to chance.
+    const std::uint32_t less = distance(other, predicted) - distance(all[slot].v, predicted);
+    const LaneVector nearer = all_lanes(static_cast<std::uint32_t>(static_cast<std::int32_t>(less) >> 31));
+    all[slot].v = chosen(nearer, other, all[slot].v);
+    return all[slot].v;
+  };
+  return put(order, choose, scratch, triples);
+}
+
+void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& symbols,
+                std::vector<Lanes>& moves) {
+  moves.resize(order.size());
+  take_residuals(order, level, scratch, symbols);
+  if (symbols.failed()) return;
+  add_predictions(order, scratch, moves);
 }
 
 void put_weights(const DriftWeights& weights, std::vector<Triple>& triples) {
@@ -135,12 +194,11 @@ void put_weights(const DriftWeights& weights, std::vector<Triple>& triples) {
 }
 
 DriftWeights take_weights(SymbolReader& symbols) {
-  std::array<Triple, 3> triples{};
-  for (Triple& triple : triples) {
-    if (!symbols.failed()) triple = symbols.take(weights_level);
-  }
-  const auto& [a, b, c] = triples;
-  return {{a.x, a.y, a.z, b.x}, {b.y, b.z, c.x, c.y}, c.z};
+  constexpr std::array<std::uint8_t, 3> levels{weights_level, weights_level, weights_level};
+  std::array<Lanes, levels.size()> triples{};
+  symbols.take(levels, triples);
+  const auto number = [&triples](std::size_t i) { return static_cast<std::int32_t>(triples[i / 3].v[i % 3]); };
+  return {{number(0), number(1), number(2), number(3)}, {number(4), number(5), number(6), number(7)}, number(8)};
 }
 
 }  // namespace pneuma::codec

@@ -15,14 +15,20 @@ namespace pneuma::codec {
 struct MoveScratch {
   std::vector<Lanes> drift;
   std::vector<Lanes> ring;
-  Found found;
+  Errors errors;
+  std::vector<std::uint32_t> sizes;  // of the residuals; entry 0 is of nothing
+  std::vector<std::uint8_t> levels;
+  std::vector<Lanes> residuals;
 };
 
 /// Appends the residuals of `moves` (points of the grid) against scratch.drift and their neighbours; returns the level
 /// that they were coded at, which the reader must know.
 std::uint32_t put_moves(const MeshOrder& order, const std::vector<Lanes>& moves, MoveScratch& scratch,
                         std::vector<Triple>& triples);
-/// Takes what put_moves put; sets `moves`.
+/// Likewise, of moves that may be more by `alternatives`: each is left as that one of the two that is expected more.
+std::uint32_t put_either(const MeshOrder& order, const std::vector<Lanes>& alternatives, MoveScratch& scratch,
+                         std::vector<Lanes>& moves, std::vector<Triple>& triples);
+/// Takes what put_moves put; sets `moves`, to anything where the symbols have failed.
 void take_moves(const MeshOrder& order, std::uint32_t level, MoveScratch& scratch, SymbolReader& symbols,
                 std::vector<Lanes>& moves);
 

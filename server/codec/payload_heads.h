@@ -16,7 +16,7 @@
 namespace pneuma::codec {
 
 /// The first byte of a payload; readers refuse any other.
-inline constexpr std::uint8_t payload_format = 4;
+inline constexpr std::uint8_t payload_format = 5;
 
 enum class BlockMode : std::uint8_t {
   still = 0,  // every vertex stays

@@ -52,14 +52,13 @@ void predict_drift(const MeshOrder& order, const MoveHistory& moves, const Drift
 /// Sets `drift` to the move that came after moves[k], for a list of them that is told backwards; 0 for the last one.
 void expect_after(const MoveHistory& moves, std::size_t k, std::vector<Lanes>& drift);
 
-/// What coding has found at a slot: in the first three lanes the move less its drift (16ths), in the fourth the size
-/// of its residuals. Entry 0 is of nothing.
-using Found = std::vector<Lanes>;
+/// The moves of slots less their drifts, in 16ths of a step. Entry 0 is of nothing.
+using Errors = std::vector<Lanes>;
 
 /// Each lane, signed, over `count`, rounded down; count is at most parents_max.
 inline LaneVector divided(LaneVector lanes, std::uint32_t count) {
   using DoubleLanes [[gnu::vector_size(32)]] = double;
-  using WideLanes [[gnu::vector_size(32)]] = std::uint64_t;
+  using HalfLanes [[gnu::vector_size(32)]] = std::uint32_t;
   // floor(s / n) is the integer nearest to (s + 1/2) / n - 1/2, which is at least 1 / 2n from a tie.
   struct Division {
     double factor;
@@ -76,19 +75,15 @@ inline LaneVector divided(LaneVector lanes, std::uint32_t count) {
   // Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
   constexpr double rounding_shift = 0x1.8p52;
   const Division division = divisions[count];
-  const DoubleLanes wide{static_cast<double>(static_cast<std::int32_t>(lanes[0])),
-                         static_cast<double>(static_cast<std::int32_t>(lanes[1])),
-                         static_cast<double>(static_cast<std::int32_t>(lanes[2])),
-                         static_cast<double>(static_cast<std::int32_t>(lanes[3]))};
-  const auto words = reinterpret_cast<WideLanes>((wide * division.factor + division.shift) + rounding_shift);
-  return LaneVector{static_cast<std::uint32_t>(words[0]), static_cast<std::uint32_t>(words[1]),
-                    static_cast<std::uint32_t>(words[2]), static_cast<std::uint32_t>(words[3])};
+  const auto wide = __builtin_convertvector(std::bit_cast<SignedLaneVector>(lanes), DoubleLanes);
+  const auto halves = reinterpret_cast<HalfLanes>((wide * division.factor + division.shift) + rounding_shift);
+  return __builtin_shufflevector(halves, halves, 0, 2, 4, 6);
 }
 
-/// The mean of what was found at a slot's parents, each lane rounded down.
-inline LaneVector mean_of_parents(const MeshOrder::Parents& parents, const Lanes* found) {
-  LaneVector sum = found[parents.slots[0]].v;
-  for (std::size_t i = 1; i < parents_max; ++i) sum += found[parents.slots[i]].v;
+/// The mean of the errors of a slot's parents, each lane rounded down.
+inline LaneVector mean_error(const MeshOrder::Parents& parents, const Lanes* errors) {
+  LaneVector sum = errors[parents.slots[0]].v;
+  for (std::size_t i = 1; i < parents_max; ++i) sum += errors[parents.slots[i]].v;
   return divided(sum, parents.count);
 }
 

@@ -6,11 +6,10 @@ namespace pneuma::codec {
 
 namespace {
 
-// A residual u has the likelihood of a logistic distribution at u, r / (1 + r)^2 with r = ratio^|u|, in 65,536ths. The
-// ratios were fitted to the residuals of recorded scenes; they are part of the format.
-constexpr std::array<std::uint32_t, table_count> ratios{
-    44,    142,   400,   800,   1200,  1300,  1432,  1500,  1606,  1923,  2258,  2606,  3430,  4968,  6321,  7800,
-    10263, 13800, 16600, 20417, 24494, 28503, 31672, 36000, 41444, 45500, 48176, 50800, 52600, 54400, 55400, 55700};
+// A residual u has the likelihood ratio^|u|, the ratio in 65,536ths: a geometric distribution to both sides. The ratios
+// were fitted to the residuals of recorded scenes; they are part of the format.
+constexpr std::array<std::uint32_t, table_count> ratios{150,   3730,  4310,  4910,  7080,  8360,  12860, 18390,
+                                                        23380, 28000, 34570, 41690, 48820, 52960, 56420, 58420};
 
 // The reciprocal of f is too large by less than f 2^-shift / f, so the quotient of n by less than n f 2^-shift / f;
 // that is below 1 / f, and changes no whole part, while n < 2^22 f and 2^22 f^2 <= 2^shift.
@@ -21,12 +20,11 @@ void set_reciprocal(ResidualTable::Range& range) {
 }
 
 ResidualTable make_table(std::uint64_t ratio) {
-  constexpr std::uint64_t one = 1U << 16;
   std::array<std::uint64_t, escape + 1> weights{};  // by size; the last one for all that escapes on one side
-  std::uint64_t power = one;
+  std::uint64_t power = std::uint64_t{1} << 32;
   std::uint64_t sum = 0;
   for (std::size_t size = 0; size < weights.size(); ++size) {
-    weights[size] = (power << 32) / ((one + power) * (one + power));
+    weights[size] = power;
     sum += size == 0 ? weights[size] : 2 * weights[size];
     power = power * ratio >> 16;
   }

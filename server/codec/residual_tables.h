@@ -53,7 +53,9 @@ inline constexpr std::uint32_t slot_frequency_mask = 0x7ff;
 inline constexpr std::uint32_t slot_offset_mask = 0xfff;
 inline constexpr std::uint32_t slot_escape_bit = 1U << 23;
 
-inline constexpr std::uint32_t table_count = 32;
+inline constexpr std::uint32_t table_count = 16;
+// A table is for half an octave; all that a body's residuals need lie in the processor's nearest cache.
+inline constexpr std::uint32_t levels_a_table = 2;
 
 /// How the residuals of a level are coded: by which tables, and how many low bits of each go apart, as they are. y and
 /// z go in double steps once x is known: half the size, an octave.
@@ -66,9 +68,10 @@ inline constexpr std::array<PointModel, level_max + 1> point_models = [] {
   std::array<PointModel, level_max + 1> models{};
   for (std::uint32_t level = 0; level < models.size(); ++level) {
     // Past the last table, the last octave of them again, with a low bit more an octave.
-    const std::uint32_t octaves = level < table_count ? 0 : level / 4 - (table_count / 4 - 1);
-    const std::uint32_t table = level - 4 * octaves;
-    models[level] = {static_cast<std::uint8_t>(table), static_cast<std::uint8_t>(table < 4 ? 0 : table - 4),
+    const std::uint32_t table = level / levels_a_table;
+    const std::uint32_t octaves = table < table_count ? 0 : table / 2 - (table_count / 2 - 1);
+    const std::uint32_t of_x = table - 2 * octaves;
+    models[level] = {static_cast<std::uint8_t>(of_x), static_cast<std::uint8_t>(of_x < 2 ? 0 : of_x - 2),
                      static_cast<std::uint8_t>(octaves)};
   }
   return models;

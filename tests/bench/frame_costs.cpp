@@ -37,9 +37,7 @@ std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
   v1::ServerMessage message;
   v1::Frame& frame = *message.mutable_frame();
   frame.set_stream_id(1);
-  frame.set_layout_id(1);
   frame.set_tick(tick);
-  frame.set_time_s(static_cast<double>(tick) / 60.0);
   frame.set_base_tick(tick - 1);
   frame.set_payload(payload);
   return length_prefix_bytes + message.ByteSizeLong();

@@ -77,14 +77,13 @@ class Order:
 
 with open(os.path.join(HERE, "../../proto/WIRE.md"), encoding="utf-8") as wire:
     RATIOS = [int(n) for n in re.search(r"<!-- ratios -->(.*?)<!-- end -->", wire.read(), re.S)[1].replace("`", "").replace(",", " ").split()]
-assert len(RATIOS) == 32
+assert len(RATIOS) == 16
 
 
 def make_table(ratio):
-    weights, power = [], 65536
-    for _ in range(33):
-        weights.append((power << 32) // (65536 + power) ** 2)
-        power = power * ratio >> 16
+    weights = [2**32]
+    for _ in range(32):
+        weights.append(weights[-1] * ratio >> 16)
     total = weights[0] + 2 * sum(weights[1:])
     frequency = {u: 1024 * weights[abs(u)] // total for u in range(-31, 32)}
     frequency[32] = 1 + 1024 * 2 * weights[32] // total
@@ -140,9 +139,9 @@ class Text:
 
     def triple(self, level, numbers):
         extra = 0 if level < 32 else level // 4 - 7
-        table = level - 4 * extra
+        table = level // 2 - 2 * extra
         for state, number in enumerate(numbers):
-            self.put(state, table if state == 0 else max(table - 4, 0), extra, number)
+            self.put(state, table if state == 0 else max(table - 2, 0), extra, number)
 
     def weights(self, weights):
         for i in (0, 3, 6):
@@ -246,7 +245,7 @@ class Body:
 
 
 def frame(heads, text):
-    return b"\x04" + b"".join(heads) + text.finish()
+    return b"\x05" + b"".join(heads) + text.finish()
 
 
 TETRAHEDRON = (4, [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
@@ -386,36 +385,36 @@ def refused(bodies):
     good = key_of(bodies, 30)
     yield "key", good, True
     yield "key", b"", False
-    yield "key", b"\x03" + good[1:], False
+    yield "key", b"\x04" + good[1:], False
     yield "key", good[:-1], False
     yield "key", good[:-2], False
     yield "key", good + b"\x00", False
     yield "key", good + b"\x00\x00", False
     yield "key", good[:20], False
-    yield "key", b"\x04\x00", False
-    yield "delta", b"\x04", False
-    yield "delta", b"\x04\x05", False
-    yield "delta", b"\x04\x04\x5c" + good[-16:], False
-    yield "delta", b"\x04\x04\x00", False
-    yield "delta", b"\x04\x04\x00\x00", False
-    yield "delta", b"\x04\x00\x00", False
+    yield "key", b"\x05\x00", False
+    yield "delta", b"\x05", False
+    yield "delta", b"\x05\x05", False
+    yield "delta", b"\x05\x04\x5c" + good[-16:], False
+    yield "delta", b"\x05\x04\x00", False
+    yield "delta", b"\x05\x04\x00\x00", False
+    yield "delta", b"\x05\x00\x00", False
     for at in range(3):
         states = [2**16] * 3
         states[at] -= 1
-        yield "delta", b"\x04\x04\x00" + struct.pack("<3I", *states), False
+        yield "delta", b"\x05\x04\x00" + struct.pack("<3I", *states), False
     for at in range(3):
         for bits in (0, 33, 63):
             lengths = [6] * 3
             lengths[at] = bits
-            yield "delta", b"\x04\x04\x00" + escaped_by(lengths).finish(), False
+            yield "delta", b"\x05\x04\x00" + escaped_by(lengths).finish(), False
     for at in range(3):
         states = [2**16] * 3
         states[at] += 1
-        yield "delta", b"\x04\x04\x00" + escaped_by([6, 6, 6]).finish(states), False
-    yield "delta", b"\x04\x00", True
+        yield "delta", b"\x05\x04\x00" + escaped_by([6, 6, 6]).finish(states), False
+    yield "delta", b"\x05\x00", True
     text = escaped_by([32, 17, 1])
     bodies[0].advance([[2**30 + bodies[0].points[0][0], 2**16 + bodies[0].points[0][1], bodies[0].points[0][2] - 2]])
-    yield "delta", b"\x04\x04\x00" + text.finish(), True
+    yield "delta", b"\x05\x04\x00" + text.finish(), True
 
 
 TOPOLOGIES = [

@@ -106,6 +106,7 @@ class StreamDecoder {
   /// What a frame leaves behind.
   struct State {
     std::optional<std::uint64_t> tick;  // none: there was no frame yet
+    double time_s = 0.0;
     codec::FrameReader reader;
     codec::FrameReader velocity_reader;
     std::vector<SolidFrame> solids;
@@ -114,6 +115,7 @@ class StreamDecoder {
     std::string world;
     double grid_step_m = 0.0;
     double velocity_grid_step_m_s = 0.0;  // 0: no velocities
+    double tick_s = 0.0;
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
     // After the last frame of layer 0, after the one of layer 1, and after any of layer 2.

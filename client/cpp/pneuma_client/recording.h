@@ -19,15 +19,18 @@ namespace pneuma::client {
 /// reset; play time does not.
 class PlayTime {
  public:
-  /// `world_rate_hz` measures a step back to the start.
-  explicit PlayTime(double world_rate_hz) : world_rate_hz_(world_rate_hz) {}
+  explicit PlayTime(const v1::RecordingHeader& header)
+      : world_rate_hz_(header.world_rate_hz()), tick_s_(header.stream().tick_s()) {}
   /// Of the stream's next frame.
   double take(const v1::Frame& frame);
   /// Goes on behind a frame of which it is known.
   void start(const v1::Frame& frame, double at_s);
 
  private:
-  double world_rate_hz_;
+  [[nodiscard]] double time_s_of(const v1::Frame& frame) const;
+
+  double world_rate_hz_;  // measures a step back to the start
+  double tick_s_;
   std::optional<std::uint64_t> tick_;  // of the last frame
   double time_s_ = 0.0;
   double at_s_ = 0.0;
@@ -36,7 +39,7 @@ class PlayTime {
 /// What the index says of a recording, gathered from its messages in order.
 class RecordingIndexer {
  public:
-  explicit RecordingIndexer(const v1::RecordingHeader& header) : play_time_(header.world_rate_hz()) {}
+  explicit RecordingIndexer(const v1::RecordingHeader& header) : play_time_(header) {}
   void take(std::uint64_t offset, const v1::ServerMessage& message);
   [[nodiscard]] const v1::RecordingIndex& index() const { return index_; }
 

@@ -78,6 +78,7 @@ export interface Contact {
 /** What a frame leaves for those that build on it. */
 interface Held {
   readonly tick: bigint;
+  readonly timeS: number;
   readonly poses: readonly SolidPose[];
 }
 const layersMax = 3;
@@ -252,17 +253,20 @@ export class Stream {
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
-    const { layoutId, tick, timeS, payload, scalars, layer } = message;
+    const { layoutId, tick, baseTick, payload, scalars, layer } = message;
     const { feed } = this;
     if (this.decoder.isBehind(this.placesKey)) {
       this.leftOutFrom ??= Number(tick);
       return feed?.behind(this.told);
     }
-    if (layoutId !== this.layoutId) throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
+    const isOfBase = baseTick !== undefined && layoutId === 0;
+    if (!isOfBase && layoutId !== this.layoutId)
+      throw new PneumaError("MALFORMED", "a frame of a layout that was not sent");
     const base = this.baseOf(message);
     const poses = this.posesOf(message, base);
     const contacts = this.contactsOf(message);
-    this.held[layer] = { tick, poses };
+    const timeS = this.timeOf(message, base);
+    this.held[layer] = { tick, timeS, poses };
     const layout = this.layout_;
     const isKey = base === undefined;
     this.tellLeftOut(Number(tick));
@@ -348,6 +352,11 @@ export class Stream {
       }
       return { soft, vertex, otherSoft, otherSolid, normal: normal ?? create(Vec3Schema) };
     });
+  }
+
+  private timeOf({ tick, baseTick, timeS }: FrameMessage, base: number | undefined): number {
+    if (timeS !== undefined || base === undefined) return timeS ?? 0;
+    return this.held[base]!.timeS + Number(tick - baseTick!) * this.subscribed.tickS;
   }
 
   private posesOf({ poses }: FrameMessage, base: number | undefined): readonly SolidPose[] {

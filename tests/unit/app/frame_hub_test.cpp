@@ -125,6 +125,26 @@ TEST_F(FrameHubTest, DeltasDecodeToTheWorldWithinTheBound) {
   }
 }
 
+TEST_F(FrameHubTest, TimeIsToldWhereTheTicksDoNotTellIt) {
+  const double tick_s = subscribe(ann_).tick_s();
+  double time_s = 0.0;
+  const auto told_at_next_tick = [&] {
+    const auto frame = frames(tick()).at(0);
+    const auto message = parse(frame.key ? frame.key : frame.delta).frame();
+    time_s = message.has_time_s() ? message.time_s() : time_s + tick_s;
+    EXPECT_NEAR(time_s, world_.physics().time_s(), 1e-9);
+    EXPECT_EQ(message.layout_id(), frame.key ? 1U : 0U);
+    return message.has_time_s();
+  };
+  EXPECT_TRUE(told_at_next_tick()) << "of a key frame";
+  for (int i = 0; i < 30; ++i) EXPECT_FALSE(told_at_next_tick());
+  v1::ClientMessage edit;
+  edit.mutable_edit()->mutable_edit()->add_changes()->mutable_set_stepping()->set_rate_hz(50.0);
+  ASSERT_TRUE(world_.change(edit).ok());
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(told_at_next_tick()) << "at another rate";
+  EXPECT_EQ(subscribe(bob_).tick_s(), tick_s) << "as the stream's others have it";
+}
+
 TEST_F(FrameHubTest, OneEncodingServesAllOfAQuality) {
   EXPECT_EQ(subscribe(ann_).stream_id(), subscribe(bob_).stream_id());
   EXPECT_EQ(hub_.class_count(), 1U);

@@ -197,6 +197,8 @@ v1::ServerMessage delta_frame(std::uint32_t stream_id, std::uint64_t tick, std::
   v1::ServerMessage message = key_frame(stream_id, tick);
   v1::Frame& frame = *message.mutable_frame();
   frame.set_base_tick(base_tick);
+  frame.clear_layout_id();
+  frame.clear_time_s();
   frame.clear_poses();
   frame.set_payload(Writer().delta(offset, base_offset));
   return message;
@@ -208,6 +210,7 @@ void fill_subscribed(std::uint32_t stream_id, v1::ServerMessage& message) {
   subscribed.set_world("w");
   subscribed.set_rate_hz(60.0);
   subscribed.set_grid_step_m(1e-3);
+  subscribed.set_tick_s(1.0 / 60.0);
 }
 
 }  // namespace pneuma::client

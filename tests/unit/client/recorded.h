@@ -46,7 +46,6 @@ inline void write_frames(RecordingWriter& writer, std::uint64_t frames, std::uin
     v1::ServerMessage message = (tick - 1) % key_every == 0
                                     ? key_frame(recorded_stream, tick, offset)
                                     : delta_frame(recorded_stream, tick, tick - 1, offset, offset - 1);
-    message.mutable_frame()->set_time_s(static_cast<double>(tick) / 60.0);
     append(writer, message);
   }
 }

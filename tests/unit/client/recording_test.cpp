@@ -246,7 +246,7 @@ TEST_F(Recording, PlayTimeGoesOnOverAReset) {
 }
 
 TEST_F(Recording, ATimeThatIsNoneCountsByItsTicks) {
-  PlayTime play_time(60.0);
+  PlayTime play_time(recording_header());
   v1::Frame frame;
   for (const double time_s : {5.0, std::nan(""), 1e300, -1e300}) {
     frame.set_tick(frame.tick() + 6);

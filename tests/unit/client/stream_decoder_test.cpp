@@ -116,8 +116,31 @@ TEST_F(StreamDecoderTest, LayersBuildOnLowerOnesAlone) {
   expect_refused(key, "layer 0");
 }
 
+TEST_F(StreamDecoderTest, TheTimeThatAFrameDoesNotTellGoesOnFromItsBases) {
+  const auto time_s_of = [&](v1::ServerMessage message, std::uint32_t layer) {
+    message.mutable_frame()->set_layer(layer);
+    const auto frame = take(message);
+    EXPECT_TRUE(frame.ok()) << frame.status().message();
+    return frame.ok() ? (*frame)->time_s : 0.0;
+  };
+  auto told = delta_frame(stream_id, 8, 4, 1, 0);
+  told.mutable_frame()->set_time_s(7.0);
+  const double tick_s = 1.0 / 60.0;
+  EXPECT_EQ(time_s_of(key_frame(stream_id, 4), 0), 4.0 / 60.0);
+  EXPECT_EQ(time_s_of(delta_frame(stream_id, 6, 4, 1, 0), 1), 4.0 / 60.0 + 2.0 * tick_s);
+  EXPECT_EQ(time_s_of(delta_frame(stream_id, 7, 6, 2, 1), 2), 4.0 / 60.0 + 2.0 * tick_s + tick_s);
+  EXPECT_EQ(time_s_of(told, 0), 7.0);
+  EXPECT_EQ(time_s_of(delta_frame(stream_id, 9, 8, 2, 1), 0), 7.0 + tick_s);
+  EXPECT_EQ(time_s_of(delta_frame(stream_id, 14, 6, 2, 1), 2), 4.0 / 60.0 + 2.0 * tick_s + 8.0 * tick_s);
+  expect_refused(delta_frame(stream_id, 8, 9, 2, 1), "before its base");
+}
+
 TEST_F(StreamDecoderTest, FrameOfAnotherLayoutIsRefused) {
   expect_refused(key_frame(stream_id, 1, 0, 2), "layout 2");
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  auto delta = delta_frame(stream_id, 2, 1, 3, 0);
+  delta.mutable_frame()->set_layout_id(2);
+  expect_refused(delta, "layout 2");
 }
 
 TEST_F(StreamDecoderTest, NewLayoutWantsAKeyFrame) {

@@ -14,10 +14,8 @@
 namespace pneuma::codec {
 namespace {
 
-long double largest_error_m(const std::vector<double>& positions_m, double step_m) {
-  Lattice lattice(positions_m.size());
+long double distance_max_m(const std::vector<double>& positions_m, const Lattice& lattice, double step_m) {
   std::vector<double> back_m(positions_m.size());
-  quantise(positions_m, step_m, lattice);
   dequantise(lattice, step_m, back_m);
   long double largest = 0.0L;
   for (std::size_t i = 0; i < positions_m.size(); i += 3) {
@@ -32,6 +30,12 @@ long double largest_error_m(const std::vector<double>& positions_m, double step_
   return largest;
 }
 
+long double largest_error_m(const std::vector<double>& positions_m, double step_m) {
+  Lattice lattice(positions_m.size());
+  quantise(positions_m, step_m, lattice);
+  return distance_max_m(positions_m, lattice, step_m);
+}
+
 class ErrorBound : public testing::TestWithParam<double> {};
 
 TEST_P(ErrorBound, HoldsOnRandomPositionsOfEverySize) {
@@ -43,6 +47,29 @@ TEST_P(ErrorBound, HoldsOnRandomPositionsOfEverySize) {
     std::vector<double> positions_m(30'000);
     for (double& value : positions_m) value = coordinate(random);
     EXPECT_LE(largest_error_m(positions_m, step_m), max_error_m) << "within " << extent_m << " m";
+  }
+}
+
+TEST_P(ErrorBound, HoldsWithAlternatives) {
+  const double max_error_m = GetParam();
+  const double step_m = grid_step_m(max_error_m);
+  std::mt19937_64 random(12);
+  for (double extent_m = 100.0 * max_error_m; extent_m <= base::coordinate_max_m; extent_m *= 10.0) {
+    std::uniform_real_distribution<double> coordinate(-extent_m, extent_m);
+    std::vector<double> positions_m(30'000);
+    for (double& value : positions_m) value = coordinate(random);
+    Lattice lattice(positions_m.size());
+    quantise(positions_m, step_m, lattice);
+    std::vector<Lanes> alternatives(positions_m.size() / 3);
+    find_alternatives(positions_m, lattice, step_m, surely_within_m(max_error_m), alternatives);
+    std::size_t others = 0;
+    for (std::size_t i = 0; i < lattice.size(); ++i) {
+      const auto more = static_cast<std::int32_t>(alternatives[i / 3].v[i % 3]);
+      lattice[i] += more;
+      others += more != 0 ? 1 : 0;
+    }
+    EXPECT_LE(distance_max_m(positions_m, lattice, step_m), max_error_m) << "within " << extent_m << " m";
+    EXPECT_GT(others, lattice.size() / 4) << "a ball of the bound holds 1.46 points in the mean";
   }
 }
 

@@ -93,6 +93,20 @@ TEST(MeshOrder, AnyTrianglesWillDo) {
   }
 }
 
+TEST(MeshOrder, NoSlotHasAParentInItsRun) {
+  const MeshOrder order = *sheet_order(12, 12);
+  std::uint32_t begin = 0;
+  for (const std::uint32_t end : order.run_ends) {
+    ASSERT_LT(begin, end);
+    for (std::uint32_t slot = begin; slot < end; ++slot) {
+      for (const std::uint32_t entry : order.parents[slot].slots) EXPECT_LE(entry, begin);
+    }
+    begin = end;
+  }
+  EXPECT_EQ(begin, order.size());
+  EXPECT_LT(order.run_ends.size(), order.size() / 2);
+}
+
 TEST(MeshOrder, FanOfTheMostFacesIsSound) {
   constexpr std::uint32_t rim = 65'535;
   std::vector<std::uint32_t> indices;

@@ -2,7 +2,7 @@
 import { PneumaError } from "../errors.js";
 import { levelMax } from "./residual_tables.js";
 
-const format = 4;
+const format = 5;
 /** Points that are larger are refused, so that a double counts any point a stream can reach. */
 export const pointMax = 2 ** 45;
 /** Of a list of moves: all are 0. */

@@ -20,14 +20,17 @@ export interface MeshOrder {
   readonly vertices: Int32Array;
   /** The slots of a slot's neighbours. */
   readonly rings: Lists;
-  /** The earlier slots that a slot is predicted from, six at most. */
-  readonly parents: Lists;
+  /** The earlier slots that a slot is predicted from, one more of each: six a slot, of which the rest are 0. */
+  readonly parents: Int32Array;
+  readonly parentCounts: Uint8Array;
+  /** Where runs of slots end of which none has a parent in its own run. */
+  readonly runEnds: readonly number[];
 }
 
 const levelsMax = 12;
 const coloursMax = 8;
 const listMax = 16;
-const parentsMax = 6;
+export const parentsMax = 6;
 
 /** A mesh's vertices, or some of them, and what is near each: by rank. */
 interface Level {
@@ -162,22 +165,31 @@ export function makeMeshOrder(mesh: Triangles): MeshOrder {
 
   const ranks = new Int32Array(size); // of each slot
   const slots = new Int32Array(size).fill(size); // of each rank; not placed yet: past all
-  const parents: number[] = [];
-  const parentBegins = new Int32Array(size + 1);
+  const parents = new Int32Array(parentsMax * size);
+  const parentCounts = new Uint8Array(size);
+  const runEnds: number[] = [];
+  let runBegin = 0;
   let slot = 0;
   for (let i = levels.length - 1; i >= 0; --i) {
     const { vertices, lists: near, colours } = levels[i]!;
     for (let colour = i === levels.length - 1 ? 0 : 1; colour < coloursMax; ++colour) {
       for (const rank of vertices) {
         if (colours[rank] !== colour) continue;
-        const end = parents.length + parentsMax;
-        for (let at = near.begins[rank]!; at < near.begins[rank + 1]! && parents.length < end; ++at) {
+        let count = 0;
+        let latest = -1;
+        for (let at = near.begins[rank]!; at < near.begins[rank + 1]! && count < parentsMax; ++at) {
           const parent = slots[near.entries[at]!]!;
-          if (parent < slot) parents.push(parent);
+          if (parent >= slot) continue;
+          parents[parentsMax * slot + count++] = parent + 1;
+          latest = Math.max(latest, parent);
         }
+        if (latest >= runBegin) {
+          runEnds.push(slot);
+          runBegin = slot;
+        }
+        parentCounts[slot] = count;
         ranks[slot] = rank;
-        slots[rank] = slot;
-        parentBegins[++slot] = parents.length;
+        slots[rank] = slot++;
       }
     }
   }
@@ -185,6 +197,8 @@ export function makeMeshOrder(mesh: Triangles): MeshOrder {
     size,
     vertices: ranks.map((rank) => byRank[rank]!),
     rings: renamed(lists, ranks, slots, false),
-    parents: { begins: parentBegins, entries: Int32Array.from(parents) },
+    parents,
+    parentCounts,
+    runEnds: [...runEnds, size],
   };
 }

@@ -1,6 +1,6 @@
 // Moves of a body's vertices from their prediction and residuals: proto/WIRE.md, "Prediction". Whole numbers of 32 bits
 // that wrap around; x y z of each slot, one after the other.
-import type { MeshOrder } from "./mesh_order.js";
+import { type MeshOrder, parentsMax } from "./mesh_order.js";
 import { levelMax, levelOf, sizeOf } from "./residual_tables.js";
 import type { TripleReader } from "./triple_reader.js";
 
@@ -16,10 +16,7 @@ const sizeMax = 1 << 24;
 
 export function takeWeights(triples: TripleReader): Weights {
   const weights = new Int32Array(3 * weightTriples);
-  for (let i = 0; i < weightTriples && !triples.failed(); ++i) {
-    triples.take(weightLevel);
-    weights.set(triples.triple, 3 * i);
-  }
+  triples.take(new Uint8Array(weightTriples).fill(weightLevel), 0, weightTriples, weights);
   return weights;
 }
 
@@ -27,14 +24,20 @@ export function takeWeights(triples: TripleReader): Weights {
 export class Scratch {
   flow = new Int32Array(0);
   drift = new Int32Array(0);
-  /** The error of each slot, x y z, and its size: beside each other, since they are asked for together. */
-  found = new Int32Array(0);
+  levels = new Uint8Array(0);
+  residuals = new Int32Array(0);
+  // Of what was found at each slot; entry 0 is of nothing.
+  sizes = new Int32Array(1);
+  errors = new Int32Array(3);
 
   fit(slots: number): void {
-    if (this.found.length >= 4 * slots) return;
+    if (this.levels.length >= slots) return;
     this.flow = new Int32Array(3 * slots);
     this.drift = new Int32Array(3 * slots);
-    this.found = new Int32Array(4 * slots);
+    this.levels = new Uint8Array(slots);
+    this.residuals = new Int32Array(3 * slots);
+    this.sizes = new Int32Array(1 + slots);
+    this.errors = new Int32Array(3 * (1 + slots));
   }
 }
 
@@ -92,61 +95,75 @@ export function predictDrift(order: MeshOrder, moves: Moves, weights: Weights, {
 // So that 1 / n of a multiple of n is not a little less than whole: less than the sixth by which other quotients are
 // above a whole number, more than the rounding of 2^32 / n.
 const nudge = 2 ** -10;
-const reciprocals = Float64Array.from({ length: 7 }, (_, count) => 1 / count);
+const reciprocals = Float64Array.from({ length: parentsMax + 1 }, (_, count) => 1 / Math.max(count, 1));
+
+/** Run by run: what the level of a slot is found from was taken before. */
+function takeResiduals(order: MeshOrder, level: number, scratch: Scratch, triples: TripleReader): void {
+  const { levels, residuals, sizes } = scratch;
+  const { parents, parentCounts } = order;
+  const listSize = sizeOf(level);
+  let begin = 0;
+  for (const end of order.runEnds) {
+    for (let slot = begin, at = parentsMax * begin; slot < end; ++slot, at += parentsMax) {
+      const sum =
+        sizes[parents[at]!]! +
+        sizes[parents[at + 1]!]! +
+        sizes[parents[at + 2]!]! +
+        sizes[parents[at + 3]!]! +
+        sizes[parents[at + 4]!]! +
+        sizes[parents[at + 5]!]!;
+      const mean = Math.floor(sum * reciprocals[parentCounts[slot]!]! + nudge);
+      levels[slot] = Math.min(levelOf(listSize + 4 * mean), levelMax);
+    }
+    triples.take(levels, begin, end, residuals);
+    if (triples.failed()) return;
+    for (let slot = begin, at = 3 * begin; slot < end; ++slot, at += 3) {
+      const size = Math.abs(residuals[at]!) + 2 * (Math.abs(residuals[at + 1]!) + Math.abs(residuals[at + 2]!));
+      sizes[slot + 1] = Math.min(4 * size, sizeMax);
+    }
+    begin = end;
+  }
+}
 
 /** Reads a list of moves, with the drift in `scratch`. Where the text ends early, the reader has failed. */
 export function takeMoves(order: MeshOrder, level: number, scratch: Scratch, triples: TripleReader): Int32Array {
   const moves = new Int32Array(3 * order.size);
-  const { drift, found } = scratch;
-  const { triple } = triples;
-  const listSize = sizeOf(level);
-  const { begins, entries } = order.parents;
-  for (let slot = 0; slot < order.size && !triples.failed(); ++slot) {
-    const to = 3 * slot;
-    const driftX = drift[to]!;
-    const driftY = drift[to + 1]!;
-    const driftZ = drift[to + 2]!;
-    let x = driftX;
-    let y = driftY;
-    let z = driftZ;
-    let size = listSize;
-    const begin = begins[slot]!;
-    const count = begins[slot + 1]! - begin;
-    if (count > 0) {
-      let errorX = 0;
-      let errorY = 0;
-      let errorZ = 0;
-      let sizeSum = 0;
-      for (let at = begin; at < begin + count; ++at) {
-        const parent = 4 * entries[at]!;
-        errorX = (errorX + found[parent]!) | 0;
-        errorY = (errorY + found[parent + 1]!) | 0;
-        errorZ = (errorZ + found[parent + 2]!) | 0;
-        sizeSum = (sizeSum + found[parent + 3]!) | 0;
-      }
-      const share = reciprocals[count]!;
-      x += Math.floor(errorX * share + nudge);
-      y += Math.floor(errorY * share + nudge);
-      z += Math.floor(errorZ * share + nudge);
-      size += 4 * Math.floor(sizeSum * share + nudge);
-    }
-    triples.take(Math.min(levelOf(size), levelMax));
-    const residualX = triple[0]!;
-    const residualY = triple[1]!;
-    const residualZ = triple[2]!;
-    const moveX = (((x + 8) >> 4) + residualX) | 0;
+  takeResiduals(order, level, scratch, triples);
+  if (triples.failed()) return moves;
+  const { drift, errors, residuals } = scratch;
+  const { parents, parentCounts } = order;
+  for (let slot = 0; slot < order.size; ++slot) {
+    const first = parentsMax * slot;
+    const p0 = 3 * parents[first]!;
+    const p1 = 3 * parents[first + 1]!;
+    const p2 = 3 * parents[first + 2]!;
+    const p3 = 3 * parents[first + 3]!;
+    const p4 = 3 * parents[first + 4]!;
+    const p5 = 3 * parents[first + 5]!;
+    const sumX = (errors[p0]! + errors[p1]! + errors[p2]! + errors[p3]! + errors[p4]! + errors[p5]!) | 0;
+    const sumY =
+      (errors[p0 + 1]! + errors[p1 + 1]! + errors[p2 + 1]! + errors[p3 + 1]! + errors[p4 + 1]! + errors[p5 + 1]!) | 0;
+    const sumZ =
+      (errors[p0 + 2]! + errors[p1 + 2]! + errors[p2 + 2]! + errors[p3 + 2]! + errors[p4 + 2]! + errors[p5 + 2]!) | 0;
+    const share = reciprocals[parentCounts[slot]!]!;
+    const at = 3 * slot;
+    const driftX = drift[at]!;
+    const driftY = drift[at + 1]!;
+    const driftZ = drift[at + 2]!;
+    const x = (driftX + Math.floor(sumX * share + nudge)) | 0;
+    const y = (driftY + Math.floor(sumY * share + nudge)) | 0;
+    const z = (driftZ + Math.floor(sumZ * share + nudge)) | 0;
+    const moveX = (((x + 8) >> 4) + residuals[at]!) | 0;
     const parity = moveX & 1;
     const centre = 16 - 16 * parity;
-    const moveY = ((((y + centre) >> 5) + residualY) * 2 + parity) | 0;
-    const moveZ = ((((z + centre) >> 5) + residualZ) * 2 + parity) | 0;
-    moves[to] = moveX;
-    moves[to + 1] = moveY;
-    moves[to + 2] = moveZ;
-    const here = 4 * slot;
-    found[here] = (moveX << 4) - driftX;
-    found[here + 1] = (moveY << 4) - driftY;
-    found[here + 2] = (moveZ << 4) - driftZ;
-    found[here + 3] = Math.min(4 * (Math.abs(residualX) + 2 * (Math.abs(residualY) + Math.abs(residualZ))), sizeMax);
+    const moveY = ((((y + centre) >> 5) + residuals[at + 1]!) * 2 + parity) | 0;
+    const moveZ = ((((z + centre) >> 5) + residuals[at + 2]!) * 2 + parity) | 0;
+    moves[at] = moveX;
+    moves[at + 1] = moveY;
+    moves[at + 2] = moveZ;
+    errors[at + 3] = (moveX << 4) - driftX;
+    errors[at + 4] = (moveY << 4) - driftY;
+    errors[at + 5] = (moveZ << 4) - driftZ;
   }
   return moves;
 }

@@ -3,27 +3,27 @@
 export const probabilityBits = 10;
 const probabilityTotal = 1 << probabilityBits;
 const residualMax = 31;
-export const escapeValue = residualMax + 1;
-const tableCount = 32;
+const escapeValue = residualMax + 1;
+/** Of an entry of residualSlots. */
+export const escapeBit = 1 << 23;
+const tableCount = 16;
+const levelsATable = 2;
 export const levelMax = 91;
 
 // Part of the format.
 const ratios = [
-  44, 142, 400, 800, 1200, 1300, 1432, 1500, 1606, 1923, 2258, 2606, 3430, 4968, 6321, 7800, 10263, 13800, 16600, 20417,
-  24494, 28503, 31672, 36000, 41444, 45500, 48176, 50800, 52600, 54400, 55400, 55700,
+  150, 3730, 4310, 4910, 7080, 8360, 12860, 18390, 23380, 28000, 34570, 41690, 48820, 52960, 56420, 58420,
 ];
 
 /** Fills one table; doubles hold all numbers here exactly, quotients to well below the distance to a whole one. */
 function fillTable(ratio: number, slots: Int32Array): void {
-  const one = 65536;
   const weights: number[] = [];
-  let power = one;
+  let weight = 2 ** 32;
   let sum = 0;
   for (let size = 0; size <= escapeValue; ++size) {
-    const weight = Math.floor((power * 2 ** 32) / (one + power) ** 2);
     weights.push(weight);
     sum += size === 0 ? weight : 2 * weight;
-    power = Math.floor((power * ratio) / one);
+    weight = Math.floor((weight * ratio) / 65536);
   }
   const frequencies = new Map<number, number>();
   let left = probabilityTotal;
@@ -38,13 +38,14 @@ function fillTable(ratio: number, slots: Int32Array): void {
   let slot = 0;
   for (let value = -residualMax; value <= escapeValue; ++value) {
     const frequency = frequencies.get(value)!;
-    for (let i = 0; i < frequency; ++i) slots[slot++] = (value << 24) | (frequency << 12) | i;
+    const same = (value << 24) | (value === escapeValue ? escapeBit : 0) | (frequency << 12);
+    for (let i = 0; i < frequency; ++i) slots[slot++] = same | i;
   }
 }
 
 /**
  * All tables, one after the other, an entry for each of the 1,024 places that a state can point to: the value (8 bits,
- * signed), the length of its range (12) and how far into it the place is (12).
+ * signed), escapeBit, the length of its range (11) and how far into it the place is (12).
  */
 export const residualSlots: Int32Array = (() => {
   const slots = new Int32Array(tableCount * probabilityTotal);
@@ -64,12 +65,15 @@ export function sizeOf(level: number): number {
   return ((4 + (level & 3)) << (level >> 2)) - 4;
 }
 
+/** Of those whose residuals have no low bits that are coded apart. */
+export const lastPlainLevel = levelsATable * tableCount - 1;
+
 /** Low bits that are coded apart at a level. */
 export function lowBitsOf(level: number): number {
-  return level < tableCount ? 0 : (level >> 2) - (tableCount / 4 - 1);
+  return level <= lastPlainLevel ? 0 : (level >> 2) - (tableCount / 2 - 1);
 }
 
-/** Where the table of a level without its low bits begins in residualSlots; a level below 0 counts as 0. */
+/** Where the table of a level without low bits begins in residualSlots; a level below 0 counts as 0. */
 export function tableOf(level: number): number {
-  return Math.max(level, 0) << probabilityBits;
+  return (Math.max(level, 0) >> 1) << probabilityBits;
 }

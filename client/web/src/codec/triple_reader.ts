@@ -1,18 +1,19 @@
 // Reads triples of residuals from coded bytes, by three range asymmetric numeral systems that share one text:
 // proto/WIRE.md, "Residuals".
-import { escapeValue, lowBitsOf, probabilityBits, residualSlots, tableOf } from "./residual_tables.js";
+import { escapeBit, lastPlainLevel, lowBitsOf, probabilityBits, residualSlots, tableOf } from "./residual_tables.js";
 
 const probabilityMask = (1 << probabilityBits) - 1;
 const stepLowBitsMax = 16 - probabilityBits;
 const escapeLengthBits = 6;
 const stateMin = 1 << 16;
 const stateCount = 3;
-// What a triple may take past the end before failed() is asked: each value a step, its high bits, an escape of three.
+// What a triple may take past the end before that is asked for: each value a step, its high bits, an escape of three.
 const paddingWords = 3 * 5;
 
+// Then words lie in memory as in the text.
+const isLittleEndian = new Uint8Array(Uint16Array.of(1).buffer)[0] === 1;
+
 export class TripleReader {
-  /** x y z of the last triple taken. */
-  readonly triple = new Int32Array(stateCount);
   private readonly words: Uint16Array;
   private readonly end: number;
   private next = 0;
@@ -23,7 +24,8 @@ export class TripleReader {
   constructor(text: Uint8Array) {
     this.end = text.length >> 1;
     this.words = new Uint16Array(this.end + paddingWords);
-    for (let i = 0; i < this.end; ++i) this.words[i] = text[2 * i]! | (text[2 * i + 1]! << 8);
+    if (isLittleEndian) new Uint8Array(this.words.buffer).set(text.subarray(0, 2 * this.end));
+    else for (let i = 0; i < this.end; ++i) this.words[i] = text[2 * i]! | (text[2 * i + 1]! << 8);
     if (text.length === 0) return;
     this.broken = text.length % 2 !== 0 || this.end < 2 * stateCount;
     for (let i = 0; i < stateCount; ++i) {
@@ -33,27 +35,54 @@ export class TripleReader {
     }
   }
 
-  /** Takes the next triple; failed() tells whether there was one. */
-  take(level: number): void {
-    const lowBits = lowBitsOf(level);
-    const table = tableOf(level - 4 * lowBits);
-    const tableOfYZ = tableOf(level - 4 * lowBits - 4);
-    if (lowBits !== 0) {
-      for (let i = 0; i < stateCount; ++i) this.triple[i] = this.takeInParts(i, i === 0 ? table : tableOfYZ, lowBits);
-      return;
-    }
-    const { words, states, triple } = this;
-    for (let i = 0; i < stateCount; ++i) {
-      const state = states[i]!;
-      const slot = residualSlots[(i === 0 ? table : tableOfYZ) + (state & probabilityMask)]!;
-      const value = slot >> 24;
-      const after = Math.imul((slot >> 12) & 0xfff, state >>> probabilityBits) + (slot & 0xfff);
+  /** Takes a triple at each of the levels `begin` up to `end`, to where they are in `triples`; none once it has failed. */
+  take(levels: Uint8Array, begin: number, end: number, triples: Int32Array): void {
+    // Of its own while nothing is out of the ordinary.
+    const { words, states } = this;
+    let { next } = this;
+    let x = states[0]!;
+    let y = states[1]!;
+    let z = states[2]!;
+    for (let i = begin, at = 3 * begin; i < end && next <= this.end && !this.broken; ++i, at += 3) {
+      const level = levels[i]!;
+      const table = tableOf(Math.min(level, lastPlainLevel));
+      const tableOfYZ = tableOf(Math.min(level, lastPlainLevel) - 4);
+      const ofX = residualSlots[table + (x & probabilityMask)]!;
+      const ofY = residualSlots[tableOfYZ + (y & probabilityMask)]!;
+      const ofZ = residualSlots[tableOfYZ + (z & probabilityMask)]!;
+      if (level > lastPlainLevel || ((ofX | ofY | ofZ) & escapeBit) !== 0) {
+        states[0] = x;
+        states[1] = y;
+        states[2] = z;
+        this.next = next;
+        this.takeInParts(level, at, triples);
+        x = states[0]!;
+        y = states[1]!;
+        z = states[2]!;
+        next = this.next;
+        continue;
+      }
+      triples[at] = ofX >> 24;
+      triples[at + 1] = ofY >> 24;
+      triples[at + 2] = ofZ >> 24;
       // As step(), without its branch, which is close to chance: all ones where a word is wanted.
-      const isLow = ((after >>> 16) - 1) >> 31;
-      states[i] = (isLow & ((after << 16) | words[this.next]!)) | (~isLow & after);
-      this.next -= isLow;
-      triple[i] = value === escapeValue ? this.escaped(i) : value;
+      x = Math.imul((ofX >> 12) & 0x7ff, x >>> probabilityBits) + (ofX & 0xfff);
+      const lowX = ((x >>> 16) - 1) >> 31;
+      x = (lowX & ((x << 16) | words[next]!)) | (~lowX & x);
+      next -= lowX;
+      y = Math.imul((ofY >> 12) & 0x7ff, y >>> probabilityBits) + (ofY & 0xfff);
+      const lowY = ((y >>> 16) - 1) >> 31;
+      y = (lowY & ((y << 16) | words[next]!)) | (~lowY & y);
+      next -= lowY;
+      z = Math.imul((ofZ >> 12) & 0x7ff, z >>> probabilityBits) + (ofZ & 0xfff);
+      const lowZ = ((z >>> 16) - 1) >> 31;
+      z = (lowZ & ((z << 16) | words[next]!)) | (~lowZ & z);
+      next -= lowZ;
     }
+    states[0] = x;
+    states[1] = y;
+    states[2] = z;
+    this.next = next;
   }
 
   /** The text has ended, or is none. */
@@ -70,16 +99,23 @@ export class TripleReader {
     this.states[which] = state >>> 16 === 0 ? (state << 16) | this.words[this.next++]! : state;
   }
 
-  private takeInParts(which: number, table: number, lowBits: number): number {
+  private takeInParts(level: number, at: number, triples: Int32Array): void {
+    const lowBits = lowBitsOf(level);
+    const rest = level - 4 * lowBits;
+    for (let i = 0; i < stateCount; ++i) {
+      triples[at + i] = this.takeOne(i, tableOf(i === 0 ? rest : rest - 4), lowBits);
+    }
+  }
+
+  private takeOne(which: number, table: number, lowBits: number): number {
     const stepBits = Math.min(lowBits, stepLowBitsMax);
     const high = lowBits === stepBits ? 0 : this.plain(which, lowBits - stepBits) << stepBits;
     const state = this.states[which]!;
     const slot = residualSlots[table + ((state >>> stepBits) & probabilityMask)]!;
     const low = state & ((1 << stepBits) - 1);
-    this.step(which, Math.imul((slot >> 12) & 0xfff, state >>> (stepBits + probabilityBits)) + (slot & 0xfff));
-    const value = slot >> 24;
-    if (value === escapeValue) return this.escaped(which);
-    return ((value << lowBits) + (high | low) - (1 << (lowBits - 1))) | 0;
+    this.step(which, Math.imul((slot >> 12) & 0x7ff, state >>> (stepBits + probabilityBits)) + (slot & 0xfff));
+    if ((slot & escapeBit) !== 0) return this.escaped(which);
+    return (((slot >> 24) << lowBits) + (high | low) - ((1 << lowBits) >> 1)) | 0;
   }
 
   private plain(which: number, bits: number): number {

@@ -23,7 +23,7 @@ import { Frames } from "../frames.js";
 import { type Asked, type Peer, ScriptedServer } from "./peer.js";
 
 const world = "somewhere";
-const emptyPayload = Uint8Array.of(4); // of a world without soft bodies, in format 4
+const emptyPayload = Uint8Array.of(5); // of a world without soft bodies, in format 5
 const listener: StreamListener = { frame: () => {} };
 
 /** Keeps the first frame until it is told to finish. */
