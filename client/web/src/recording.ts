@@ -80,7 +80,8 @@ export class RecordingWriter {
 
   private indexFrame(frame: Frame, offset: bigint): void {
     const { index } = this;
-    const { tick, timeS } = frame;
+    const { tick } = frame;
+    const timeS = this.timeOf(frame);
     if (this.last) {
       let stepS = timeS - this.last.timeS;
       // Back to the start, or no time at all: the ticks go on counting.
@@ -100,6 +101,12 @@ export class RecordingWriter {
     }
     ++index.frames;
     index.lastTick = tick;
+  }
+
+  /** Where the frame does not tell it, it follows from any frame before as from its base. */
+  private timeOf({ tick, timeS }: Frame): number {
+    if (timeS !== undefined || !this.last) return timeS ?? 0;
+    return this.last.timeS + Number(tick - this.last.tick) * (this.header.stream?.tickS ?? 0);
   }
 
   private add(bytes: Uint8Array): void {
