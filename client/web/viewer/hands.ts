@@ -8,8 +8,7 @@ export type Tool = "pull" | "poke" | "throw";
 /** What a poke changes the speed of a whole body by, in m/s. */
 const pokeSpeedMS = 2;
 
-// A touch is no longer than this, and goes no further.
-const clickMs = 400;
+// A click goes no further, however long it takes.
 const clickPx = 5;
 
 interface Pull {
@@ -31,7 +30,7 @@ export interface Hands {
 /** Listens to the pointer over the picture; `hands` tells whose they are at the moment, undefined: nobody's. */
 export class Pointer {
   private pull: Pull | undefined;
-  private touch: { x: number; y: number; atMs: number } | undefined;
+  private touch: { x: number; y: number } | undefined;
 
   constructor(
     private readonly picture: Picture,
@@ -58,7 +57,7 @@ export class Pointer {
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
     const hands = this.hands();
     if (!hands || !event.isPrimary || event.button !== 0) return;
-    this.touch = { x: event.clientX, y: event.clientY, atMs: event.timeStamp };
+    this.touch = { x: event.clientX, y: event.clientY };
     if (hands.tool === "throw") return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
@@ -74,12 +73,12 @@ export class Pointer {
     this.pull.grab?.moveTo(this.pull.target).catch(() => this.up());
   }
 
-  private click({ clientX, clientY, timeStamp, isPrimary }: PointerEvent): void {
+  private click({ clientX, clientY, isPrimary }: PointerEvent): void {
     const { touch } = this;
     if (!touch || !isPrimary) return;
     this.touch = undefined;
     const way = Math.hypot(clientX - touch.x, clientY - touch.y);
-    if (way <= clickPx && timeStamp - touch.atMs <= clickMs) this.hands()?.clicked(clientX, clientY);
+    if (way <= clickPx) this.hands()?.clicked(clientX, clientY);
   }
 
   private up(): void {

@@ -202,11 +202,13 @@ test("obstacles and rigid bodies are added", async () => {
 });
 
 test("a click selects a body, whose own gas is another then", async () => {
-  await page.click("#frame-all");
-  const panel = (await (await page.$("#panel"))!.boundingBox())!;
   await client.pause(world);
-  await page.click("#frame-all");
-  await page.mouse.click(panel.x / 2, 300);
+  await page.waitForSelector("#selected option[value=ball]", { state: "attached" });
+  const panel = (await (await page.$("#panel"))!.boundingBox())!;
+  do {
+    await page.click("#frame-all"); // until the picture has come to rest, too
+    await page.mouse.click(panel.x / 2, 300);
+  } while ((await page.inputValue("#selected")) !== "ball");
   await page.waitForSelector("#own-gas:enabled");
   const { moles } = (await client.scene(world)).softBodies[0]!.gas!;
   await page.fill("#own-gas", "1");
