@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "base/limits.h"
@@ -14,6 +14,7 @@ namespace pneuma::app {
 namespace {
 
 struct Found {
+  std::size_t place;   // among all, by body and vertex
   std::uint32_t soft;  // in the layout
   TouchedVertex touched;
 };
@@ -24,10 +25,6 @@ std::uint32_t rank_of(const Found& found) {
   return found.touched.vertex * 2'654'435'769U;
 }
 
-auto place_of(const Found& found) {
-  return std::tuple(found.soft, found.touched.vertex);
-}
-
 }  // namespace
 
 google::protobuf::RepeatedPtrField<v1::Contact> contacts_of(const FrameSource& source, const WorldLayout& layout) {
@@ -36,19 +33,19 @@ google::protobuf::RepeatedPtrField<v1::Contact> contacts_of(const FrameSource& s
   const auto& bodies = layout.bodies();
   for (std::uint32_t i = 0; i < bodies.size(); ++i) in_layout[bodies[i].index] = i;
   for (std::uint32_t i = 0; i < bodies.size(); ++i) {
-    for (const TouchedVertex& touched : source.contacts(bodies[i].index)) all.push_back({i, touched});
+    for (const TouchedVertex& touched : source.contacts(bodies[i].index)) all.push_back({all.size(), i, touched});
   }
   if (all.size() > base::frame_contacts_max) {
     const auto before = [](const Found& a, const Found& b) {
-      return std::tuple(rank_of(a), place_of(a)) < std::tuple(rank_of(b), place_of(b));
+      return std::pair(rank_of(a), a.place) < std::pair(rank_of(b), b.place);
     };
     std::ranges::nth_element(all, all.begin() + static_cast<std::ptrdiff_t>(base::frame_contacts_max), before);
     all.resize(base::frame_contacts_max);
-    std::ranges::stable_sort(all, {}, place_of);
+    std::ranges::sort(all, {}, &Found::place);
   }
   google::protobuf::RepeatedPtrField<v1::Contact> contacts;
   contacts.Reserve(static_cast<int>(all.size()));
-  for (const auto& [soft, touched] : all) {
+  for (const auto& [place, soft, touched] : all) {
     v1::Contact& contact = *contacts.Add();
     contact.set_soft(soft);
     contact.set_vertex(touched.vertex);

@@ -81,7 +81,7 @@ MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_i
     return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, retry_hint_s);
   }
   if (!sender.assembly) sender.assembly.emplace().request_id = request_id;
-  Assembly& assembly = *sender.assembly;
+  PartAssembly& assembly = *sender.assembly;
   assembly.parts.push_back(std::move(*part.mutable_data()));
   assembly.bytes += bytes;
   assembly.last_part = now;
@@ -125,7 +125,7 @@ bool MessageParts::has_room(std::size_t bytes, TimePoint now) {
   return bytes_ + bytes <= base::parts_waiting_bytes_max;
 }
 
-bool MessageParts::is_late(const Assembly& assembly, TimePoint now) {
+bool MessageParts::is_late(const PartAssembly& assembly, TimePoint now) {
   return now - assembly.last_part > base::parts_timeout;
 }
 

@@ -20,6 +20,14 @@ namespace pneuma::app {
 /// lately.
 [[nodiscard]] std::size_t parts_bytes_max(const base::Limits& limits);
 
+/// A message that is not whole yet.
+struct PartAssembly {
+  std::uint64_t request_id = 0;
+  std::vector<std::string> parts;
+  std::size_t bytes = 0;
+  std::chrono::steady_clock::time_point last_part{};
+};
+
 class MessageParts {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
@@ -41,20 +49,14 @@ class MessageParts {
   void session_ended(std::uint64_t session_id);
 
  private:
-  struct Assembly {
-    std::uint64_t request_id = 0;
-    std::vector<std::string> parts;
-    std::size_t bytes = 0;
-    TimePoint last_part{};
-  };
   struct Sender {
-    std::optional<Assembly> assembly;
+    std::optional<PartAssembly> assembly;
     std::optional<std::uint64_t> given_up;  // request id
   };
 
   [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, v1::Part part, TimePoint now);
   [[nodiscard]] bool has_room(std::size_t bytes, TimePoint now);
-  [[nodiscard]] static bool is_late(const Assembly& assembly, TimePoint now);
+  [[nodiscard]] static bool is_late(const PartAssembly& assembly, TimePoint now);
   void drop(Sender& sender);
 
   std::size_t bytes_max_;

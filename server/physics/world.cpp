@@ -237,7 +237,10 @@ ContactNotes World::contacts(std::size_t soft_index) const {
   ContactNotes notes = simulation_->visit(
       [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; });
   const auto place = [](const VertexContact& note) { return std::tuple(note.vertex, note.other, note.index); };
-  std::ranges::stable_sort(notes, {}, place);
+  const auto order = [&](const VertexContact& note) {
+    return std::tuple(place(note), note.normal.x(), note.normal.y(), note.normal.z());
+  };
+  std::ranges::sort(notes, {}, order);
   // A vertex may be answered again and again by one wall; in a room's corner, by several.
   const auto repeats = [&](const VertexContact& a, const VertexContact& b) {
     constexpr double same_wall = 1e-3;

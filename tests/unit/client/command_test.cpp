@@ -45,7 +45,7 @@ TEST(CommandUsage, BadArgumentsExitWith2AndOneLineSaysWhy) {
       {"nonsense"},
       {"--server", "nowhere", "worlds"},
       {"create"},
-      {"step", "w"},
+      {"step"},
       {"step", "w", "0"},
       {"step", "w", "-5"},
       {"watch", "w", "--frames", "0"},
@@ -249,6 +249,7 @@ TEST(CommandRequests, EachCommandAsksWhatItSays) {
   EXPECT_EQ(request_of({"resume", "w", "--time-scale", "0.25"}).resume().time_scale(), 0.25);
   EXPECT_EQ(request_of({"reset", "w"}).reset().world(), "w");
   EXPECT_EQ(request_of({"step", "w", "30"}).step().ticks(), 30U);
+  EXPECT_EQ(request_of({"step", "w"}).step().ticks(), 1U);
 }
 
 TEST(CommandOutput, WorldsAreATableOrALineOfJsonEach) {
