@@ -12,6 +12,7 @@
 
 #include "app/frame_hub.h"
 #include "app/live_world.h"
+#include "app/request_fields.h"
 #include "numerics/extremes/cases.h"
 #include "numerics/extremes/run.h"
 #include "replay/replayed_world.h"
@@ -236,6 +237,13 @@ void refuse_seeks(Refusals& refusals) {
   refuse_numbers(message, "", [&] { return replay::check_seek(message.seek(), duration_s); }, refusals);
 }
 
+void refuse_time_scales(Refusals& refusals) {
+  v1::ClientMessage message;
+  message.mutable_resume()->set_time_scale(1.0);
+  if (!app::check_time_scale(message.resume()).ok()) refusals.wrong = "a time scale was refused";
+  refuse_numbers(message, "", [&] { return app::check_time_scale(message.resume()); }, refusals);
+}
+
 Result run_not_a_number(bool) {
   auto scene = scene_io::load_scene(scene_path("10-not-a-number.json"));
   if (!scene.ok()) throw std::runtime_error(scene.status().message());
@@ -248,6 +256,7 @@ Result run_not_a_number(bool) {
   refuse_changes(*scene, edit, refusals);
   refuse_subscriptions(refusals);
   refuse_seeks(refusals);
+  refuse_time_scales(refusals);
 
   Names seen;
   Names numbers;
