@@ -88,9 +88,7 @@ function touching(vertex: number, keptVertices: number[]): { frame: Frame; body:
   const places = Float64Array.from([0, 0, 0, 1, 0, 0, 0, 0, 1]);
   const body = new SoftBodyView("body", mesh, new Color());
   body.update(places, places, 1, undefined);
-  const contacts = [
-    { soft: 0, vertex, otherSoft: undefined, otherSolid: 0, normal: create(Vec3Schema, { y: 1 }) },
-  ];
+  const contacts = [{ soft: 0, vertex, otherSoft: undefined, otherSolid: 0, normal: create(Vec3Schema, { y: 1 }) }];
   const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [] };
   const none = { isKey: true, bytes: 0, velocities: undefined, poses: [], scalars: undefined };
   return { frame: { ...none, layout, tick: 0, timeS: 0, positions: [places], contacts }, body };
