@@ -109,7 +109,9 @@ TEST_F(RecordingPrograms, ARecordingHoldsWhatASubscriberSees) {
     const auto found = seen.find(frame->frame.tick);
     if (found == seen.end()) continue;  // it came between two looks
     for (std::size_t body = 0; body < 2; ++body) {
-      EXPECT_EQ(frame->frame.bodies[body].positions_m, found->second[body].positions_m);
+      // Both are within the bound of the truth; which point of the grid it is goes by the stream's own past.
+      EXPECT_LE(furthest_m(frame->frame.bodies[body], found->second[body]),
+                2.0 * playback->header().stream().max_error_m());
     }
   }
   EXPECT_EQ(ticks.size(), 61U);
