@@ -164,7 +164,12 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
       return;
     }
     default: {
-      const std::string world = *world_of(message);
+      const std::string* named = world_of(message);
+      if (named == nullptr) {
+        const Status failed(StatusCode::internal, "the server does not know where this request belongs");
+        return server_.send(guest.session->id(), serialise(error_reply(message.request_id(), failed)));
+      }
+      const std::string world = *named;
       Request request{guest.session, std::move(message)};
       if (request.message.has_get_stats()) request.reader = server_.reader_stats(guest.session->id());
       if (host_->ask(world, std::move(request))) remember(guest, world);

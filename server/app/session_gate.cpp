@@ -48,12 +48,8 @@ SessionGate::Verdict SessionGate::receive(std::string_view bytes, TimePoint now)
   if (!open_ && !message.has_hello()) {
     return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(message)) + " came before hello"});
   }
-  if (message.has_pong()) {  // the server asked for it; it is no command
-    Verdict verdict;
-    verdict.pong_nonce = message.pong().nonce();
-    return verdict;
-  }
-  const double wait_s = commands_.take(now);  // each part takes its own
+  if (message.has_pong()) return pass(std::move(message), now);  // the server asked for it; it is no command
+  const double wait_s = commands_.take(now);                     // each part takes its own
   if (message.has_part() && parts_.passes_over(session_id_, message.request_id(), message.part().last())) return {};
   if (wait_s > 0.0) {
     if (message.has_part()) parts_.give_up(session_id_, message.request_id(), message.part().last());
@@ -72,6 +68,11 @@ SessionGate::Verdict SessionGate::pass(v1::ClientMessage message, TimePoint now)
       Verdict verdict;
       verdict.reply.emplace().set_request_id(message.request_id());
       verdict.reply->mutable_pong()->set_nonce(message.ping().nonce());
+      return verdict;
+    }
+    case v1::ClientMessage::kPong: {
+      Verdict verdict;
+      verdict.pong_nonce = message.pong().nonce();
       return verdict;
     }
     case v1::ClientMessage::kPart: {

@@ -82,6 +82,20 @@ TEST_F(HostileParts, GarbageInPartsIsAnErrorOfTheRequestAlone) {
   EXPECT_EQ(reply->error().code(), v1::Error::INVALID_ARGUMENT);
 }
 
+TEST_F(HostileParts, APongInPartsLeavesTheServerUp) {
+  const auto raw = opened();
+  v1::ClientMessage pong;
+  pong.set_request_id(5);
+  pong.mutable_pong()->set_nonce(42);
+  send_part(*raw, 5, pong.SerializeAsString(), true);
+  v1::ClientMessage list;
+  list.set_request_id(6);
+  list.mutable_list_worlds();
+  EXPECT_TRUE(raw->send(list));
+  EXPECT_TRUE(raw->receive_reply(6));
+  EXPECT_TRUE(server_->is_running());
+}
+
 TEST_F(HostileParts, OnePastTheLimitIsRefused) {
   const auto error = fill(*opened(), base::parts_bytes_max + 1);
   ASSERT_TRUE(error);

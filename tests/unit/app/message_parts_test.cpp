@@ -136,6 +136,16 @@ TEST_F(Parts, AHelloInPartsIsASecondOne) {
   expect_refused(sender_.cut(upload, hello.SerializeAsString(), 2), upload, v1::Error::FAILED_PRECONDITION, "hello");
 }
 
+TEST_F(Parts, APongInPartsIsThePongThatItWouldBeWhole) {
+  v1::ClientMessage pong;
+  pong.set_request_id(upload);
+  pong.mutable_pong()->set_nonce(42);
+  const auto verdict = sender_.cut(upload, pong.SerializeAsString(), 2);
+  EXPECT_EQ(verdict.pong_nonce, 42U);
+  EXPECT_FALSE(verdict.request);
+  EXPECT_FALSE(verdict.reply);
+}
+
 TEST_F(Parts, MoreThanTheLimitIsRefusedAtThePartThatPassesIt) {
   const std::string half(base::parts_bytes_max / 2, 'x');
   EXPECT_TRUE(Sender::is_silent(sender_.part(upload, half)));
