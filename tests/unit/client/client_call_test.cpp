@@ -123,6 +123,50 @@ TEST(ClientCall, RequestLargerThanTheServerTakesAtOnceGoesInParts) {
   EXPECT_EQ(client.edit_json("w", text + text).status().code(), base::StatusCode::limit_exceeded);
 }
 
+// More than a socket's buffers hold, so that most parts leave after the ping has come.
+TEST(ClientCall, ServersPingIsAnsweredBetweenTheParts) {
+  constexpr std::uint32_t part_bytes = 1 << 20;
+  constexpr std::uint32_t whole_bytes = 48 * part_bytes;
+  bool was_answered = false;
+  const FakeServer server([&](FakeSession& session) {
+    session.welcome(part_bytes, whole_bytes);
+    auto message = session.receive();
+    const std::uint64_t id = message->request_id();
+    v1::ServerMessage ping;
+    ping.mutable_ping()->set_nonce(42);
+    session.send(ping);
+    while (message && !message->part().last()) {
+      was_answered = was_answered || message->pong().nonce() == 42;
+      message = session.receive();
+    }
+    v1::ServerMessage reply;
+    reply.set_request_id(id);
+    reply.mutable_done();
+    session.send(reply);
+    session.drain();
+  });
+  Client client = connected(server);
+  EXPECT_TRUE(client.edit_json("w", std::string(whole_bytes - part_bytes, 'x')).ok());
+  EXPECT_TRUE(was_answered);
+}
+
+TEST(ClientCall, AnErrorBetweenThePartsIsTheReply) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome(1'000, 4'000);
+    auto message = session.receive();
+    v1::ServerMessage refused;
+    refused.set_request_id(message->request_id());
+    refused.mutable_error()->set_code(v1::Error::UNAVAILABLE);
+    refused.mutable_error()->set_what("no room");
+    session.send(refused);
+    while (message && !message->part().last()) message = session.receive();
+    session.reply([](const auto&, auto& reply) { reply.mutable_done(); });
+  });
+  Client client = connected(server);
+  EXPECT_EQ(client.edit_json("w", std::string(2'500, 'x')).status().what(), "no room");
+  EXPECT_TRUE(client.pause("w").ok());
+}
+
 TEST(ClientCall, ServersPingIsAnswered) {
   const FakeServer server([](FakeSession& session) {
     session.welcome();
