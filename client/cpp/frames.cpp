@@ -241,15 +241,15 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   if (!checked.ok()) return checked;
   State& state = stream.layers[message.layer()];
   if (message.layer() > 0) state = *base_of(stream, message);
-  if (message.has_time_s() || key) {
-    state.time_s = message.time_s();
-  } else {
-    state.time_s += static_cast<double>(message.tick() - message.base_tick()) * stream.tick_s;
+  double time_s = message.time_s();
+  if (!message.has_time_s() && !key) {
+    time_s = state.time_s + static_cast<double>(message.tick() - message.base_tick()) * stream.tick_s;
   }
   const base::Status decoded = read_vectors(stream, state, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
   state.tick = message.tick();
+  state.time_s = time_s;
   for (const v1::Pose& pose : message.poses()) {
     state.solids[pose.solid()].position = pose.position();
     state.solids[pose.solid()].orientation = pose.orientation();
@@ -257,7 +257,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   DecodedFrame frame{.stream_id = message.stream_id(),
                      .world = stream.world,
                      .tick = message.tick(),
-                     .time_s = state.time_s,
+                     .time_s = time_s,
                      .key = key,
                      .layer = message.layer(),
                      .bytes = bytes,

@@ -89,7 +89,9 @@ TEST_F(StreamDecoderTest, SpoiltPayloadIsRefusedAndTheStreamGoesOn) {
   auto spoilt = delta_frame(stream_id, 2, 1, 3, 0);
   spoilt.mutable_frame()->mutable_payload()->append(2, '\0');
   expect_refused(spoilt, "payload: the residuals do not end where the payload does");
-  EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
+  const auto frame = take(delta_frame(stream_id, 2, 1, 3, 0));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_EQ((*frame)->time_s, 1.0 / 60.0 + 1.0 / 60.0) << "the time of the refused one does not count";
 }
 
 TEST_F(StreamDecoderTest, LayersBuildOnLowerOnesAlone) {
