@@ -70,8 +70,14 @@ struct Client::Impl {
   base::Status open(const std::string& address);
   /// `timeout` counts from when the request has left, and is what each of its parts may take.
   base::Result<ServerMessage> call(v1::ClientMessage request, milliseconds timeout);
-  /// In parts where it is larger than the server takes at once.
-  base::Status send(std::string bytes, std::uint64_t request_id, milliseconds timeout);
+  /// In parts where it is larger than the server takes at once; what comes between them is taken in, and a reply to the
+  /// request goes to `reply`.
+  base::Status send(std::string bytes, std::uint64_t request_id, milliseconds timeout,
+                    std::optional<ServerMessage>& reply);
+  /// Takes in one message as receive() does; keeps no reply to another request than `request_id`.
+  base::Result<bool> receive_reply(Deadline deadline, std::uint64_t request_id, std::optional<ServerMessage>& reply);
+  /// Begins or ends the stream that the reply is about; an Error is its status.
+  base::Status take_reply(const v1::ClientMessage& request, ServerMessage& reply);
   /// Waits for an update that `wanted` holds for, and takes it out.
   base::Result<std::optional<Update>> next(Deadline deadline, const std::function<bool(const Update&)>& wanted);
 
@@ -125,21 +131,38 @@ base::Status Client::Impl::fail(base::Status status) {
   return failure;
 }
 
-base::Status Client::Impl::send(std::string bytes, std::uint64_t request_id, milliseconds timeout) {
+base::Status Client::Impl::send(std::string bytes, std::uint64_t request_id, milliseconds timeout,
+                                std::optional<ServerMessage>& reply) {
   if (bytes.size() <= welcome.message_bytes_max()) {
     connection.queue(bytes);
     return connection.flush(Clock::now() + timeout);
   }
   const std::size_t part_bytes = welcome.message_bytes_max() - part_head_bytes;
   for (std::size_t begin = 0; begin < bytes.size(); begin += part_bytes) {
+    const Deadline deadline = Clock::now() + timeout;
     v1::ClientMessage part;
     part.set_request_id(request_id);
     part.mutable_part()->set_data(bytes.substr(begin, part_bytes));
     part.mutable_part()->set_last(bytes.size() - begin <= part_bytes);
     connection.queue(part.SerializeAsString());
-    if (base::Status sent = connection.flush(Clock::now() + timeout); !sent.ok()) return sent;
+    if (base::Status sent = connection.flush(deadline); !sent.ok()) return sent;
+    // A server whose pings wait until all parts have left takes a slow connection for a dead one.
+    bool has_come = true;
+    while (has_come && Clock::now() < deadline) {
+      const auto received = receive_reply(Clock::now(), request_id, reply);
+      if (!received.ok()) return received.status();
+      has_come = *received;
+    }
   }
   return {};
+}
+
+base::Result<bool> Client::Impl::receive_reply(Deadline deadline, std::uint64_t request_id,
+                                               std::optional<ServerMessage>& reply) {
+  std::optional<ServerMessage> any;
+  auto received = receive(deadline, any);
+  if (any && any->request_id() == request_id) reply = std::move(any);  // no late one to a call given up on
+  return received;
 }
 
 base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, milliseconds timeout) {
@@ -154,30 +177,32 @@ base::Result<ServerMessage> Client::Impl::call(v1::ClientMessage request, millis
     return base::Status(base::StatusCode::limit_exceeded, "a request of " + std::to_string(bytes.size()) +
                                                               " bytes; the server takes " + std::to_string(bytes_max));
   }
-  const base::Status sent = send(std::move(bytes), id, timeout);
+  std::optional<ServerMessage> reply;
+  const base::Status sent = send(std::move(bytes), id, timeout, reply);
   const Deadline deadline = Clock::now() + timeout;
   // A server that closes says why first; that is worth more than the broken pipe.
-  while (Clock::now() < deadline) {
-    std::optional<ServerMessage> reply;
-    const auto received = receive(deadline, reply);
+  while (!reply && Clock::now() < deadline) {
+    const auto received = receive_reply(deadline, id, reply);
     if (!received.ok()) return received.status();
-    if (!reply || reply->request_id() != id) continue;  // unasked, or the late reply to a call given up on
-    if (reply->has_error()) return to_status(reply->error());
-    if (reply->has_subscribed()) {
-      const base::Status added = decoder.add_stream(reply->subscribed());
-      if (!added.ok()) return fail(added);
-    }
-    if (reply->has_subscribed()) {
-      reply->mutable_subscribed()->set_stream_id(first_id(reply->subscribed().stream_id()));
-    }
-    if (reply->has_done() && request.has_unsubscribe()) {
-      decoder.remove_stream(request.unsubscribe().stream_id());
-      first_ids.erase(request.unsubscribe().stream_id());
-    }
-    return std::move(*reply);
   }
-  if (!sent.ok()) return fail(sent);
-  return base::Status(base::StatusCode::unavailable, "no reply in time");
+  if (!reply && !sent.ok()) return fail(sent);
+  if (!reply) return base::Status(base::StatusCode::unavailable, "no reply in time");
+  if (const base::Status taken = take_reply(request, *reply); !taken.ok()) return taken;
+  return std::move(*reply);
+}
+
+base::Status Client::Impl::take_reply(const v1::ClientMessage& request, ServerMessage& reply) {
+  if (reply.has_error()) return to_status(reply.error());
+  if (reply.has_subscribed()) {
+    const base::Status added = decoder.add_stream(reply.subscribed());
+    if (!added.ok()) return fail(added);
+    reply.mutable_subscribed()->set_stream_id(first_id(reply.subscribed().stream_id()));
+  }
+  if (reply.has_done() && request.has_unsubscribe()) {
+    decoder.remove_stream(request.unsubscribe().stream_id());
+    first_ids.erase(request.unsubscribe().stream_id());
+  }
+  return {};
 }
 
 base::Result<bool> Client::Impl::receive(Deadline deadline, std::optional<ServerMessage>& reply) {

@@ -27,19 +27,6 @@ bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
          std::ranges::adjacent_find(kept, std::greater_equal<>()) == kept.end();
 }
 
-base::Status check_contacts(const v1::Frame& message, std::size_t bodies, std::size_t solids) {
-  const auto is_sound = [&](const v1::Contact& contact) {
-    return contact.soft() < bodies && contact.vertex() < base::mesh_vertices_max &&
-           (!contact.has_other_soft() || contact.other_soft() < bodies) &&
-           (!contact.has_other_solid() || contact.other_solid() < solids);
-  };
-  if (static_cast<std::size_t>(message.contacts_size()) <= base::frame_contacts_max &&
-      std::ranges::all_of(message.contacts(), is_sound)) {
-    return {};
-  }
-  return malformed("contacts that cannot be", stream_name(message.stream_id()));
-}
-
 std::vector<ContactFrame> contacts_of(const v1::Frame& message) {
   std::vector<ContactFrame> contacts;
   for (const v1::Contact& contact : message.contacts()) {
@@ -171,7 +158,27 @@ base::Status StreamDecoder::check_frame(const Stream& stream, const v1::Frame& m
         has_one_a_body(scalars.asleep_size()))) {
     return malformed("the scalars are not one a body", where);
   }
-  return check_contacts(message, stream.bodies.size(), stream.layers[0].solids.size());
+  return check_contacts(stream, message);
+}
+
+base::Status StreamDecoder::check_contacts(const Stream& stream, const v1::Frame& message) {
+  const auto has_vertex = [&](const v1::Contact& contact) {
+    const Body& body = stream.bodies[contact.soft()];
+    // Of a mesh of which only some vertices are shown, the size is not known.
+    return contact.vertex() < (body.kept_vertices->empty() ? body.topology->vertex_count : base::mesh_vertices_max);
+  };
+  const auto is_sound = [&](const v1::Contact& contact) {
+    const v1::Vec3& normal = contact.normal();
+    return contact.soft() < stream.bodies.size() && has_vertex(contact) &&
+           (!contact.has_other_soft() || contact.other_soft() < stream.bodies.size()) &&
+           (!contact.has_other_solid() || contact.other_solid() < stream.layers[0].solids.size()) &&
+           std::isfinite(normal.x()) && std::isfinite(normal.y()) && std::isfinite(normal.z());
+  };
+  if (static_cast<std::size_t>(message.contacts_size()) <= base::frame_contacts_max &&
+      std::ranges::all_of(message.contacts(), is_sound)) {
+    return {};
+  }
+  return malformed("contacts that cannot be", stream_name(message.stream_id()));
 }
 
 /// A failure may come with the positions read already: the stream then waits for a key frame.
@@ -234,15 +241,15 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   if (!checked.ok()) return checked;
   State& state = stream.layers[message.layer()];
   if (message.layer() > 0) state = *base_of(stream, message);
-  if (message.has_time_s() || key) {
-    state.time_s = message.time_s();
-  } else {
-    state.time_s += static_cast<double>(message.tick() - message.base_tick()) * stream.tick_s;
+  double time_s = message.time_s();
+  if (!message.has_time_s() && !key) {
+    time_s = state.time_s + static_cast<double>(message.tick() - message.base_tick()) * stream.tick_s;
   }
   const base::Status decoded = read_vectors(stream, state, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
 
   state.tick = message.tick();
+  state.time_s = time_s;
   for (const v1::Pose& pose : message.poses()) {
     state.solids[pose.solid()].position = pose.position();
     state.solids[pose.solid()].orientation = pose.orientation();
@@ -250,7 +257,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   DecodedFrame frame{.stream_id = message.stream_id(),
                      .world = stream.world,
                      .tick = message.tick(),
-                     .time_s = state.time_s,
+                     .time_s = time_s,
                      .key = key,
                      .layer = message.layer(),
                      .bytes = bytes,

@@ -123,6 +123,7 @@ class StreamDecoder {
   };
 
   [[nodiscard]] static base::Status check_frame(const Stream& stream, const v1::Frame& message);
+  [[nodiscard]] static base::Status check_contacts(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static const State* base_of(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static base::Status read_vectors(const Stream& stream, State& state, const v1::Frame& message);
   [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,

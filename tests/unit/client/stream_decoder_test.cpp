@@ -1,5 +1,7 @@
 // Shows how messages of a stream become frames, and that each message that does not fit is refused, with its reason,
 // and leaves the stream as it was. No sockets.
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "base/limits.h"
@@ -87,7 +89,9 @@ TEST_F(StreamDecoderTest, SpoiltPayloadIsRefusedAndTheStreamGoesOn) {
   auto spoilt = delta_frame(stream_id, 2, 1, 3, 0);
   spoilt.mutable_frame()->mutable_payload()->append(2, '\0');
   expect_refused(spoilt, "payload: the residuals do not end where the payload does");
-  EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok());
+  const auto frame = take(delta_frame(stream_id, 2, 1, 3, 0));
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  EXPECT_EQ((*frame)->time_s, 1.0 / 60.0 + 1.0 / 60.0) << "the time of the refused one does not count";
 }
 
 TEST_F(StreamDecoderTest, LayersBuildOnLowerOnesAlone) {
@@ -274,6 +278,26 @@ TEST_F(StreamDecoderTest, ContactsAreOfWhatTheLayoutNames) {
   EXPECT_EQ((*frame)->contacts[0].vertex, 3U);
   EXPECT_EQ((*frame)->contacts[0].other_solid, 0U);
   for (std::size_t i = 0; i < base::frame_contacts_max; ++i) *message.mutable_frame()->add_contacts() = contact;
+  expect_refused(message, "contacts");
+}
+
+TEST_F(StreamDecoderTest, AContactsVertexIsOneOfItsMeshAndItsNormalFinite) {
+  auto message = key_frame(stream_id, 1);
+  v1::Contact& contact = *message.mutable_frame()->add_contacts();
+  contact.set_vertex(4);
+  expect_refused(message, "contacts");
+  contact.set_vertex(3);
+  contact.mutable_normal()->set_y(std::numeric_limits<double>::quiet_NaN());
+  expect_refused(message, "contacts");
+  contact.mutable_normal()->set_y(1.0);
+  EXPECT_TRUE(take(message).ok());
+
+  auto layout = layout_message(stream_id).layout();
+  for (const std::uint32_t kept : {3U, 5U, 8U, 13U}) layout.mutable_soft_bodies(0)->add_kept_vertices(kept);
+  ASSERT_TRUE(decoder.take_layout(layout).ok());
+  contact.set_vertex(7);
+  EXPECT_TRUE(take(message).ok()) << "of the whole mesh, whatever is kept";
+  contact.set_vertex(static_cast<std::uint32_t>(base::mesh_vertices_max));
   expect_refused(message, "contacts");
 }
 
