@@ -105,6 +105,8 @@ class Page {
       const moment = this.playback.at(nowMs);
       const begin = performance.now();
       if (moment) this.picture.update(moment);
+      const shown = moment && (moment.fraction < 1 ? moment.from : moment.to);
+      if (shown) element("status").dataset["shown"] = String(shown.tick);
       this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
       this.picture.draw(nowMs);
       this.pointer.draw();
