@@ -271,7 +271,8 @@ class Page {
       this.stream = await client.subscribe(world, options, {
         frame: (frame) => this.take(frame),
         // A pause or an edit may be among what was left out.
-        gap: () => {
+        gap: (from, to) => {
+          this.gauge.add({ dropped: to - from + 1 });
           this.controls.missed();
           void this.ask(async () => this.tellWorld(await client.worlds()));
         },
