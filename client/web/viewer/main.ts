@@ -266,8 +266,11 @@ class Page {
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      if (!isSame) this.picture.forget(view);
-      if (!isSame) this.plots.clear();
+      if (!isSame) {
+        this.picture.forget(view);
+        this.plots.clear();
+        this.controls.end();
+      }
       this.stream = await client.subscribe(world, options, {
         frame: (frame) => this.take(frame),
         // A pause or an edit may be among what was left out.
@@ -304,6 +307,7 @@ class Page {
 
   private noWorld(why: string): void {
     say(why);
+    this.controls.end();
     document.body.classList.add("gone");
     this.dock.open("gallery");
   }

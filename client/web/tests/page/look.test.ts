@@ -96,11 +96,22 @@ test("the page says that its world is gone, and shows it when it is there again"
   await page.waitForSelector("#notice", { state: "hidden" });
 });
 
-test("a world that there is not is told of", async () => {
+test("a world that there is not is told of, and nothing of the one before is changed", async () => {
+  await page.waitForSelector("#gravity:enabled");
+  await page.fill("#gravity", "3");
+  await page.waitForSelector("#undo:enabled");
   await page.evaluate(() => (location.hash = "#world=nosuch"));
   await page.waitForSelector("body.gone");
   assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
   assert.ok(await page.isVisible("#cards"));
+  await page.waitForSelector("#gravity:disabled");
+  assert.ok(await page.isDisabled("#undo"));
+  assert.equal(await page.inputValue("#selected"), "");
+  const edits = asked.filter(({ case: kind }) => kind === "edit").length;
+  await page.keyboard.press("t");
+  await page.keyboard.press("Control+z");
+  await page.click("#show-view"); // the page has dealt with the keys
+  assert.equal(asked.filter(({ case: kind }) => kind === "edit").length, edits);
 });
 
 test("bodies are coloured by pressure and by strain, with a legend in its unit", async () => {
