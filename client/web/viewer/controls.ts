@@ -97,6 +97,11 @@ export class Controls {
     void this.edits.stale();
   }
 
+  /** Whether there is something that a reset would take from Undo. */
+  get hasDeeds(): boolean {
+    return this.edits.toUndo !== undefined;
+  }
+
   massKg(body: string): number {
     return this.edits.scene?.softBodies.find(({ name }) => name === body)?.massKg ?? 1;
   }

@@ -111,6 +111,23 @@ test("keys work after a control was clicked", async () => {
   await page.waitForSelector("#step:enabled");
 });
 
+test("keys do nothing behind a dialog, and a reset that ends what could be undone asks first", async () => {
+  await page.waitForSelector("#gravity:enabled");
+  await page.fill("#gravity", "3");
+  await page.waitForSelector("#undo:enabled");
+  await page.keyboard.press("r");
+  await page.waitForSelector("#reset-confirm[open]");
+  await page.focus("#reset-no");
+  await page.keyboard.press("g");
+  assert.ok(!(await page.isVisible("#gallery")));
+  await page.click("#reset-no");
+  assert.equal((await client.scene(world)).gravity?.y, -3);
+  await page.keyboard.press("r");
+  await page.click("#reset-yes");
+  await page.waitForSelector("#undo:disabled");
+  await page.waitForFunction(() => (document.getElementById("gravity") as HTMLInputElement).value === "9.8");
+});
+
 test("a lost connection is told of, and comes back", async () => {
   await restartServer(async () => {
     await page.waitForSelector("body.lost");
@@ -136,6 +153,9 @@ test("on a phone the world comes first, its controls at a touch", async () => {
   await page.reload();
   await page.waitForSelector("#status[data-tick]");
   assert.ok(!(await page.isVisible("#pause")));
-  await page.click("#panel summary");
-  assert.ok(await page.isVisible("#pause"));
+  await page.click("#show-gallery");
+  await page.click("#show-panel"); // in the place of the sheet that was open
+  assert.ok(!(await page.isVisible("#gallery")));
+  await page.click("#pause");
+  await page.waitForSelector("#step:enabled");
 });
