@@ -69,6 +69,15 @@ export class Controls {
     await this.edits.begin(client, world);
   }
 
+  /** No world is shown: there is nothing to change. */
+  end(): void {
+    this.frames = [];
+    this.world = "";
+    this.sliders.forget();
+    this.edits.end();
+    this.selection.forget();
+  }
+
   take(frame: Frame): void {
     this.frames = [...this.frames.slice(-1), frame];
   }
@@ -86,6 +95,11 @@ export class Controls {
   /** Somebody may have changed the world. */
   missed(): void {
     void this.edits.stale();
+  }
+
+  /** Whether there is something that a reset would take from Undo. */
+  get hasDeeds(): boolean {
+    return this.edits.toUndo !== undefined;
   }
 
   massKg(body: string): number {

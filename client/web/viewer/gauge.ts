@@ -3,7 +3,7 @@ export interface Counts {
   /** Frames that came, and their bytes. */
   readonly frames: number;
   readonly bytes: number;
-  /** Frames that the server or this page left out. */
+  /** Ticks whose frames the server or this page left out. */
   readonly dropped: number;
   readonly pictures: number;
   /** Time to bring the scene to a picture's moment, before it is drawn, in all. */

@@ -31,7 +31,6 @@ import { beginTheme } from "./theme.js";
 import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
 
-const phoneWidthPx = 600; // as in style.css
 const maxErrorM = 0.0005;
 const statusIntervalMs = 500;
 const tokenKey = "pneuma-token";
@@ -105,6 +104,8 @@ class Page {
       const moment = this.playback.at(nowMs);
       const begin = performance.now();
       if (moment) this.picture.update(moment);
+      const shown = moment && (moment.fraction < 1 ? moment.from : moment.to);
+      if (shown) element("status").dataset["shown"] = String(shown.tick);
       this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
       this.picture.draw(nowMs);
       this.pointer.draw();
@@ -191,7 +192,14 @@ class Page {
       );
     });
     stepButton.addEventListener("click", () => void this.ask((client) => client.step(this.world)));
-    element("reset").addEventListener("click", () => void this.ask((client) => client.reset(this.world)));
+    const confirm = element<HTMLDialogElement>("reset-confirm");
+    const reset = () => void this.ask((client) => client.reset(this.world));
+    element("reset").addEventListener("click", () => (this.controls.hasDeeds ? confirm.showModal() : reset()));
+    element("reset-no").addEventListener("click", () => confirm.close());
+    element("reset-yes").addEventListener("click", () => {
+      confirm.close();
+      reset();
+    });
     const keys: Record<string, string> = {
       " ": "pause",
       ".": "step",
@@ -218,11 +226,11 @@ class Page {
       const { key, target } = event;
       const isOn = (controls: string) => target instanceof HTMLElement && target.matches(controls);
       const isText = isOn("#token, input[type=text], input[type=number]");
-      const isTaken = isText || isOn("select, dialog *") || (key === " " && isOn("button, summary, input"));
+      const isTaken = isText || isOn("select") || (key === " " && isOn("button, summary, input"));
       const isCommand = event.ctrlKey || event.metaKey;
       const command = key?.toLowerCase() === "z" ? (event.shiftKey ? "redo" : "undo") : undefined;
       const id = isCommand ? command : keys[key?.toLowerCase()]; // what fills in a field sends events without a key
-      if (event.repeat && id !== "step") return;
+      if ((event.repeat && id !== "step") || document.querySelector("dialog[open]")) return;
       if (!id || (isCommand ? isText : isTaken) || event.altKey) return;
       event.preventDefault();
       element(id).click();
@@ -264,12 +272,16 @@ class Page {
       if (world === undefined) return say("This server has no worlds.");
       this.world = world;
       this.tellWorld(list);
-      if (!isSame) this.picture.forget(view);
-      if (!isSame) this.plots.clear();
+      if (!isSame) {
+        this.picture.forget(view);
+        this.plots.clear();
+        this.controls.end();
+      }
       this.stream = await client.subscribe(world, options, {
         frame: (frame) => this.take(frame),
         // A pause or an edit may be among what was left out.
-        gap: () => {
+        gap: (from, to) => {
+          this.gauge.add({ dropped: to - from + 1 });
           this.controls.missed();
           void this.ask(async () => this.tellWorld(await client.worlds()));
         },
@@ -301,6 +313,7 @@ class Page {
 
   private noWorld(why: string): void {
     say(why);
+    this.controls.end();
     document.body.classList.add("gone");
     this.dock.open("gallery");
   }
@@ -390,10 +403,8 @@ class Page {
 }
 
 try {
-  const panel = element<HTMLDetailsElement>("panel");
-  panel.open = innerWidth > phoneWidthPx;
   const page = new Page(
-    new Picture(element<HTMLCanvasElement>("picture"), [element("header"), panel, element("sheets")]),
+    new Picture(element<HTMLCanvasElement>("picture"), [element("header"), element("panel"), element("sheets")]),
   );
   void page.connect(sessionStorage.getItem(tokenKey) ?? "");
 } catch (error) {

@@ -291,6 +291,8 @@ export class Picture {
 
   private rayAt(x: number, y: number): Ray {
     const { left, top, width, height } = this.canvas.getBoundingClientRect();
+    this.orbit.update(); // the camera may have been moved since the last picture
+    this.camera.updateMatrixWorld();
     this.raycaster.setFromCamera(new Vector2((2 * (x - left)) / width - 1, 1 - (2 * (y - top)) / height), this.camera);
     return this.raycaster.ray;
   }

@@ -1,5 +1,6 @@
 // One thing of the world that is chosen: its name, its own sliders, and its end.
-import type { Scene } from "../src/index.js";
+import { create } from "@bufbuild/protobuf";
+import { type Scene, SceneSchema } from "../src/index.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import type { Change } from "./inverse_edit.js";
@@ -63,8 +64,7 @@ export class Selection {
 
   /** Shows what the scene has. */
   follow(): void {
-    const { scene } = this.edits;
-    if (!scene) return;
+    const scene = this.edits.scene ?? create(SceneSchema);
     if (!removals.some(([list]) => scene[list].some(({ name }) => name === this.name_))) this.name_ = "";
     this.list(scene);
     this.choice.value = this.name_;

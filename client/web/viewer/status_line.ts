@@ -9,7 +9,7 @@ export interface Resting {
 
 /** Also as numbers in its data, over the page's life: for those who measure the page. */
 export function tellStatus(gauge: Gauge, { asleep, frozen }: Resting): void {
-  const status = element<HTMLOutputElement>("status");
+  const status = element("status");
   const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
   const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
   // Details do not fit a phone.

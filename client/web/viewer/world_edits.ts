@@ -57,6 +57,15 @@ export class WorldEdits {
     await this.read();
   }
 
+  /** No world is shown any more. */
+  end(): void {
+    this.forget();
+    this.client = undefined;
+    this.world = "";
+    this.scene_ = undefined;
+    this.changed();
+  }
+
   /** Where the world went back to its first scene there is nothing to take back. */
   forget(): void {
     this.done = [];

@@ -4,12 +4,25 @@ import { execFile } from "node:child_process";
 import { mkdtemp, readdir, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { test } from "node:test";
 import { promisify } from "node:util";
 import type { Page } from "playwright-core";
 import { type Applied, type Client, type Scene } from "../../src/index.js";
 import { clientProgram } from "../server.js";
-import { browser, client, complaints, open, page, pastTick, server, shownTick, usePage, world } from "./set_up.js";
+import {
+  browser,
+  client,
+  complaints,
+  open,
+  page,
+  pastTick,
+  server,
+  shownTick,
+  standStill,
+  test,
+  until,
+  usePage,
+  world,
+} from "./set_up.js";
 
 usePage();
 
@@ -202,13 +215,12 @@ test("obstacles and rigid bodies are added", async () => {
 });
 
 test("a click selects a body, whose own gas is another then", async () => {
-  await client.pause(world);
+  await standStill();
   await page.waitForSelector("#selected option[value=ball]", { state: "attached" });
   const panel = (await (await page.$("#panel"))!.boundingBox())!;
-  do {
-    await page.click("#frame-all"); // until the picture has come to rest, too
-    await page.mouse.click(panel.x / 2, 300);
-  } while ((await page.inputValue("#selected")) !== "ball");
+  await page.click("#frame-all");
+  await page.mouse.click(panel.x / 2, 300);
+  assert.equal(await page.inputValue("#selected"), "ball");
   await page.waitForSelector("#own-gas:enabled");
   const { moles } = (await client.scene(world)).softBodies[0]!.gas!;
   await page.fill("#own-gas", "1");
@@ -322,9 +334,10 @@ test("the address opens the same view, and the scene that is saved makes the sam
   try {
     await again.goto(page.url());
     await again.waitForSelector("#status[data-tick]");
-    do {
+    await until(async () => {
       await again.mouse.click(60, 250); // it notes its own view
-    } while (new URL(again.url()).hash !== view);
+      return new URL(again.url()).hash === view;
+    });
   } finally {
     await again.close();
   }

@@ -1,7 +1,21 @@
 // What the real page shows of the worlds of a real server: see page.test.ts for how.
 import assert from "node:assert/strict";
-import { test } from "node:test";
-import { client, colours, complaints, page, pastTick, server, shownTick, usePage, world } from "./set_up.js";
+import type { Subscribe } from "../../proto/pneuma/v1/session_pb.js";
+import {
+  asked,
+  client,
+  colours,
+  complaints,
+  page,
+  pastTick,
+  server,
+  shownTick,
+  standStill,
+  test,
+  until,
+  usePage,
+  world,
+} from "./set_up.js";
 
 /** A ball that hangs in the air without gravity or gas: at rest from the first. */
 const stillScene = {
@@ -12,13 +26,31 @@ const stillScene = {
 
 usePage();
 
+/** What the page asked for with its last subscription. */
+function subscription(): Subscribe {
+  const last = asked.filter(({ case: kind }) => kind === "subscribe").at(-1);
+  assert.ok(last?.case === "subscribe");
+  return last.value;
+}
+
+/** Whether the picture of a world that stands still is another one with a control turned on, and the same again without. */
+async function changesPicture(turn: (isOn: boolean) => Promise<unknown>): Promise<void> {
+  const picture = () => page.screenshot({ clip: { x: 140, y: 100, width: 260, height: 260 } });
+  await until(async () => {
+    const before = await picture();
+    await turn(true);
+    const turned = await picture();
+    await turn(false);
+    return before.equals(await picture()) && !before.equals(turned);
+  });
+}
+
 /** Waits until the server counts so many subscribers of each world, the page's own picture among them. */
 async function subscribers(wanted: Record<string, number>): Promise<void> {
-  for (;;) {
+  await until(async () => {
     const counts = (await client.worlds()).map(({ name, subscribers }) => [name, subscribers]);
-    if (JSON.stringify(Object.fromEntries(counts.sort())) === JSON.stringify(wanted)) return;
-    await new Promise((resolve) => setTimeout(resolve, 20));
-  }
+    return JSON.stringify(Object.fromEntries(counts.sort())) === JSON.stringify(wanted);
+  });
 }
 
 test("the gallery shows the worlds live, and asks for nothing once it is closed", async () => {
@@ -64,14 +96,25 @@ test("the page says that its world is gone, and shows it when it is there again"
   await page.waitForSelector("#notice", { state: "hidden" });
 });
 
-test("a world that there is not is told of", async () => {
+test("a world that there is not is told of, and nothing of the one before is changed", async () => {
+  await page.waitForSelector("#gravity:enabled");
+  await page.fill("#gravity", "3");
+  await page.waitForSelector("#undo:enabled");
   await page.evaluate(() => (location.hash = "#world=nosuch"));
   await page.waitForSelector("body.gone");
   assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
   assert.ok(await page.isVisible("#cards"));
+  await page.waitForSelector("#gravity:disabled");
+  assert.ok(await page.isDisabled("#undo"));
+  assert.equal(await page.inputValue("#selected"), "");
+  const edits = asked.filter(({ case: kind }) => kind === "edit").length;
+  await page.keyboard.press("t");
+  await page.keyboard.press("Control+z");
+  await page.click("#show-view"); // the page has dealt with the keys
+  assert.equal(asked.filter(({ case: kind }) => kind === "edit").length, edits);
 });
 
-test("bodies are coloured by pressure, with a legend in its unit, and the server is asked for what is shown", async () => {
+test("bodies are coloured by pressure and by strain, with a legend in its unit", async () => {
   await page.click("#show-view");
   await page.check('input[value="pressure"]');
   await page.waitForFunction(() => / k?Pa$/.test(document.getElementById("legend-ends")!.textContent!));
@@ -80,21 +123,33 @@ test("bodies are coloured by pressure, with a legend in its unit, and the server
   const since = await page.textContent("#legend-title");
   await page.click("#reset");
   await page.waitForFunction((before) => document.getElementById("legend-title")!.textContent !== before, since);
-  await page.selectOption("#bounds", "ellipsoid");
-  await page.check("#points");
   await page.check('input[value="body"]');
   await page.waitForSelector("#legend", { state: "hidden" });
+  assert.ok(subscription().scalars);
+  assert.deepEqual(complaints, []);
+});
+
+test("bounding volumes and vertices are drawn", async () => {
+  await page.click("#show-view");
+  await standStill();
+  await page.click("#frame-all");
+  await changesPicture((isOn) => page.selectOption("#bounds", isOn ? "ellipsoid" : "none"));
+  await changesPicture((isOn) => page.setChecked("#points", isOn));
   assert.deepEqual(complaints, []);
 });
 
 test("velocities and contacts are streamed while they are shown, the world going on in between", async () => {
+  const asks = () => [subscription().velocities, subscription().contacts];
+  assert.deepEqual(asks(), [false, false]);
   await page.check("#velocities");
   await page.click("#show-view");
   await page.check("#contacts");
-  await pastTick((await shownTick()) + 30);
+  await page.waitForFunction(() => Number(document.getElementById("contact-count")!.textContent) > 0);
+  assert.deepEqual(asks(), [true, true]);
   await subscribers({ [world]: 1, "five-balls": 0 });
   await page.uncheck("#velocities");
   await pastTick((await shownTick()) + 10);
+  assert.deepEqual(asks(), [false, true]);
   assert.deepEqual(complaints, []);
 });
 
@@ -104,9 +159,7 @@ test("the volume plot follows the gas, and the plots' figures have units", async
     const legend = page.locator("#charts figure", { hasText: "Volume, m³" }).locator(".u-legend");
     return Number(/volume:?\s*([\d.]+)/.exec(await legend.innerText())?.[1] ?? NaN);
   };
-  const settled = async (isWanted: (value: number) => boolean) => {
-    while (!isWanted(await volume())) await new Promise((resolve) => setTimeout(resolve, 50));
-  };
+  const settled = (isWanted: (value: number) => boolean) => until(async () => isWanted(await volume()));
   await settled((value) => value > 0);
   const before = await volume();
   await page.fill("#gas", "2");

@@ -1,10 +1,21 @@
 // The real page in a real browser (Debian's Chromium, drawing in software) on a real server; what it does to the world is
 // asked of the server by another client.
 import assert from "node:assert/strict";
-import { test } from "node:test";
 import type { Applied, Frame } from "../../src/index.js";
 import { Frames } from "../frames.js";
-import { client, colours, complaints, page, pastTick, restartServer, shownTick, usePage, world } from "./set_up.js";
+import {
+  client,
+  colours,
+  complaints,
+  page,
+  pastTick,
+  restartServer,
+  shownTick,
+  standStill,
+  test,
+  usePage,
+  world,
+} from "./set_up.js";
 
 usePage();
 
@@ -37,9 +48,8 @@ test("frames arrive, the picture changes, and nothing is complained about", asyn
 test("a ball that is dragged moves on the server", async () => {
   const frames = new Frames();
   await client.subscribe(world, {}, frames);
-  await client.pause(world);
+  await standStill();
   const { x, y } = await ballPlace();
-  await page.waitForFunction(() => document.getElementById("pause")!.textContent === "Resume");
   let isGrabbed: () => void;
   const grabbed = new Promise<void>((resolve) => (isGrabbed = resolve));
   const applied = ({ command }: Applied) => {
@@ -77,8 +87,14 @@ test("a paused world is shown as paused, and steps by the keyboard", async () =>
 test("of two quick changes of world the second is shown, and it alone is subscribed to", async () => {
   await client.createWorld({ name: "last", source: { case: "builtin", value: "hanging-ball" } });
   await page.evaluate(() => {
+    const { send } = WebSocket.prototype;
+    WebSocket.prototype.send = function (data) {
+      send.call(this, data);
+      if (!new TextDecoder().decode(data as Uint8Array<ArrayBuffer>).includes("five-balls")) return;
+      WebSocket.prototype.send = send;
+      location.hash = "#world=last"; // while the page waits for the first
+    };
     location.hash = "#world=five-balls";
-    setTimeout(() => (location.hash = "#world=last"), 20); // while the page asks for the first
   });
   await page.waitForFunction(() => document.title.startsWith("last"));
   assert.equal(await page.$eval("#world", (select) => (select as HTMLSelectElement).value), "last");
@@ -93,6 +109,23 @@ test("keys work after a control was clicked", async () => {
   await page.focus("#pause");
   await page.keyboard.press("Space"); // once: by the button alone
   await page.waitForSelector("#step:enabled");
+});
+
+test("keys do nothing behind a dialog, and a reset that ends what could be undone asks first", async () => {
+  await page.waitForSelector("#gravity:enabled");
+  await page.fill("#gravity", "3");
+  await page.waitForSelector("#undo:enabled");
+  await page.keyboard.press("r");
+  await page.waitForSelector("#reset-confirm[open]");
+  await page.focus("#reset-no");
+  await page.keyboard.press("g");
+  assert.ok(!(await page.isVisible("#gallery")));
+  await page.click("#reset-no");
+  assert.equal((await client.scene(world)).gravity?.y, -3);
+  await page.keyboard.press("r");
+  await page.click("#reset-yes");
+  await page.waitForSelector("#undo:disabled");
+  await page.waitForFunction(() => (document.getElementById("gravity") as HTMLInputElement).value === "9.8");
 });
 
 test("a lost connection is told of, and comes back", async () => {
@@ -120,6 +153,9 @@ test("on a phone the world comes first, its controls at a touch", async () => {
   await page.reload();
   await page.waitForSelector("#status[data-tick]");
   assert.ok(!(await page.isVisible("#pause")));
-  await page.click("#panel summary");
-  assert.ok(await page.isVisible("#pause"));
+  await page.click("#show-gallery");
+  await page.click("#show-panel"); // in the place of the sheet that was open
+  assert.ok(!(await page.isVisible("#gallery")));
+  await page.click("#pause");
+  await page.waitForSelector("#step:enabled");
 });

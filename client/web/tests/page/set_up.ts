@@ -1,11 +1,14 @@
 // What the page's tests share: Debian's Chromium, drawing in software, with the page on a real server, and another client.
-import { after, afterEach, before, beforeEach } from "node:test";
+import { after, afterEach, before, beforeEach, test as unlimited } from "node:test";
 import { type Browser, chromium, type Page } from "playwright-core";
+import { fromBinary } from "@bufbuild/protobuf";
+import { type ClientMessage, ClientMessageSchema } from "../../proto/pneuma/v1/session_pb.js";
 import { Client } from "../../src/index.js";
 import { Server } from "../server.js";
 
 export const world = "bouncing-ball";
 const patienceMs = 60_000;
+const testLimitMs = 90_000;
 
 export let browser: Browser;
 export let server: Server;
@@ -13,16 +16,24 @@ export let client: Client;
 export let page: Page;
 /** Errors that the page threw or wrote to its console. */
 export let complaints: string[];
+/** What the page asked of the server. */
+export let asked: ClientMessage["request"][];
+
+/** A test as node has them, that fails where it takes too long. */
+export function test(name: string, run: () => Promise<void>): void {
+  unlimited(name, { timeout: testLimitMs }, run);
+}
 
 /** Before each of a file's tests: a server with `world` and five-balls, a client of it, and the page, which shows `world`. */
 export function usePage(): void {
+  const hookLimit = { timeout: testLimitMs };
   before(async () => {
     browser = await chromium.launch({
       executablePath: "/usr/bin/chromium",
       args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
     });
-  });
-  after(() => browser.close());
+  }, hookLimit);
+  after(() => browser.close(), hookLimit);
   beforeEach(async () => {
     server = await Server.start(["--scene", world, "--scene", "five-balls"]);
     client = await Client.connect(server.url);
@@ -31,13 +42,17 @@ export function usePage(): void {
     complaints = [];
     page.on("pageerror", (error) => complaints.push(error.message));
     page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+    asked = [];
+    page.on("websocket", (socket) => {
+      socket.on("framesent", ({ payload }) => asked.push(fromBinary(ClientMessageSchema, payload as Buffer).request));
+    });
     await open(page);
-  });
+  }, hookLimit);
   afterEach(async () => {
     await page.close();
     client.close();
     await server.kill();
-  });
+  }, hookLimit);
 }
 
 /** Ends the server, as a crash would; another begins at its address, when `meanwhile` is done. */
@@ -52,6 +67,25 @@ export async function restartServer(meanwhile: () => Promise<unknown>, token?: s
 export async function open(on: Page): Promise<void> {
   await on.goto(`http://${server.http}/#world=${world}`);
   await on.waitForSelector("#status[data-tick]");
+}
+
+/** Waits until what is asked for again and again is so. */
+export async function until(isSo: () => Promise<boolean>): Promise<void> {
+  const limitMs = performance.now() + patienceMs;
+  while (!(await isSo())) {
+    if (performance.now() > limitMs) throw new Error(`not so in ${patienceMs / 1000} s: ${isSo}`);
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
+/** Pauses the world, and waits until the picture has come to its last tick: what is framed then stays where it is. */
+export async function standStill(): Promise<void> {
+  await client.pause(world);
+  const { tick } = await client.stats(world);
+  await page.waitForFunction(
+    (last) => Number(document.getElementById("status")!.dataset["shown"]) >= last,
+    Number(tick),
+  );
 }
 
 /** Waits until the page has a frame past this tick. */
