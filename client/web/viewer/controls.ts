@@ -47,11 +47,7 @@ export class Controls {
     this.sliders = new Sliders(this.edits);
     this.selection = new Selection(this.edits, (name) => picture.highlight(name));
     new Upload(this.edits, () => ({ frame: this.frames.at(-1), centre: picture.orbit.target.clone() }));
-    new Share(
-      this.edits,
-      () => present() ?? { url: "", token: "", world: "" },
-      () => picture.snapshot(),
-    );
+    new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
     new WorldsMade(present, open);
     this.listen();
   }

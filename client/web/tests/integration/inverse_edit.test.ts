@@ -32,7 +32,9 @@ before(async () => {
       },
       { name: "empty", mesh: "ball", position: { x: -1 }, springs: { stiffnessNM: 50 }, massKg: 2 },
     ],
-    rigidBodies: [{ name: "stone", shape: { sphere: { radiusM: 0.1 } }, position: { y: 2 }, velocity: { x: 1 } }],
+    rigidBodies: [
+      { name: "stone", massKg: 1, shape: { sphere: { radiusM: 0.1 } }, position: { y: 2 }, velocity: { x: 1 } },
+    ],
     colliders: [{ name: "floor", shape: { plane: {} }, position: { y: -2 }, surface: { friction: 0.5 } }],
   };
   const value = JSON.stringify(scene);
