@@ -199,7 +199,10 @@ export class Recorder {
 
   private begin(header: RecordingHeader): void {
     this.writer = new RecordingWriter(header);
-    for (const [message, bytes] of this.early) this.append(message, bytes);
+    for (const [message, bytes] of this.early) {
+      if (this.file) break; // it ended with the one before
+      this.append(message, bytes);
+    }
     this.early = [];
   }
 

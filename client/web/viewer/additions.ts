@@ -1,11 +1,13 @@
 // What can be put into a world: soft bodies, rigid ones and obstacles, of a size and softness that the world can step.
 import { create } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
-import { type Frame, type Scene, SoftBodySchema, type Vec3, Vec3Schema } from "../src/index.js";
+import { type Frame, PneumaError, type Scene, SoftBodySchema, type Vec3, Vec3Schema } from "../src/index.js";
 import type { Change } from "./inverse_edit.js";
 import { freePlace, newName, places, radiusOf } from "./surroundings.js";
+import type { Wish } from "./world_edits.js";
 
-export interface Wish {
+/** What is to be added. */
+export interface Thing {
   /** One of `kinds`, or `copy:` and a soft body's name. */
   readonly kind: string;
   readonly radiusM: number;
@@ -85,16 +87,26 @@ function point({ x, y, z }: Vector3): Pick<Vec3, "x" | "y" | "z"> {
   return { x, y, z };
 }
 
+export interface Addition extends Wish {
+  readonly name: string;
+}
+
 /** @param centre about where it is to be */
-export function addition(scene: Scene, frame: Frame, wish: Wish, centre: Vector3): { name: string; changes: Change[] } {
-  const { kind, radiusM } = wish;
-  if (kind.startsWith("copy:")) return copy(scene, frame, kind.slice("copy:".length), centre);
-  const name = newName(scene, kind);
-  if (kind === "soft-ball") return { name, changes: softBall(scene, frame, wish, name, centre) };
+export function addition(scene: Scene, frame: Frame, thing: Thing, centre: Vector3): Addition {
+  const { kind } = thing;
+  const of = kind.startsWith("copy:") ? kind.slice("copy:".length) : undefined;
+  const name = newName(scene, of?.replace(/-\d+$/, "") ?? kind);
+  const changes = of === undefined ? ofKind(scene, frame, thing, name, centre) : copy(scene, frame, of, name, centre);
+  return { name, says: `Add ${name}`, changes };
+}
+
+function ofKind(scene: Scene, frame: Frame, thing: Thing, name: string, centre: Vector3): Change[] {
+  const { kind, radiusM } = thing;
+  if (kind === "soft-ball") return softBall(scene, frame, thing, name, centre);
   if (kind === "floor") {
     const lowest = Math.min(centre.y, ...places(frame).map(({ box }) => box.min.y));
     const value = { name, shape: { shape: { case: "plane", value: {} } }, position: { y: lowest }, surface } as const;
-    return { name, changes: [{ change: { case: "addCollider", value } }] };
+    return [{ change: { case: "addCollider", value } }];
   }
   const ball = { shape: { case: "sphere", value: { radiusM } } } as const;
   const halfExtents = { x: radiusM, y: radiusM, z: radiusM };
@@ -102,14 +114,14 @@ export function addition(scene: Scene, frame: Frame, wish: Wish, centre: Vector3
   const position = point(freePlace(frame, centre, radiusM));
   const shape = kind === "box" || kind === "block" ? box : ball;
   if (kind === "block" || kind === "bump") {
-    return { name, changes: [{ change: { case: "addCollider", value: { name, shape, position, surface } } }] };
+    return [{ change: { case: "addCollider", value: { name, shape, position, surface } } }];
   }
   const massKg = skinFor(scene, frame, ballVertices).massKg;
-  return { name, changes: [{ change: { case: "addRigidBody", value: { name, shape, massKg, position, surface } } }] };
+  return [{ change: { case: "addRigidBody", value: { name, shape, massKg, position, surface } } }];
 }
 
-function softBall(scene: Scene, frame: Frame, wish: Wish, name: string, centre: Vector3): Change[] {
-  const { radiusM } = wish;
+function softBall(scene: Scene, frame: Frame, thing: Thing, name: string, centre: Vector3): Change[] {
+  const { radiusM } = thing;
   const like = scene.meshes.find(
     ({ shape }) =>
       shape.case === "icosphere" &&
@@ -120,8 +132,8 @@ function softBall(scene: Scene, frame: Frame, wish: Wish, name: string, centre: 
   const skin = skinFor(scene, frame, ballVertices);
   const { massKg, restScale, dampingNSM } = skin;
   const outsidePa = scene.atmosphere?.pressurePa ?? 0;
-  const moles = wish.gas * molesFor(skin, (4 / 3) * Math.PI * radiusM ** 3, outsidePa);
-  const springs = { stiffnessNM: wish.stiffness * skin.stiffnessNM, dampingNSM, restScale };
+  const moles = thing.gas * molesFor(skin, (4 / 3) * Math.PI * radiusM ** 3, outsidePa);
+  const springs = { stiffnessNM: thing.stiffness * skin.stiffnessNM, dampingNSM, restScale };
   const position = point(freePlace(frame, centre, radiusM));
   const body = { name, mesh, massKg, springs, gas: { moles }, surface, position };
   const icosphere = { subdivisions: ballSubdivisions, radiusM };
@@ -134,12 +146,12 @@ function softBall(scene: Scene, frame: Frame, wish: Wish, name: string, centre: 
   return changes;
 }
 
-function copy(scene: Scene, frame: Frame, of: string, centre: Vector3): { name: string; changes: Change[] } {
-  const body = scene.softBodies.find(({ name }) => name === of)!;
-  const name = newName(scene, of.replace(/-\d+$/, ""));
+function copy(scene: Scene, frame: Frame, of: string, name: string, centre: Vector3): Change[] {
+  const body = scene.softBodies.find((each) => each.name === of);
+  if (!body) throw new PneumaError("NOT_FOUND", "there is no such body any more", of);
   const place = places(frame).find((each) => each.name === of);
   const position = point(freePlace(frame, centre, place ? radiusOf(place) : 0.5));
   const { velocity: _, ...still } = body;
   const value = create(SoftBodySchema, { ...still, name, position: create(Vec3Schema, position) });
-  return { name, changes: [{ change: { case: "addSoftBody", value } }] };
+  return [{ change: { case: "addSoftBody", value } }];
 }

@@ -12,7 +12,7 @@ function fields(): URLSearchParams {
 }
 
 export function wantedWorld(): string | null {
-  return fields().get("world");
+  return fields().get("world") || null;
 }
 
 export function wantedView(): View | undefined {
@@ -23,6 +23,7 @@ export function wantedView(): View | undefined {
 
 /** Without leaving a step in the browser's history: a camera is turned often. */
 export function noteView(world: string, { position, target }: View): void {
+  if (world === "") return; // none is shown
   const camera = [...position.toArray(), ...target.toArray()].map((length) => Number(length.toPrecision(4)));
   const next = new URLSearchParams({ world }).toString();
   history.replaceState(null, "", `#${next}&camera=${camera.join(",")}`);

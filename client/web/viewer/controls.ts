@@ -32,7 +32,6 @@ export class Controls {
   private readonly addSize = element<HTMLInputElement>("add-size");
   private frames: Frame[] = []; // the last two
   private world = "";
-  private throwing: Promise<void> = Promise.resolve();
 
   /** @param open shows another world; null: any */
   constructor(
@@ -48,11 +47,7 @@ export class Controls {
     this.sliders = new Sliders(this.edits);
     this.selection = new Selection(this.edits, (name) => picture.highlight(name));
     new Upload(this.edits, () => ({ frame: this.frames.at(-1), centre: picture.orbit.target.clone() }));
-    new Share(
-      this.edits,
-      () => present() ?? { url: "", token: "", world: "" },
-      () => picture.snapshot(),
-    );
+    new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
     new WorldsMade(present, open);
     this.listen();
   }
@@ -60,36 +55,42 @@ export class Controls {
   /** Turns to a world, or looks again at the one that is shown. */
   async begin(client: Client, world: string): Promise<void> {
     if (world !== this.world) {
-      this.frames = [];
-      this.sliders.forget();
-      this.selection.forget();
+      this.end();
       say("");
     }
     this.world = world;
     await this.edits.begin(client, world);
   }
 
-  /** No world is shown: there is nothing to change. */
+  /** No world is shown: nothing can be done to the one that was. */
   end(): void {
-    this.frames = [];
     this.world = "";
-    this.sliders.forget();
+    this.frames = [];
     this.edits.end();
+    this.sliders.forget();
     this.selection.forget();
   }
 
   take(frame: Frame): void {
+    const last = this.frames.at(-1);
+    // A reset that was left out of the stream, or another life of the server.
+    if (last && frame.timeS < last.timeS) {
+      this.restarted();
+      void this.edits.stale();
+    }
     this.frames = [...this.frames.slice(-1), frame];
   }
 
   /** Somebody changed the world, maybe this page. */
   applied({ command }: Applied): void {
     const kind = command?.request.case;
-    if (kind === "reset") {
-      this.edits.forget();
-      this.sliders.forget();
-    }
+    if (kind === "reset") this.restarted();
     if (kind === "edit" || kind === "reset") void this.edits.stale();
+  }
+
+  private restarted(): void {
+    this.edits.forget();
+    this.sliders.forget();
   }
 
   /** Somebody may have changed the world. */
@@ -108,19 +109,16 @@ export class Controls {
 
   /** The pointer touched the picture without drawing. */
   clicked(x: number, y: number, tool: Tool): void {
-    if (tool === "throw") this.throw(this.picture.aim(x, y));
+    if (tool === "throw") void this.throw(this.picture.aim(x, y)).catch(refuse);
     else this.selection.show(this.picture.nameAt(x, y) ?? "");
   }
 
-  private throw(target: Vector3): void {
-    this.throwing = this.throwing.then(async () => {
-      const frame = this.frames.at(-1);
-      if (!frame) return;
-      const { name, changes } = throwAt(await this.edits.fresh(), frame, this.picture.eye, target);
-      const { tick } = await this.edits.make(`Throw ${name}`, changes);
-      say(`${name} flies from tick ${tick} on`);
-    });
-    this.throwing = this.throwing.catch(refuse);
+  private async throw(target: Vector3): Promise<void> {
+    const frame = this.frames.at(-1);
+    if (!frame) return;
+    const eye = this.picture.eye.clone();
+    const made = await this.edits.make((scene) => throwAt(scene, frame, eye, target));
+    if (made) say(`${made.name} flies from tick ${made.reply.tick} on`);
   }
 
   private listen(): void {
@@ -128,14 +126,18 @@ export class Controls {
       element(id).addEventListener("click", () => void action().catch(refuse));
     onClick("undo", async () => {
       const undone = await this.edits.undo();
-      if (undone) say(`Taken back: ${undone.says}, from tick ${undone.tick} on`);
+      if (!undone) return;
+      const { says, tick, isWhole } = undone;
+      if (tick === undefined) say(`${says}: it is not as it was left here any more, and stays as it is`);
+      else
+        say(`Taken back: ${says}, from tick ${tick} on${isWhole ? "" : ", but for what is not as it was left here"}`);
     });
     onClick("redo", async () => {
       const redone = await this.edits.redo();
       if (redone) say(`Done again: ${redone.says}, from tick ${redone.tick} on`);
     });
     onClick("add", () => this.add());
-    element("throw").addEventListener("click", () => this.throw(this.picture.aim()));
+    onClick("throw", () => this.throw(this.picture.aim()));
     this.addSize.addEventListener("input", () => this.tellSize());
     for (const id of ["add-gas", "add-stiffness"]) {
       const input = element<HTMLInputElement>(id);
@@ -150,15 +152,17 @@ export class Controls {
     const frame = this.frames.at(-1);
     if (!frame) return;
     const power = (id: string) => 2 ** element<HTMLInputElement>(id).valueAsNumber;
-    const wish = {
+    const thing = {
       kind: this.addKind.value,
       radiusM: this.radiusM,
       gas: power("add-gas"),
       stiffness: power("add-stiffness"),
     };
-    const { name, changes } = addition(await this.edits.fresh(), frame, wish, this.picture.orbit.target.clone());
-    const { tick } = await this.edits.make(`Add ${name}`, changes);
-    say(`${name} is there from tick ${tick} on`);
+    const centre = this.picture.orbit.target.clone();
+    const made = await this.edits.make((scene) => addition(scene, frame, thing, centre));
+    if (!made) return;
+    const { name, reply } = made;
+    say(`${name} is there from tick ${reply.tick} on`);
     await this.edits.fresh();
     this.selection.select(name);
   }

@@ -1,4 +1,14 @@
-// Files that the page hands to whoever looks at it.
+// Files that the page takes from whoever looks at it, and those that it hands out.
+import { PneumaError } from "../src/index.js";
+
+// As large as a mesh of the most faces may be written, in the longest of the formats.
+const bytesMax = 64 * 1024 * 1024;
+
+/** Throws PneumaError LIMIT_EXCEEDED for a file that is too large to be read. */
+export function checkSize({ name, size }: File): void {
+  if (size <= bytesMax) return;
+  throw new PneumaError("LIMIT_EXCEEDED", `${Math.ceil(size / 2 ** 20)} MiB, and the page reads up to 64 MiB`, name);
+}
 
 /** Saves to where the browser puts downloads. */
 export function save(name: string, parts: readonly BlobPart[], type: string): void {

@@ -30,7 +30,8 @@ export interface Hands {
 /** Listens to the pointer over the picture; `hands` tells whose they are at the moment, undefined: nobody's. */
 export class Pointer {
   private pull: Pull | undefined;
-  private touch: { x: number; y: number } | undefined;
+  /** Of the pointer that is down: other fingers do not count. */
+  private touch: { readonly id: number; readonly x: number; readonly y: number } | undefined;
 
   constructor(
     private readonly picture: Picture,
@@ -41,10 +42,15 @@ export class Pointer {
     canvas.addEventListener("pointerdown", (event) => this.down(event, canvas), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => {
+      if (!this.isTouch(event)) return;
       this.up();
       this.click(event);
     });
-    canvas.addEventListener("pointercancel", () => this.up());
+    canvas.addEventListener("pointercancel", (event) => {
+      if (!this.isTouch(event)) return;
+      this.up();
+      this.touch = undefined;
+    });
   }
 
   /** To be called with each picture: the line of a pull moves with its vertex. */
@@ -57,7 +63,7 @@ export class Pointer {
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
     const hands = this.hands();
     if (!hands || !event.isPrimary || event.button !== 0) return;
-    this.touch = { x: event.clientX, y: event.clientY };
+    this.touch = { id: event.pointerId, x: event.clientX, y: event.clientY };
     if (hands.tool === "throw") return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
@@ -68,14 +74,18 @@ export class Pointer {
   }
 
   private move(event: PointerEvent): void {
-    if (!this.pull || !event.isPrimary) return;
+    if (!this.pull || !this.isTouch(event)) return;
     this.pull.target = this.picture.drag(event.clientX, event.clientY, this.pull.hit.point);
     this.pull.grab?.moveTo(this.pull.target).catch(() => this.up());
   }
 
-  private click({ clientX, clientY, isPrimary }: PointerEvent): void {
+  private isTouch({ pointerId }: PointerEvent): boolean {
+    return pointerId === this.touch?.id;
+  }
+
+  private click({ clientX, clientY }: PointerEvent): void {
     const { touch } = this;
-    if (!touch || !isPrimary) return;
+    if (!touch) return;
     this.touch = undefined;
     const way = Math.hypot(clientX - touch.x, clientY - touch.y);
     if (way <= clickPx) this.hands()?.clicked(clientX, clientY);

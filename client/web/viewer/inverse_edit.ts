@@ -1,6 +1,6 @@
 // What takes an edit back: the changes that make a scene again what it was.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
-import { type Scene, type SceneChange, SceneChangeSchema } from "../src/index.js";
+import { type Gas, Gas_Law, type Scene, type SceneChange, SceneChangeSchema } from "../src/index.js";
 
 /** A change as it is written down, fields left out at their default. */
 export type Change = MessageInitShape<typeof SceneChangeSchema>;
@@ -85,5 +85,123 @@ function inverseOfOne(scene: Scene, { change }: SceneChange): Change[] {
 
 /** What makes of the scene that `changes` leave the one they found, up to fields that were unset and stay at their default. */
 export function inverseOf(scene: Scene, changes: readonly Change[]): Change[] {
-  return changes.flatMap((change) => inverseOfOne(scene, create(SceneChangeSchema, change))).reverse();
+  return inverseOfSteps(joined([], scene, changes));
+}
+
+/** A change and what takes it back. */
+export interface Step {
+  readonly change: SceneChange;
+  readonly inverse: readonly Change[];
+}
+
+/** Takes the steps back, the last first. */
+export function inverseOfSteps(steps: readonly Step[]): Change[] {
+  return [...steps].reverse().flatMap(({ inverse }) => inverse);
+}
+
+/**
+ * `steps`, and `changes` that go on with them, as if they were made at once: what is changed again is changed to the last,
+ * and goes back to where it was before the first.
+ * @param scene what `changes` find
+ */
+export function joined(steps: readonly Step[], scene: Scene, changes: readonly Change[]): Step[] {
+  const out = [...steps];
+  for (const each of changes) {
+    const change = create(SceneChangeSchema, each);
+    const i = steps.findIndex((step) => isAgain(step.change, change));
+    if (i >= 0) out[i] = { change: over(out[i]!.change, change), inverse: out[i]!.inverse };
+    else out.push({ change, inverse: inverseOfOne(scene, change) });
+  }
+  return out;
+}
+
+/** Whether a hand that goes on does the same to the same thing: wind is a part of the air. */
+function isAgain({ change: earlier }: SceneChange, { change: later }: SceneChange): boolean {
+  if (earlier.case === "setAtmosphere" && later.case === "setWind") return true;
+  const nameOf = ({ value }: SceneChange["change"]) =>
+    typeof value === "object" && "name" in value ? value.name : value;
+  if (earlier.case !== later.case) return false;
+  return typeof nameOf(later) === "object" || nameOf(earlier) === nameOf(later);
+}
+
+function over({ change: earlier }: SceneChange, later: SceneChange): SceneChange {
+  const { change } = later;
+  if (earlier.case !== "setAtmosphere" || change.case !== "setWind") return later;
+  const value = { ...earlier.value, wind: change.value };
+  return create(SceneChangeSchema, { change: { case: "setAtmosphere", value } });
+}
+
+/** Whether the fields that `set` names are at their value in `now`. */
+function has(now: object | undefined, set: object): boolean {
+  return (
+    now !== undefined && Object.entries(previous(now, set)).every(([key, held]) => same(held, (set as Fields)[key]))
+  );
+}
+
+function same(held: unknown, set: unknown): boolean {
+  if (set === undefined || (Array.isArray(set) && set.length === 0)) return true;
+  if (typeof set !== "object" || set === null) return held === set;
+  if (typeof held !== "object" || held === null) return false;
+  if (Array.isArray(set) && (held as unknown[]).length !== set.length) return false;
+  return Object.entries(set).every(([key, value]) => key.startsWith("$") || same((held as Fields)[key], value));
+}
+
+/** Gas that changes by itself. */
+function isLive(gas: Gas | undefined): boolean {
+  return gas !== undefined && (!!gas.flowMolS || !!gas.leakMolSPa || gas.law === Gas_Law.ADIABATIC);
+}
+
+/**
+ * Whether the scene is still as `change` left it: of what is added whether it is the same thing; where things have moved to
+ * does not count.
+ */
+export function holds(scene: Scene, { change }: SceneChange): boolean {
+  switch (change.case) {
+    case "addMesh":
+      return find(scene.meshes, change.value.name)?.shape.case === change.value.shape.case;
+    case "addSoftBody": {
+      const { name, mesh, position } = change.value;
+      return has(find(scene.softBodies, name), { mesh, position });
+    }
+    case "addRigidBody": {
+      const { name, shape, massKg } = change.value;
+      return has(find(scene.rigidBodies, name), { shape, massKg });
+    }
+    case "addCollider":
+      return has(find(scene.colliders, change.value.name), { shape: change.value.shape });
+    case "removeMesh":
+      return !find(scene.meshes, change.value);
+    case "removeSoftBody":
+      return !find(scene.softBodies, change.value);
+    case "removeRigidBody":
+      return !find(scene.rigidBodies, change.value);
+    case "removeCollider":
+      return !find(scene.colliders, change.value);
+    case "changeSoftBody": {
+      const body = find(scene.softBodies, change.value.name);
+      const { removeGas, gas, ...rest } = change.value;
+      if (!has(body, rest)) return false;
+      if (removeGas || !gas) return !removeGas || !body?.gas;
+      const { moles, temperatureK, ...steady } = gas;
+      return has(body?.gas, isLive(body?.gas) ? steady : { moles, temperatureK, ...steady });
+    }
+    case "changeRigidBody": {
+      const { name, massKg, surface } = change.value;
+      return has(find(scene.rigidBodies, name), { massKg, surface });
+    }
+    case "changeCollider": {
+      const { name, shape, surface } = change.value;
+      return has(find(scene.colliders, name), { shape, surface });
+    }
+    case "setGravity":
+      return has(scene.gravity ?? {}, change.value);
+    case "setAtmosphere":
+      return has(scene.atmosphere ?? {}, change.value);
+    case "setWind":
+      return has(scene.atmosphere?.wind ?? {}, change.value);
+    case "setStepping":
+      return has(scene.stepping ?? {}, change.value);
+    case undefined:
+      return false;
+  }
 }

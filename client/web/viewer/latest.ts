@@ -22,6 +22,11 @@ export class Latest<Value> {
     if (!this.isSending_) void this.run();
   }
 
+  /** What is not sent yet is not wanted any more. */
+  drop(): void {
+    this.next = undefined;
+  }
+
   private async run(): Promise<void> {
     this.isSending_ = true;
     while (this.next) {

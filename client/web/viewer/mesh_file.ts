@@ -4,6 +4,7 @@ import { type GLTF, GLTFLoader, type GLTFParser } from "three/examples/jsm/loade
 import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
 import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
 import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
+import { checkSize } from "./files.js";
 
 export interface Triangles {
   /** x y z of each vertex, in the file's unit. */
@@ -12,15 +13,28 @@ export interface Triangles {
   readonly indices: Uint32Array;
 }
 
+// As the server's: proto/WIRE.md, "Limits".
+const verticesMax = 65_536;
+const facesMax = 262_144;
+
+function tooLarge(): Error {
+  return new Error(`a mesh has up to ${verticesMax} vertices and ${facesMax} faces`);
+}
+
 /** Throws Error with what is wrong with the first of `files`; the others are what a .gltf may refer to. */
 export async function readMesh(files: readonly File[]): Promise<Triangles> {
+  for (const each of files) checkSize(each);
   const file = files[0]!;
   const bytes = await file.arrayBuffer();
   const text = () => new TextDecoder().decode(bytes);
   const kind = file.name.split(".").at(-1)!.toLowerCase();
   if (kind === "obj") return join(new OBJLoader().parse(text()));
   if (kind === "stl") return join(new Mesh(new STLLoader().parse(bytes)));
-  if (kind === "ply") return join(new Mesh(new PLYLoader().parse(bytes)));
+  if (kind === "ply") {
+    const geometry = new PLYLoader().parse(bytes);
+    if (!geometry.index) throw new Error("there are points in it, but no faces");
+    return join(new Mesh(geometry));
+  }
   if (kind === "glb" || kind === "gltf") return join(await readGltf(kind === "glb" ? bytes : text(), files.slice(1)));
   throw new Error(`${file.name}: the page reads OBJ, STL, PLY, glTF and GLB files`);
 }
@@ -28,16 +42,23 @@ export async function readMesh(files: readonly File[]): Promise<Triangles> {
 /** What of a glTF file is no shape is left out, and so are addresses: nothing is fetched. */
 async function readGltf(content: ArrayBuffer | string, others: readonly File[]): Promise<Object3D> {
   const loader = new GLTFLoader();
-  loader.register((parser: GLTFParser) => ({
-    name: "PNEUMA_shape_alone",
-    loadMaterial: () => Promise.resolve(new MeshBasicMaterial()),
-    loadBufferView: (index: number) => {
-      const { buffer, byteOffset = 0, byteLength } = parser.json.bufferViews[index];
-      const { uri } = parser.json.buffers[buffer];
-      if (uri === undefined) return null; // within the file, as the loader knows it
-      return bytesOf(uri, others).then((bytes) => bytes.slice(byteOffset, byteOffset + byteLength));
-    },
-  }));
+  const buffers = new Map<number, Promise<ArrayBuffer>>();
+  loader.register((parser: GLTFParser) => {
+    // One that refers to no bytes is made of zeros, as many as it says.
+    const accessors: { count: number }[] = parser.json.accessors ?? [];
+    if (accessors.some(({ count }) => !(count <= 3 * facesMax))) throw tooLarge();
+    return {
+      name: "PNEUMA_shape_alone",
+      loadMaterial: () => Promise.resolve(new MeshBasicMaterial()),
+      loadBufferView: (index: number) => {
+        const { buffer, byteOffset = 0, byteLength } = parser.json.bufferViews[index];
+        const { uri } = parser.json.buffers[buffer];
+        if (uri === undefined) return null; // within the file, as the loader knows it
+        if (!buffers.has(buffer)) buffers.set(buffer, bytesOf(uri, others));
+        return buffers.get(buffer)!.then((bytes) => bytes.slice(byteOffset, byteOffset + byteLength));
+      },
+    };
+  });
   const gltf = await new Promise<GLTF>((resolve, reject) => loader.parse(content, "", resolve, reject as () => void));
   gltf.scene.updateMatrixWorld(true);
   return gltf.scene;
@@ -68,12 +89,14 @@ function join(object: Object3D): Triangles {
     const places = geometry.getAttribute("position");
     if (!places) return;
     const corners = geometry.index?.count ?? places.count;
+    if (indices.length + corners > 3 * facesMax + 2) throw tooLarge();
     for (let corner = 0; corner < corners - (corners % 3); ++corner) {
       point.fromBufferAttribute(places, geometry.index?.getX(corner) ?? corner).applyMatrix4(part.matrixWorld);
       const key = `${point.x} ${point.y} ${point.z}`;
       let vertex = known.get(key);
       if (vertex === undefined) {
         vertex = known.size;
+        if (vertex === verticesMax) throw tooLarge();
         known.set(key, vertex);
         positions.push(point.x, point.y, point.z);
       }

@@ -25,11 +25,6 @@ function changeBody(value: BodyChange): Change {
   return { change: { case: "changeSoftBody", value } };
 }
 
-function factorText(power: number): string {
-  const factor = 2 ** power;
-  return `× ${factor.toFixed(factor < 1 ? 2 : 1)}`;
-}
-
 /** Three digits, and no more. */
 export function short(value: number): string {
   const size = Math.abs(value);
@@ -70,9 +65,13 @@ export class Factor implements Quantity {
   }
 
   text(power: number, scene: Scene): string {
-    const bodies = this.bodies(scene);
-    const first = bodies.length === 1 ? this.firstOf(bodies[0]!) : undefined;
-    return first === undefined ? factorText(power) : `${short(first * 2 ** power)} ${this.unit} · ${factorText(power)}`;
+    const amounts = this.bodies(scene).flatMap((body) => {
+      const first = this.firstOf(body);
+      return first === undefined ? [] : [first * 2 ** power];
+    });
+    const amount = `${short(mean(amounts) ?? 0)} ${this.unit}`;
+    const isSame = amounts.every((each) => short(each) === short(amounts[0]!));
+    return amounts.length === 1 ? amount : `${amount} ${isSame ? "each" : "on average"}`;
   }
 
   private firstOf(body: SoftBody): number | undefined {

@@ -14,6 +14,8 @@ const removals = [
   ["colliders", "removeCollider"],
 ] as const;
 
+const noScene = create(SceneSchema);
+
 const groups = { softBodies: "Soft bodies", rigidBodies: "Rigid bodies", colliders: "Obstacles" } as const;
 
 export class Selection {
@@ -64,7 +66,7 @@ export class Selection {
 
   /** Shows what the scene has. */
   follow(): void {
-    const scene = this.edits.scene ?? create(SceneSchema);
+    const scene = this.edits.scene ?? noScene;
     if (!removals.some(([list]) => scene[list].some(({ name }) => name === this.name_))) this.name_ = "";
     this.list(scene);
     this.choice.value = this.name_;
@@ -77,12 +79,13 @@ export class Selection {
   async remove(): Promise<void> {
     const name = this.name_;
     if (name === "") return;
-    const scene = await this.edits.fresh();
-    const found = removals.find(([list]) => scene[list].some((item) => item.name === name));
-    if (!found) return;
-    const changes = [{ change: { case: found[1], value: name } } as Change, ...this.withItsMesh(scene, name)];
-    const { tick } = await this.edits.make(`Remove ${name}`, changes);
-    say(`${name} is gone from tick ${tick} on`);
+    const made = await this.edits.make((scene) => {
+      const found = removals.find(([list]) => scene[list].some((item) => item.name === name));
+      if (!found) return undefined;
+      const change: Change = { change: { case: found[1], value: name } };
+      return { says: `Remove ${name}`, changes: [change, ...this.withItsMesh(scene, name)] };
+    });
+    if (made) say(`${name} is gone from tick ${made.reply.tick} on`);
   }
 
   /** A mesh that was written out takes room, and goes with the last body that is made of it. */

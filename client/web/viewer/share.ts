@@ -1,9 +1,11 @@
 // What leaves the page: a link to what is seen, the scene, a picture, a recording.
 import { toJsonString } from "@bufbuild/protobuf";
 import { PneumaError, Recorder, SceneSchema } from "../src/index.js";
+import { noteView } from "./address.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { copy, save } from "./files.js";
+import type { Picture } from "./picture.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;
@@ -24,25 +26,28 @@ export class Share {
   constructor(
     private readonly edits: WorldEdits,
     private readonly shared: () => Shared,
-    snapshot: () => Promise<Blob>,
+    picture: Picture,
   ) {
     const onClick = (id: string, action: () => Promise<void>) =>
       element(id).addEventListener("click", () => void action().catch(refuse));
     onClick("copy-link", async () => {
+      noteView(this.shared().world, picture.view);
       if (await copy(location.href)) say("The link is copied: it opens this world with this view");
       else say(`This browser has no clipboard here; the link is ${location.href}`);
     });
     onClick("copy-scene", async () => {
+      const { world } = this.shared();
       const text = await this.sceneText();
       if (await copy(text)) say("The scene is copied as JSON: pneuma create takes it as a file");
-      else this.saveScene(text);
+      else this.saveScene(world, text);
     });
-    onClick("save-scene", async () => this.saveScene(await this.sceneText()));
+    onClick("save-scene", async () => this.saveScene(this.shared().world, await this.sceneText()));
     onClick("save-picture", async () => {
-      save(`${this.shared().world}.png`, [await snapshot()], "image/png");
+      const { world } = this.shared();
+      save(`${world}.png`, [await picture.snapshot()], "image/png");
       say("The picture is saved");
     });
-    onClick("record", () => (this.recorder ? this.stop() : this.start()));
+    onClick("record", async () => (this.recorder ? this.stop() : this.start()));
     setInterval(() => this.tell(), progressIntervalMs);
     addEventListener("beforeunload", (event) => {
       if (this.recorder) event.preventDefault(); // it would be lost
@@ -53,8 +58,8 @@ export class Share {
     return toJsonString(SceneSchema, await this.edits.fresh(), { prettySpaces: 2 });
   }
 
-  private saveScene(text: string): void {
-    save(`${this.shared().world}.json`, [text], "application/json");
+  private saveScene(world: string, text: string): void {
+    save(`${world}.json`, [text], "application/json");
     say("The scene is saved: pneuma create takes the file");
   }
 
@@ -62,29 +67,35 @@ export class Share {
     if (this.isStarting) return;
     this.isStarting = true;
     const { url, token, world } = this.shared();
+    let end: PneumaError | undefined;
     try {
       this.recorder = await Recorder.start(url, world, {
         token,
         maxErrorM: 0.0005,
-        ended: (why: PneumaError) => {
-          refuse(new PneumaError(why.code, `The recording of ${world} ended: ${why.message}`));
-          void this.stop();
+        ended: (why) => {
+          end = why; // maybe with what came before it was begun
+          this.stop(why);
         },
       });
       this.recorded = world;
     } finally {
       this.isStarting = false;
     }
+    if (end) this.stop(end);
     this.tell();
   }
 
-  private async stop(): Promise<void> {
+  /** @param why it ended by itself */
+  private stop(why?: PneumaError): void {
     const { recorder, recorded } = this;
     if (!recorder) return;
     this.recorder = undefined;
     const { frames, durationS } = recorder.progress;
     save(`${recorded}.pneuma`, recorder.stop() as readonly BlobPart[], "application/octet-stream");
-    say(`The recording is saved: ${frames} frames, ${durationS.toFixed(1)} s. pneuma play shows it`);
+    const saved = `is saved: ${frames} frames, ${durationS.toFixed(1)} s. pneuma play shows it`;
+    if (why)
+      refuse(new PneumaError(why.code, `The recording of ${recorded} ended: ${why.message}. What came ${saved}`));
+    else say(`The recording ${saved}`);
     this.tell();
   }
 

@@ -38,8 +38,10 @@ export class Slider {
   private isHeld = false;
   private gesture = {};
   private lastInputMs = 0;
+  /** From which on the last change of a gesture that goes on is in effect. */
+  private tick: bigint | undefined;
 
-  /** @param tell is told from which tick on a change is in effect */
+  /** @param tell is told from which tick on a change is in effect, when the gesture that made it ends */
   constructor(
     id: string,
     private readonly quantity: Quantity,
@@ -52,7 +54,8 @@ export class Slider {
     this.note.id = `${id}-note`;
     this.offer.textContent = "Take as many substeps as it takes";
     this.offer.className = "offer";
-    this.input.after(this.note, this.offer);
+    this.input.after(this.note);
+    this.input.parentElement!.after(this.offer);
     this.input.setAttribute("aria-describedby", this.note.id);
     this.refuse("");
     this.asks = new Latest<Ask>(
@@ -70,11 +73,19 @@ export class Slider {
     const value = scene && this.quantity.valueOf(scene);
     this.input.disabled = value === undefined;
     if (value !== undefined) this.input.value = String(value);
-    this.output.value = value === undefined ? "none" : this.quantity.text(value, scene!);
+    this.show(value === undefined ? "none" : this.quantity.text(value, scene!));
   }
 
-  /** For another world, or another body: what was refused there is of no interest. */
+  private show(text: string): void {
+    this.output.value = text;
+    this.input.setAttribute("aria-valuetext", text);
+  }
+
+  /** For another world, or another body: what was asked for and refused there is of no interest. */
   forget(): void {
+    this.asks.drop();
+    this.gesture = {};
+    this.tick = undefined;
     this.refuse("");
   }
 
@@ -97,23 +108,33 @@ export class Slider {
     if (!this.isHeld && nowMs - this.lastInputMs > gesturePauseMs) this.gesture = {};
     this.lastInputMs = nowMs;
     const { scene } = this.edits;
-    if (scene) this.output.value = this.quantity.text(this.input.valueAsNumber, scene);
+    if (scene) this.show(this.quantity.text(this.input.valueAsNumber, scene));
     const value = this.input.valueAsNumber;
     this.offer.onclick = () => this.asks.put({ value, takesSubsteps: true });
     this.asks.put({ value, takesSubsteps: false });
   }
 
   private async send({ value, takesSubsteps }: Ask): Promise<void> {
-    const changes = this.quantity.changesOf(this.edits.scene ?? (await this.edits.fresh()), value);
-    if (changes.length === 0) return;
-    const { tick } = takesSubsteps
-      ? await this.edits.make(this.quantity.says, [takeSubsteps, ...changes])
-      : await this.edits.make(this.quantity.says, changes, this.gesture);
+    const { quantity, gesture } = this;
+    const made = await this.edits.make(
+      (scene) => {
+        const changes = quantity.changesOf(scene, value);
+        const more = takesSubsteps && changes.length > 0 ? [takeSubsteps] : [];
+        return { says: quantity.says, changes: [...more, ...changes] };
+      },
+      takesSubsteps ? undefined : gesture,
+    );
+    if (!made || gesture !== this.gesture) return;
     this.refuse("");
-    this.tell(tick);
+    this.tick = made.reply.tick;
   }
 
   private async settle(): Promise<void> {
+    if (this.tick !== undefined && !this.isHeld) {
+      this.tell(this.tick);
+      this.tick = undefined;
+    }
+    if (!this.edits.scene) return;
     try {
       await this.edits.fresh();
       this.follow();

@@ -3,6 +3,7 @@ import { Ray, Vector3 } from "three";
 import type { Frame, Scene } from "../src/index.js";
 import type { Change } from "./inverse_edit.js";
 import { insideFrom, places, radiusOf, roomOf } from "./surroundings.js";
+import type { Wish } from "./world_edits.js";
 
 const thrownMax = 12;
 // From the eye to what it is thrown at.
@@ -14,9 +15,8 @@ const withoutBodies = { radiusM: 0.1, massKg: 1 };
 
 const prefix = "thrown-";
 
-export interface Throw {
+export interface Throw extends Wish {
   readonly name: string;
-  readonly changes: Change[];
 }
 
 /** A ball that flies from `eye` to `target`, and out of the world with the oldest where there are too many. */
@@ -40,6 +40,7 @@ export function throwAt(scene: Scene, frame: Frame, eye: Vector3, target: Vector
   const gone = thrown.slice(0, Math.max(0, thrown.length + 1 - thrownMax));
   return {
     name,
+    says: `Throw ${name}`,
     changes: [
       ...gone.map(({ name }): Change => ({ change: { case: "removeRigidBody", value: name } })),
       {

@@ -28,12 +28,19 @@ function count(number: number, what: string): string {
   return `${number.toLocaleString("en")} ${what}`;
 }
 
+/** Of a file, with room for a number behind it: the server takes names of 128 bytes. */
+function baseName(file: string): string {
+  const bytes = new TextEncoder().encode(file.replace(/\.\w+$/, "")).subarray(0, 100);
+  return new TextDecoder().decode(bytes, { stream: true }) || "mesh"; // without a letter that is cut in two
+}
+
 export class Upload {
   private readonly dialog = element<HTMLDialogElement>("upload");
   private readonly picker = element<HTMLInputElement>("mesh-file");
   private readonly size = element<HTMLInputElement>("upload-size");
   private readonly hasGas = element<HTMLInputElement>("upload-gas");
   private readonly refusal = element("upload-refusal");
+  private readonly addButton = element<HTMLButtonElement>("upload-add");
   private readonly mendButton = element<HTMLButtonElement>("upload-mend");
   private chosen: Chosen | undefined;
 
@@ -51,6 +58,9 @@ export class Upload {
       void this.add(event.submitter === this.mendButton);
     });
     element("upload-cancel").addEventListener("click", () => this.dialog.close());
+    this.dialog.addEventListener("close", () => {
+      if (!this.dialog.open) this.chosen = undefined;
+    });
     const isFile = ({ dataTransfer }: DragEvent) => dataTransfer?.types.includes("Files") ?? false;
     addEventListener("dragover", (event) => {
       if (!isFile(event)) return;
@@ -62,10 +72,9 @@ export class Upload {
     });
     addEventListener("drop", (event) => {
       document.body.classList.remove("dropping");
-      const files = [...(event.dataTransfer?.files ?? [])];
-      if (!files.some(({ name }) => meshFiles.test(name))) return;
-      event.preventDefault();
-      void this.read(files);
+      if (!isFile(event)) return;
+      event.preventDefault(); // the browser would leave the page for it
+      void this.read([...event.dataTransfer!.files]);
     });
   }
 
@@ -80,7 +89,8 @@ export class Upload {
       this.show({ name: first.name, triangles, volumeM3: volumeOf(triangles), box });
       say("");
     } catch (error) {
-      refuse(new PneumaError("INVALID_ARGUMENT", (error as Error).message, first.name));
+      const { message } = error as Error;
+      refuse(error instanceof PneumaError ? error : new PneumaError("INVALID_ARGUMENT", message, first.name));
     }
   }
 
@@ -98,6 +108,7 @@ export class Upload {
     element<HTMLInputElement>("upload-scale").checked = true;
     this.hasGas.checked = true;
     this.tellRefusal("");
+    this.work(false);
     if (!this.dialog.open) this.dialog.showModal();
   }
 
@@ -106,22 +117,31 @@ export class Upload {
     this.mendButton.hidden = why === "";
   }
 
+  private work(isBusy: boolean): void {
+    this.dialog.classList.toggle("busy", isBusy);
+    this.addButton.disabled = this.mendButton.disabled = isBusy;
+  }
+
   private async add(isToMend: boolean): Promise<void> {
     const { chosen } = this;
     const { frame, centre } = this.around();
-    if (!chosen || !frame) return;
-    this.dialog.classList.add("busy");
+    if (!chosen || !frame || this.addButton.disabled) return;
+    const isCurrent = () => this.chosen === chosen;
+    this.work(true);
     try {
-      const scene = await this.edits.fresh();
-      const name = newName(scene, chosen.name.replace(/\.\w+$/, "").slice(0, 60) || "mesh");
-      const changes = this.changes(chosen, scene, frame, centre, name, isToMend);
-      const done = await this.edits.make(`Add ${name}`, changes);
-      this.dialog.close();
-      this.report(name, done);
+      const made = await this.edits.make((scene) => {
+        if (!isCurrent()) return undefined; // cancelled
+        const name = newName(scene, baseName(chosen.name));
+        return { name, says: `Add ${name}`, changes: this.changes(chosen, scene, frame, centre, name, isToMend) };
+      });
+      if (!made) return;
+      if (isCurrent()) this.dialog.close();
+      this.report(made.name, made.reply);
     } catch (error) {
-      this.tellRefusal((error as PneumaError).message);
+      if (isCurrent()) this.tellRefusal((error as PneumaError).message);
+      else refuse(error as PneumaError);
     } finally {
-      this.dialog.classList.remove("busy");
+      if (isCurrent()) this.work(false);
     }
   }
 

@@ -1,8 +1,9 @@
 // An edit and then its inverse leave a scene as it was: for each kind of change, on a real server, in a world that rests.
+import { create } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { Client, type Scene, Stepping_OnUnstable } from "../../src/index.js";
-import { type Change, inverseOf } from "../../viewer/inverse_edit.js";
+import { Client, type Scene, SceneChangeSchema, Stepping_OnUnstable } from "../../src/index.js";
+import { type Change, holds, inverseOf } from "../../viewer/inverse_edit.js";
 import { Server } from "../server.js";
 
 const world = "w";
@@ -31,7 +32,9 @@ before(async () => {
       },
       { name: "empty", mesh: "ball", position: { x: -1 }, springs: { stiffnessNM: 50 }, massKg: 2 },
     ],
-    rigidBodies: [{ name: "stone", shape: { sphere: { radiusM: 0.1 } }, position: { y: 2 }, velocity: { x: 1 } }],
+    rigidBodies: [
+      { name: "stone", massKg: 1, shape: { sphere: { radiusM: 0.1 } }, position: { y: 2 }, velocity: { x: 1 } },
+    ],
     colliders: [{ name: "floor", shape: { plane: {} }, position: { y: -2 }, surface: { friction: 0.5 } }],
   };
   const value = JSON.stringify(scene);
@@ -59,7 +62,10 @@ const changes: Record<string, NonNullable<Change["change"]>> = {
   "gas where there was none": { case: "changeSoftBody", value: { name: "empty", gas: { moles: 0.02 } } },
   "no gas where there was some": { case: "changeSoftBody", value: { name: "full", removeGas: true } },
   "another mass": { case: "changeSoftBody", value: { name: "empty", massKg: 3 } },
-  "a stone elsewhere": { case: "changeRigidBody", value: { name: "stone", position: { y: 5 }, velocity: { z: 1 } } },
+  "a heavier stone elsewhere": {
+    case: "changeRigidBody",
+    value: { name: "stone", massKg: 2, position: { y: 5 }, velocity: { z: 1 } },
+  },
   "another floor": {
     case: "changeCollider",
     value: { name: "floor", position: { y: -3 }, surface: { friction: 0.1 } },
@@ -88,8 +94,12 @@ for (const [what, change] of Object.entries(changes)) {
   test(`back from ${what}`, async () => {
     const before = await client.scene(world);
     const there: Change[] = [{ change }];
+    const step = create(SceneChangeSchema, { change });
+    assert.ok(!holds(before, step));
     await client.edit(world, { changes: there });
-    assert.notDeepEqual(inOrder(await client.scene(world)), inOrder(before));
+    const after = await client.scene(world);
+    assert.notDeepEqual(inOrder(after), inOrder(before));
+    assert.ok(holds(after, step));
     await client.edit(world, { changes: inverseOf(before, there) });
     assert.deepEqual(inOrder(await client.scene(world)), inOrder(before));
   });

@@ -235,7 +235,7 @@ test("a slider that is refused says why, and goes back to what holds", async () 
   assert.match((await page.textContent("#stiffness-note"))!, /stable|substeps/);
   await page.waitForFunction(() => (document.getElementById("stiffness") as HTMLInputElement).valueAsNumber === 0);
   const before = (await client.scene(world)).softBodies[0]!.springs!.stiffnessNM!;
-  await page.click("#stiffness ~ .offer"); // to have as many substeps as it takes
+  await page.click("label:has(#stiffness) + .offer"); // to have as many substeps as it takes
   const stiff = await scene((now) => now.softBodies[0]!.springs!.stiffnessNM! > before);
   assert.ok(Math.abs(stiff.softBodies[0]!.springs!.stiffnessNM! / before - 4) < 0.01);
   await page.waitForSelector("#stiffness-note:empty", { state: "attached" });
