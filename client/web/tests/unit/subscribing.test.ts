@@ -28,7 +28,9 @@ test("what a recording does not hold is not asked for again, and all else is", a
 
 test("a refusal of anything else is handed on at once", async () => {
   const world = refusing({ "subscribe.world": "commands" });
-  await assert.rejects(subscribeAsFarAsCanBe(world, "gone", { commands: true }, listener), { where: "subscribe.world" });
+  await assert.rejects(subscribeAsFarAsCanBe(world, "gone", { commands: true }, listener), {
+    where: "subscribe.world",
+  });
   assert.equal(world.asked.length, 1);
 });
 
