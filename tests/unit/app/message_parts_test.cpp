@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include "app/message_memory.h"
 #include "app/session_gate.h"
@@ -113,6 +114,18 @@ TEST_F(Parts, ASecondMessageInPartsWaitsForTheFirst) {
   EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
 }
 
+TEST_F(Parts, EachMessageThatWaitsInVainIsAnsweredOnce) {
+  const std::string whole = edit(upload, 100);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(0, 50))));
+  expect_refused(sender_.part(6, "x"), 6, v1::Error::FAILED_PRECONDITION, "part");
+  expect_refused(sender_.part(7, "x"), 7, v1::Error::FAILED_PRECONDITION, "part");
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x")));
+  EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x", true))) << "no beginning of another";
+  EXPECT_TRUE(Sender::is_silent(sender_.part(7, "x", true)));
+  EXPECT_TRUE(sender_.cut(8, edit(8, 100), 50).request);
+}
+
 TEST_F(Parts, AnEmptyPartIsRefused) {
   EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x")));
   expect_refused(sender_.part(upload, ""), upload, v1::Error::INVALID_ARGUMENT, "part.data");
@@ -158,8 +171,12 @@ TEST_F(Parts, MoreThanTheLimitIsRefusedAtThePartThatPassesIt) {
 TEST_F(Parts, EachIsACommandOfTheSessionsRate) {
   base::Limits limits;
   limits.commands_burst = 4.0;
-  Sender sender(parts_, 8, limits);  // hello took one
+  MessageParts parts(limits);
+  Sender sender(parts, 8, limits);  // hello took one
   EXPECT_EQ(sender.welcome().parts_bytes_max(), 2 * limits.message_bytes_max) << "what passes the rate";
+  Sender other(parts, 9, limits);
+  expect_refused(other.part(upload, std::string(2 * limits.message_bytes_max + 1, 'x')), upload,
+                 v1::Error::LIMIT_EXCEEDED, "part");
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x")));
   const auto verdict = sender.part(upload, "x");
   expect_refused(verdict, upload, v1::Error::LIMIT_EXCEEDED, "");
@@ -196,6 +213,42 @@ TEST_F(Parts, ThoseThatStoppedComingGiveWay) {
   EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", false, later)));
   expect_refused(senders.front()->part(upload, "x", true, later), upload, v1::Error::UNAVAILABLE, "part");
   EXPECT_TRUE(Sender::is_silent(senders.back()->part(6, "x", false, later))) << "another message may begin";
+}
+
+TEST_F(Parts, ThoseThatComeByteByByteGiveWayToo) {
+  using std::chrono::seconds;
+  const std::string most(base::parts_bytes_max - 16, 'x');
+  std::vector<std::unique_ptr<Sender>> senders;
+  std::uint64_t id = 100;
+  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += base::parts_bytes_max) {
+    senders.push_back(std::make_unique<Sender>(parts_, ++id));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, most)));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, "x", false, start + seconds(29))));
+  }
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", false, start + seconds(31))));
+  expect_refused(senders.front()->part(upload, "x", true, start + seconds(58)), upload, v1::Error::UNAVAILABLE, "part");
+}
+
+TEST_F(Parts, APaceOfAFullPartInTheTimeOutIsKept) {
+  const std::string whole = edit(upload, 4 * base::Limits().message_bytes_max);
+  const std::size_t part_bytes = base::Limits().message_bytes_max / 4;
+  auto now = start;
+  std::size_t begin = 0;
+  for (; begin + part_bytes < whole.size(); begin += part_bytes) {
+    EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(begin, part_bytes), false, now)));
+    now += base::parts_timeout / 4;
+  }
+  EXPECT_TRUE(sender_.part(upload, whole.substr(begin), true, now).request);
+}
+
+// The room is for so many bytes, whatever they come in: a message of single bytes is not put in pieces of its own.
+TEST_F(Parts, SmallPartsTakeNoMoreThanTheirBytes) {
+  base::Limits limits;
+  limits.commands_burst = 1e9;
+  Sender sender(parts_, 8, limits);
+  const std::size_t before = mallinfo2().uordblks;
+  for (std::size_t i = 0; i < 100'000; ++i) EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x")));
+  EXPECT_LT(mallinfo2().uordblks, before + 400'000);
 }
 
 TEST_F(Parts, WhatWouldTakeTooMuchMemoryIsRefusedUnread) {
