@@ -1,5 +1,6 @@
 #include "app/message_memory.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <unordered_map>
@@ -18,22 +19,52 @@ using google::protobuf::MessageFactory;
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedInputStream;
 
-// Of what stands in a list: its pointer there, with the list's spare room, and the allocator's own.
-constexpr std::size_t item_bytes = 32;
-// A number of a list, with its spare room; or of what the message does not know.
-constexpr std::size_t number_bytes = 16;
-// A packed number takes at least a byte on the wire; those that are told in so few take 4.
-constexpr std::size_t packed_growth = 4;
+// Beside the content of what stands in a list, or is kept though the message does not know it: its place there, the
+// list's spare room and head, which a list of one has too, and the allocator's own.
+constexpr std::size_t item_bytes = 48;
+// A list of numbers grows to twice what it holds.
+constexpr std::size_t list_growth = 2;
 // An unknown group is kept as it came, field by field; an empty one of two bytes is the worst.
 constexpr std::size_t group_growth = 40;
+
+std::size_t number_bytes(const FieldDescriptor& field) {
+  switch (field.cpp_type()) {
+    case FieldDescriptor::CPPTYPE_DOUBLE:
+    case FieldDescriptor::CPPTYPE_INT64:
+    case FieldDescriptor::CPPTYPE_UINT64:
+      return 8;
+    case FieldDescriptor::CPPTYPE_BOOL:
+      return 1;
+    default:
+      return 4;
+  }
+}
+
+/// How many numbers of a field are packed into its bytes: those of fixed length, or varints, each of which has one byte
+/// with its highest bit unset.
+std::size_t packed_count(const FieldDescriptor& field, std::string_view bytes) {
+  switch (field.type()) {
+    case FieldDescriptor::TYPE_DOUBLE:
+    case FieldDescriptor::TYPE_FIXED64:
+    case FieldDescriptor::TYPE_SFIXED64:
+      return bytes.size() / 8;
+    case FieldDescriptor::TYPE_FLOAT:
+    case FieldDescriptor::TYPE_FIXED32:
+    case FieldDescriptor::TYPE_SFIXED32:
+      return bytes.size() / 4;
+    default:
+      return static_cast<std::size_t>(std::count_if(
+          bytes.begin(), bytes.end(), [](char byte) { return (static_cast<unsigned char>(byte) & 0x80U) == 0; }));
+  }
+}
 
 class Sum {
  public:
   explicit Sum(std::size_t bytes_max) : bytes_max_(bytes_max) {}
 
-  /// Goes through a message; false once the sum is past its limit, or the bytes are no such message.
+  void add_empty(const Descriptor& descriptor) { bytes_ += size_of(descriptor); }
+  /// Goes through a message's fields; false once the sum is past its limit, or the bytes are no such message.
   bool add(CodedInputStream& in, const Descriptor& descriptor, int depth) {
-    bytes_ += size_of(descriptor);
     while (const std::uint32_t tag = in.ReadTag()) {
       if (!add_field(in, descriptor.FindFieldByNumber(WireFormatLite::GetTagFieldNumber(tag)), tag, depth))
         return false;
@@ -47,16 +78,18 @@ class Sum {
   bool add_field(CodedInputStream& in, const FieldDescriptor* field, std::uint32_t tag, int depth) {
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
       const int start = in.CurrentPosition();
-      if (!WireFormatLite::SkipField(&in, tag)) return false;
-      bytes_ += number_bytes;
+      const bool skipped = WireFormatLite::SkipField(&in, tag);  // one that breaks off is kept up to there
+      bytes_ += item_bytes;
       if (WireFormatLite::GetTagWireType(tag) == WireFormatLite::WIRETYPE_START_GROUP) {
         bytes_ += static_cast<std::size_t>(in.CurrentPosition() - start) * group_growth;
       }
-      return true;
+      return skipped;
     }
+    const bool is_message = field != nullptr && field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE;
+    if (is_message) add_empty(*field->message_type());  // it is made before its length is read
     std::uint32_t length = 0;
     if (!in.ReadVarint32(&length)) return false;
-    if (field != nullptr && field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+    if (is_message) {
       constexpr int depth_max = 100;  // protobuf's own
       if (depth == depth_max) return false;
       const CodedInputStream::Limit outer = in.PushLimit(static_cast<int>(length));
@@ -64,9 +97,19 @@ class Sum {
       in.PopLimit(outer);
       return true;
     }
-    const bool is_text = field == nullptr || field->cpp_type() == FieldDescriptor::CPPTYPE_STRING;
-    bytes_ += is_text ? item_bytes + sizeof(std::string) + length : length * packed_growth;
+    // A number that stands alone cannot be packed: bytes in its place are kept as unknown.
+    const bool is_packed = field != nullptr && field->is_packable();
+    bytes_ += item_bytes + (is_packed ? list_growth * number_bytes(*field) * packed_count(*field, rest(in, length))
+                                      : sizeof(std::string) + length);
     return in.Skip(static_cast<int>(length));
+  }
+
+  /// The next bytes, as many as there are of `length`.
+  static std::string_view rest(CodedInputStream& in, std::size_t length) {
+    const void* bytes = nullptr;
+    int size = 0;
+    if (!in.GetDirectBufferPointer(&bytes, &size)) return {};
+    return {static_cast<const char*>(bytes), std::min(length, static_cast<std::size_t>(size))};
   }
 
   std::size_t size_of(const Descriptor& descriptor) {
@@ -88,6 +131,7 @@ class Sum {
 bool takes_at_most(std::string_view bytes, const Descriptor& descriptor, std::size_t bytes_max) {
   CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()));
   Sum sum(bytes_max);
+  sum.add_empty(descriptor);
   sum.add(in, descriptor, 0);
   return sum.fits();
 }

@@ -1,6 +1,7 @@
 #include "app/message_parts.h"
 
 #include <algorithm>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -14,6 +15,13 @@ using base::StatusCode;
 namespace {
 
 constexpr double retry_hint_s = 1.0;
+// More than a client has under way that takes its errors as they come.
+constexpr std::size_t given_up_max = 16;
+
+std::size_t most_bytes(const base::Limits& limits) {
+  const auto parts = static_cast<std::size_t>(std::max(1.0, limits.commands_burst / 2.0));
+  return std::min(base::parts_bytes_max, parts * limits.message_bytes_max);
+}
 
 MessageParts::Taken refuse(Status why, double retry_after_s = 0.0) {
   return {std::move(why), retry_after_s, std::nullopt};
@@ -42,69 +50,82 @@ MessageParts::Taken parse(std::string_view bytes, std::uint64_t request_id) {
 
 }  // namespace
 
-std::size_t parts_bytes_max(const base::Limits& limits) {
-  const auto parts = static_cast<std::size_t>(std::max(1.0, limits.commands_burst / 2.0));
-  return std::min(base::parts_bytes_max, std::max<std::size_t>(1, parts) * limits.message_bytes_max);
-}
+MessageParts::MessageParts(const base::Limits& limits)
+    : message_bytes_max_(limits.message_bytes_max), bytes_max_(most_bytes(limits)) {}
 
-MessageParts::Taken MessageParts::take(std::uint64_t session_id, std::uint64_t request_id, v1::Part part,
+MessageParts::Taken MessageParts::take(std::uint64_t session_id, std::uint64_t request_id, const v1::Part& part,
                                        TimePoint now) {
   const bool is_last = part.last();
-  Taken taken = append(senders_[session_id], request_id, std::move(part), now);
+  Taken taken = append(senders_[session_id], request_id, part, now);
   if (!taken.refused.ok()) give_up(session_id, request_id, is_last);
   return taken;
 }
 
-MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_id, v1::Part part, TimePoint now) {
+MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_id, const v1::Part& part,
+                                         TimePoint now) {
   if (sender.assembly && sender.assembly->request_id != request_id) {
-    if (!is_late(*sender.assembly, now)) {
+    if (now <= sender.assembly->good_until) {
       return refuse({StatusCode::failed_precondition,
                      "the parts of request " + std::to_string(sender.assembly->request_id) + " have not all come yet",
                      "part"});
     }
     drop(sender);
   }
-  if (sender.assembly && is_late(*sender.assembly, now)) {
-    return refuse(
-        {StatusCode::unavailable,
-         "comes more than " + std::to_string(base::parts_timeout.count()) + " s after the one before", "part"},
-        retry_hint_s);
+  if (sender.assembly && now > sender.assembly->good_until) {
+    return refuse({StatusCode::unavailable,
+                   "comes too late: a message must come at " + std::to_string(message_bytes_max_) + " bytes in " +
+                       std::to_string(base::parts_timeout.count()) + " s",
+                   "part"},
+                  retry_hint_s);
   }
-  const std::size_t bytes = part.data().size();
-  if (bytes == 0) return refuse(base::invalid("is empty", "part.data"));
-  const std::size_t held = sender.assembly ? sender.assembly->bytes : 0;
-  if (held + bytes > bytes_max_) {
+  const std::string& data = part.data();
+  if (data.empty()) return refuse(base::invalid("is empty", "part.data"));
+  const std::size_t bytes = data.size() + (sender.assembly ? sender.assembly->bytes.size() : 0);
+  if (bytes > bytes_max_) {
     return refuse({StatusCode::limit_exceeded,
                    "the message has more than " + std::to_string(bytes_max_) + " bytes in its parts", "part"});
   }
-  if (!has_room(bytes, now)) {
+  const std::size_t held = sender.assembly ? sender.assembly->bytes.capacity() : 0;
+  const std::size_t wanted = bytes <= held ? held : std::min(std::max(bytes, 2 * held), bytes_max_);
+  if (!has_room(wanted - held, now)) {
     return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, retry_hint_s);
   }
-  if (!sender.assembly) sender.assembly.emplace().request_id = request_id;
-  PartAssembly& assembly = *sender.assembly;
-  assembly.parts.push_back(std::move(*part.mutable_data()));
-  assembly.bytes += bytes;
-  assembly.last_part = now;
-  bytes_ += bytes;
+  if (!sender.assembly) sender.assembly.emplace(request_id, now + base::parts_timeout);
+  Assembly& assembly = *sender.assembly;
+  assembly.bytes.reserve(wanted);
+  bytes_ += assembly.bytes.capacity() - held;
+  assembly.bytes.insert(assembly.bytes.end(), data.begin(), data.end());
+  put_off(assembly, data.size(), now);
   if (!part.last()) return {};
-  std::string whole;
-  whole.reserve(assembly.bytes);
-  for (const std::string& each : assembly.parts) whole += each;
-  drop(sender);
-  return parse(whole, request_id);
+  const std::vector<char> whole = std::move(assembly.bytes);
+  bytes_ -= whole.capacity();
+  sender.assembly.reset();
+  return parse({whole.data(), whole.size()}, request_id);
+}
+
+// By the part's share of the largest one, so that single bytes do not keep room.
+void MessageParts::put_off(Assembly& assembly, std::size_t bytes, TimePoint now) const {
+  const double share = static_cast<double>(bytes) / static_cast<double>(message_bytes_max_);
+  const auto more = std::chrono::duration_cast<TimePoint::duration>(share * base::parts_timeout);
+  assembly.good_until = std::min(assembly.good_until + more, now + base::parts_timeout);
 }
 
 bool MessageParts::passes_over(std::uint64_t session_id, std::uint64_t request_id, bool is_last) {
   const auto sender = senders_.find(session_id);
-  if (sender == senders_.end() || sender->second.given_up != request_id) return false;
-  if (is_last) sender->second.given_up.reset();
+  if (sender == senders_.end()) return false;
+  std::deque<std::uint64_t>& given_up = sender->second.given_up;
+  const auto found = std::find(given_up.begin(), given_up.end(), request_id);
+  if (found == given_up.end()) return false;
+  if (is_last) given_up.erase(found);
   return true;
 }
 
 void MessageParts::give_up(std::uint64_t session_id, std::uint64_t request_id, bool is_last) {
   Sender& sender = senders_[session_id];
   if (sender.assembly && sender.assembly->request_id == request_id) drop(sender);
-  if (!is_last) sender.given_up = request_id;
+  if (is_last) return;
+  sender.given_up.push_back(request_id);
+  if (sender.given_up.size() > given_up_max) sender.given_up.pop_front();
 }
 
 void MessageParts::session_ended(std::uint64_t session_id) {
@@ -118,19 +139,15 @@ void MessageParts::session_ended(std::uint64_t session_id) {
 bool MessageParts::has_room(std::size_t bytes, TimePoint now) {
   if (bytes_ + bytes <= base::parts_waiting_bytes_max) return true;
   for (auto& [session_id, sender] : senders_) {
-    if (!sender.assembly || !is_late(*sender.assembly, now)) continue;
-    bytes_ -= std::exchange(sender.assembly->bytes, 0);
-    sender.assembly->parts.clear();  // the next part, if one comes, is told that it is late
+    if (!sender.assembly || now <= sender.assembly->good_until) continue;
+    // The next part, if one comes, is told that it is late.
+    bytes_ -= std::exchange(sender.assembly->bytes, std::vector<char>()).capacity();
   }
   return bytes_ + bytes <= base::parts_waiting_bytes_max;
 }
 
-bool MessageParts::is_late(const PartAssembly& assembly, TimePoint now) {
-  return now - assembly.last_part > base::parts_timeout;
-}
-
 void MessageParts::drop(Sender& sender) {
-  if (sender.assembly) bytes_ -= sender.assembly->bytes;
+  if (sender.assembly) bytes_ -= sender.assembly->bytes.capacity();
   sender.assembly.reset();
 }
 

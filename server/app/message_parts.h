@@ -5,9 +5,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "base/limits.h"
@@ -16,23 +16,16 @@
 
 namespace pneuma::app {
 
-/// The largest message that is taken in parts: one of that size passes the rate of a client that asked for little else
-/// lately.
-[[nodiscard]] std::size_t parts_bytes_max(const base::Limits& limits);
-
-/// A message that is not whole yet.
-struct PartAssembly {
-  std::uint64_t request_id = 0;
-  std::vector<std::string> parts;
-  std::size_t bytes = 0;
-  std::chrono::steady_clock::time_point last_part{};
-};
-
+/// Puts each session's parts together, one message of a session at a time. A message must come at the pace of
+/// Limits::message_bytes_max in base::parts_timeout, and may stand still for so long if it came faster before.
 class MessageParts {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  explicit MessageParts(const base::Limits& limits) : bytes_max_(parts_bytes_max(limits)) {}
+  explicit MessageParts(const base::Limits& limits);
+
+  /// The largest message that is taken: one of that size passes the rate of a client that asked for little else lately.
+  [[nodiscard]] std::size_t bytes_max() const { return bytes_max_; }
 
   struct Taken {
     base::Status refused;  // the message is given up, and its later parts are passed over
@@ -40,7 +33,7 @@ class MessageParts {
     std::optional<v1::ClientMessage> whole;  // of the request id that its parts had
   };
   /// Takes the next part of a session's message.
-  [[nodiscard]] Taken take(std::uint64_t session_id, std::uint64_t request_id, v1::Part part, TimePoint now);
+  [[nodiscard]] Taken take(std::uint64_t session_id, std::uint64_t request_id, const v1::Part& part, TimePoint now);
 
   /// The part belongs to a message that was answered by an error already.
   [[nodiscard]] bool passes_over(std::uint64_t session_id, std::uint64_t request_id, bool is_last);
@@ -49,16 +42,24 @@ class MessageParts {
   void session_ended(std::uint64_t session_id);
 
  private:
+  // A message that is not whole yet.
+  struct Assembly {
+    Assembly(std::uint64_t id, TimePoint until) : request_id(id), good_until(until) {}
+    std::uint64_t request_id;
+    std::vector<char> bytes;  // its spare room counts as held
+    TimePoint good_until;     // a part after that is too late
+  };
   struct Sender {
-    std::optional<PartAssembly> assembly;
-    std::optional<std::uint64_t> given_up;  // request id
+    std::optional<Assembly> assembly;
+    std::deque<std::uint64_t> given_up;  // request ids, the oldest first
   };
 
-  [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, v1::Part part, TimePoint now);
+  [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, const v1::Part& part, TimePoint now);
   [[nodiscard]] bool has_room(std::size_t bytes, TimePoint now);
-  [[nodiscard]] static bool is_late(const PartAssembly& assembly, TimePoint now);
+  void put_off(Assembly& assembly, std::size_t bytes, TimePoint now) const;
   void drop(Sender& sender);
 
+  std::size_t message_bytes_max_;
   std::size_t bytes_max_;
   std::map<std::uint64_t, Sender> senders_;  // by session
   std::size_t bytes_ = 0;                    // of all that waits

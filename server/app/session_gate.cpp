@@ -36,7 +36,6 @@ SessionGate::SessionGate(std::uint64_t session_id, std::string_view token, const
     : session_id_(session_id),
       token_(token),
       message_bytes_max_(limits.message_bytes_max),
-      parts_bytes_max_(parts_bytes_max(limits)),
       parts_(parts),
       commands_(limits.commands_per_s, limits.commands_burst) {}
 
@@ -77,7 +76,7 @@ SessionGate::Verdict SessionGate::pass(v1::ClientMessage message, TimePoint now)
     }
     case v1::ClientMessage::kPart: {
       const std::uint64_t id = message.request_id();
-      MessageParts::Taken taken = parts_.take(session_id_, id, std::move(*message.mutable_part()), now);
+      MessageParts::Taken taken = parts_.take(session_id_, id, message.part(), now);
       if (!taken.refused.ok()) return refuse(id, taken.refused, taken.retry_after_s);
       return taken.whole ? pass(std::move(*taken.whole), now) : Verdict();
     }
@@ -117,7 +116,7 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
   welcome.set_server_version(std::string(base::version));
   welcome.set_session_id(session_id_);
   welcome.set_message_bytes_max(static_cast<std::uint32_t>(message_bytes_max_));
-  welcome.set_parts_bytes_max(static_cast<std::uint32_t>(parts_bytes_max_));
+  welcome.set_parts_bytes_max(static_cast<std::uint32_t>(parts_.bytes_max()));
   return verdict;
 }
 

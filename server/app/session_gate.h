@@ -43,7 +43,6 @@ class SessionGate {
   std::uint64_t session_id_;
   std::string_view token_;
   std::size_t message_bytes_max_;
-  std::size_t parts_bytes_max_;
   MessageParts& parts_;
   TokenBucket commands_;
   bool open_ = false;

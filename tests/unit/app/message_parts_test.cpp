@@ -2,11 +2,14 @@
 // session takes made-up bytes at made-up times.
 #include "app/message_parts.h"
 
+#include <algorithm>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include "app/message_memory.h"
 #include "app/session_gate.h"
@@ -111,6 +114,18 @@ TEST_F(Parts, ASecondMessageInPartsWaitsForTheFirst) {
   EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
 }
 
+TEST_F(Parts, EachMessageThatWaitsInVainIsAnsweredOnce) {
+  const std::string whole = edit(upload, 100);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(0, 50))));
+  expect_refused(sender_.part(6, "x"), 6, v1::Error::FAILED_PRECONDITION, "part");
+  expect_refused(sender_.part(7, "x"), 7, v1::Error::FAILED_PRECONDITION, "part");
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x")));
+  EXPECT_TRUE(sender_.part(upload, whole.substr(50), true).request);
+  EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x", true))) << "no beginning of another";
+  EXPECT_TRUE(Sender::is_silent(sender_.part(7, "x", true)));
+  EXPECT_TRUE(sender_.cut(8, edit(8, 100), 50).request);
+}
+
 TEST_F(Parts, AnEmptyPartIsRefused) {
   EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x")));
   expect_refused(sender_.part(upload, ""), upload, v1::Error::INVALID_ARGUMENT, "part.data");
@@ -156,8 +171,12 @@ TEST_F(Parts, MoreThanTheLimitIsRefusedAtThePartThatPassesIt) {
 TEST_F(Parts, EachIsACommandOfTheSessionsRate) {
   base::Limits limits;
   limits.commands_burst = 4.0;
-  Sender sender(parts_, 8, limits);  // hello took one
+  MessageParts parts(limits);
+  Sender sender(parts, 8, limits);  // hello took one
   EXPECT_EQ(sender.welcome().parts_bytes_max(), 2 * limits.message_bytes_max) << "what passes the rate";
+  Sender other(parts, 9, limits);
+  expect_refused(other.part(upload, std::string(2 * limits.message_bytes_max + 1, 'x')), upload,
+                 v1::Error::LIMIT_EXCEEDED, "part");
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x")));
   const auto verdict = sender.part(upload, "x");
   expect_refused(verdict, upload, v1::Error::LIMIT_EXCEEDED, "");
@@ -196,6 +215,42 @@ TEST_F(Parts, ThoseThatStoppedComingGiveWay) {
   EXPECT_TRUE(Sender::is_silent(senders.back()->part(6, "x", false, later))) << "another message may begin";
 }
 
+TEST_F(Parts, ThoseThatComeByteByByteGiveWayToo) {
+  using std::chrono::seconds;
+  const std::string most(base::parts_bytes_max - 16, 'x');
+  std::vector<std::unique_ptr<Sender>> senders;
+  std::uint64_t id = 100;
+  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += base::parts_bytes_max) {
+    senders.push_back(std::make_unique<Sender>(parts_, ++id));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, most)));
+    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, "x", false, start + seconds(29))));
+  }
+  EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", false, start + seconds(31))));
+  expect_refused(senders.front()->part(upload, "x", true, start + seconds(58)), upload, v1::Error::UNAVAILABLE, "part");
+}
+
+TEST_F(Parts, APaceOfAFullPartInTheTimeOutIsKept) {
+  const std::string whole = edit(upload, 4 * base::Limits().message_bytes_max);
+  const std::size_t part_bytes = base::Limits().message_bytes_max / 4;
+  auto now = start;
+  std::size_t begin = 0;
+  for (; begin + part_bytes < whole.size(); begin += part_bytes) {
+    EXPECT_TRUE(Sender::is_silent(sender_.part(upload, whole.substr(begin, part_bytes), false, now)));
+    now += base::parts_timeout / 4;
+  }
+  EXPECT_TRUE(sender_.part(upload, whole.substr(begin), true, now).request);
+}
+
+// The room is for so many bytes, whatever they come in: a message of single bytes is not put in pieces of its own.
+TEST_F(Parts, SmallPartsTakeNoMoreThanTheirBytes) {
+  base::Limits limits;
+  limits.commands_burst = 1e9;
+  Sender sender(parts_, 8, limits);
+  const std::size_t before = mallinfo2().uordblks;
+  for (std::size_t i = 0; i < 100'000; ++i) EXPECT_TRUE(Sender::is_silent(sender.part(upload, "x")));
+  EXPECT_LT(mallinfo2().uordblks, before + 400'000);
+}
+
 TEST_F(Parts, WhatWouldTakeTooMuchMemoryIsRefusedUnread) {
   // Empty bodies: two bytes each on the wire.
   v1::ClientMessage message;
@@ -205,6 +260,101 @@ TEST_F(Parts, WhatWouldTakeTooMuchMemoryIsRefusedUnread) {
   const std::string bytes = message.SerializeAsString();
   ASSERT_LT(bytes.size(), base::parts_bytes_max);
   expect_refused(sender_.cut(upload, bytes, 1U << 20U), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+TEST_F(Parts, WhatIsKeptAsUnknownIsRefusedUnreadToo) {
+  // The request id as bytes, none of them: each is kept as a text of its own.
+  std::string bytes;
+  while (bytes.size() < base::parts_bytes_max / 2) bytes.append("\x0a\x00", 2);
+  expect_refused(sender_.cut(upload, bytes, 1U << 20U), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+TEST(MessageMemory, OfTheLargestWorldsMeshesIsTaken) {
+  v1::ClientMessage message;
+  v1::Mesh::Triangles& triangles = *message.mutable_create_world()->mutable_scene()->add_meshes()->mutable_triangles();
+  for (std::size_t i = 0; i < 3 * 4 * base::world_vertices_max; ++i) {
+    triangles.add_indices(static_cast<std::uint32_t>(i % base::mesh_vertices_max));
+  }
+  EXPECT_TRUE(
+      takes_at_most(message.SerializeAsString(), *v1::ClientMessage::descriptor(), base::message_memory_bytes_max));
+}
+
+/// Fields of a message, the known ones and others, of any wire type whatever the field's own is, and of contents that
+/// are often empty.
+class HostileWriter {
+ public:
+  explicit HostileWriter(std::uint64_t seed) : random_(seed) {}
+
+  std::string message(const google::protobuf::Descriptor* descriptor, int depth) {
+    std::string out;
+    const std::size_t kinds = 1 + below(3);
+    for (std::size_t kind = 0; kind < kinds; ++kind) {
+      const google::protobuf::FieldDescriptor* field = nullptr;
+      std::uint32_t number = 1 + static_cast<std::uint32_t>(below(15));
+      if (descriptor != nullptr && descriptor->field_count() > 0 && below(8) > 0) {
+        field = descriptor->field(static_cast<int>(below(static_cast<std::size_t>(descriptor->field_count()))));
+        number = static_cast<std::uint32_t>(field->number());
+      }
+      const auto* inner = field != nullptr ? field->message_type() : nullptr;
+      const std::uint32_t wire_type = below(4) > 0 ? 2 : static_cast<std::uint32_t>(below(6));
+      // One of many is where a list's spare room shows; one alone, where its head does.
+      const std::string once = this->field(number, wire_type, inner, depth);
+      const std::size_t times = once.size() > 40 || below(2) == 0 ? 1 : 1 + below(40);
+      for (std::size_t i = 0; i < times; ++i) out += once;
+    }
+    return out;
+  }
+  std::size_t below(std::size_t end) { return std::uniform_int_distribution<std::size_t>(0, end - 1)(random_); }
+
+ private:
+  std::string field(std::uint32_t number, std::uint32_t wire_type, const google::protobuf::Descriptor* inner,
+                    int depth) {
+    const std::string tag = varint(number << 3U | wire_type);
+    switch (wire_type) {
+      case 0:
+        return tag + varint(static_cast<std::uint32_t>(below(1'000)));
+      case 1:
+        return tag + std::string(8, 'x');
+      case 2: {
+        const std::string content = depth < 6 && below(8) > 0 && inner != nullptr
+                                        ? message(inner, depth + 1)
+                                        : std::string(below(3) * below(30), 1);
+        return tag + varint(static_cast<std::uint32_t>(content.size())) + content;
+      }
+      case 3:
+        return tag + (depth < 6 ? message(nullptr, depth + 1) : "") + varint(number << 3U | 4U);
+      case 5:
+        return tag + std::string(4, 'x');
+      default:
+        return tag;  // the end of a group that never began
+    }
+  }
+  static std::string varint(std::uint32_t value) {
+    std::string out;
+    for (; value >= 0x80U; value >>= 7U) out += static_cast<char>((value & 0x7fU) | 0x80U);
+    return out += static_cast<char>(value);
+  }
+
+  std::mt19937_64 random_;
+};
+
+// What cannot be parsed to its end takes memory up to there, with the field that it breaks off in.
+TEST(MessageMemory, OfHostileBytesIsNeverUnderestimated) {
+  constexpr std::size_t begun_bytes = 512;
+  std::size_t parsed_whole = 0;
+  for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
+    HostileWriter writer(seed);
+    std::string bytes = writer.message(v1::ClientMessage::descriptor(), 0);
+    if (writer.below(4) == 0) bytes.resize(writer.below(bytes.size() + 1));
+    v1::ClientMessage parsed;
+    const bool is_whole = parsed.ParseFromString(bytes);
+    if (is_whole) ++parsed_whole;
+    const std::size_t beside = is_whole ? 1 : begun_bytes;
+    const std::size_t least = std::max(parsed.SpaceUsedLong(), beside) - beside;
+    ASSERT_FALSE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), least))
+        << "seed " << seed << ": " << parsed.SpaceUsedLong() << " bytes, of " << testing::PrintToString(bytes);
+  }
+  EXPECT_GT(parsed_whole, 5'000U);
 }
 
 // Beside what protobuf says that the parsed message takes.

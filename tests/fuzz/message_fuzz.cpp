@@ -1,0 +1,56 @@
+// No bytes from a client may crash the gate, or take more memory than is said before they are parsed.
+// Input: a message of class ClientMessage, which comes whole and in parts of the size that the first byte tells.
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "app/message_memory.h"
+#include "app/protocol.h"
+#include "app/session_gate.h"
+
+using namespace pneuma;
+
+namespace {
+
+const app::SessionGate::TimePoint now = app::SessionGate::TimePoint() + std::chrono::hours(1);
+
+/// A request goes to a world, or is one of those that need none.
+void must_have_a_place(const app::SessionGate::Verdict& verdict) {
+  if (!verdict.request || app::world_of(*verdict.request) != nullptr) return;
+  const v1::ClientMessage& request = *verdict.request;
+  if (!request.has_list_worlds() && !request.has_create_world() && !request.has_unsubscribe()) std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  if (size == 0) return 0;
+  const std::size_t part_bytes = 1 + bytes[0];
+  const std::string_view message(reinterpret_cast<const char*>(bytes) + 1, size - 1);
+
+  v1::ClientMessage parsed;
+  if (parsed.ParseFromArray(message.data(), static_cast<int>(message.size())) &&
+      app::takes_at_most(message, *v1::ClientMessage::descriptor(), parsed.SpaceUsedLong() - 1)) {
+    std::abort();
+  }
+
+  const base::Limits limits;
+  app::MessageParts parts(limits);
+  app::SessionGate gate(1, "", limits, parts);
+  v1::ClientMessage hello;
+  hello.set_request_id(1);
+  hello.mutable_hello()->set_protocol_version(base::protocol_version);
+  if (!gate.receive(hello.SerializeAsString(), now).authenticated) std::abort();
+  must_have_a_place(gate.receive(message, now));
+  for (std::size_t begin = 0; begin < message.size(); begin += part_bytes) {
+    v1::ClientMessage part;
+    part.set_request_id(parsed.request_id());
+    part.mutable_part()->set_data(std::string(message.substr(begin, part_bytes)));
+    part.mutable_part()->set_last(message.size() - begin <= part_bytes);
+    must_have_a_place(gate.receive(part.SerializeAsString(), now));
+  }
+  return 0;
+}
