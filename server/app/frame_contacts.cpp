@@ -20,7 +20,7 @@ struct Found {
 };
 
 /// Scatters the vertices evenly (the golden ratio of 2^32, Knuth 6.4), so that those with the least are spread over the
-/// body, and no matter how many others come and go.
+/// body; where others come and go, only those at the edge of the choice change.
 std::uint32_t rank_of(const Found& found) {
   return found.touched.vertex * 2'654'435'769U;
 }

@@ -2,14 +2,18 @@
 
 #include <string>
 
+#include "app/world_clock.h"
+#include "base/limits.h"
 #include "base/version.h"
 
 namespace pneuma::app {
 
 namespace {
 
-// Longer than any tick of a world that is worth serving; at the slowest rate a tick comes each second.
-constexpr std::chrono::seconds tick_silence_max{10};
+// From one tick to the next at the slowest rate in the slowest motion, and longer than any tick of a world that is
+// worth serving takes.
+constexpr double slowest_period_s = 1.0 / (base::rate_hz_min * WorldClock::time_scale_min);
+constexpr std::chrono::seconds tick_silence_max{static_cast<int>(slowest_period_s) + 2};
 
 std::string line_of(const v1::WorldList::World& world) {
   std::string line = world.name();

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <sstream>
-#include <tuple>
 #include <utility>
 
 #include "physics/admission.h"
+#include "physics/distinct_contacts.h"
 #include "physics/simulation.h"
 #include "physics/sleep.h"
 #include "physics/soft_setup.h"
@@ -234,21 +234,8 @@ void World::note_contacts(bool on) {
 }
 
 ContactNotes World::contacts(std::size_t soft_index) const {
-  ContactNotes notes = simulation_->visit(
-      [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; });
-  const auto place = [](const VertexContact& note) { return std::tuple(note.vertex, note.other, note.index); };
-  const auto order = [&](const VertexContact& note) {
-    return std::tuple(place(note), note.normal.x(), note.normal.y(), note.normal.z());
-  };
-  std::ranges::sort(notes, {}, order);
-  // A vertex may be answered again and again by one wall; in a room's corner, by several.
-  const auto repeats = [&](const VertexContact& a, const VertexContact& b) {
-    constexpr double same_wall = 1e-3;
-    return place(a) == place(b) && a.normal.dot(b.normal) > 1.0 - same_wall;
-  };
-  const auto repeated = std::ranges::unique(notes, repeats);
-  notes.erase(repeated.begin(), repeated.end());
-  return notes;
+  return distinct(simulation_->visit(
+      [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; }));
 }
 
 void World::set_profiling(bool on) {

@@ -106,7 +106,7 @@ void ReplayedWorld::play(TimePoint now, app::Outbox& outbox) {
   if (next_) {
     advance(outbox);
     hub_.encode_tick(shown_, tick(), false, outbox);
-    if (now - *due_at > app::WorldClock::catch_up_max) start_clock(now);
+    if (now - *due_at > app::WorldClock::catch_up_max) start_clock(now, shown_at_s_);
   } else {
     if (const Status found = go_to(0.0, now); !found.ok()) return halt(found);
     show_at_rest(outbox);
@@ -121,9 +121,9 @@ void ReplayedWorld::halt(const Status& why) {
   paused_ = true;
 }
 
-void ReplayedWorld::start_clock(TimePoint now) {
+void ReplayedWorld::start_clock(TimePoint now, double at_s) {
   clock_start_ = now;
-  clock_start_s_ = shown_at_s_;
+  clock_start_s_ = at_s;
 }
 
 void ReplayedWorld::read_on() {
@@ -166,7 +166,7 @@ Status ReplayedWorld::go_to(double at_s, TimePoint now) {
   shown_at_s_ = next_->at_s;
   moved_ = true;
   read_on();
-  start_clock(now);
+  start_clock(now, shown_at_s_);
   publish_status(now);
   return {};
 }
@@ -250,8 +250,10 @@ ReplayedWorld::Answer ReplayedWorld::resume(const v1::ClientMessage& message, Ti
   if (!next_) {  // from the end, to the start
     if (Status found = go_to(0.0, now); !found.ok()) return found;
   }
+  // Between two frames play time goes on from where it is: many changes of speed in a row would stop it otherwise.
+  const std::chrono::duration<double> since_start = now - clock_start_;
+  start_clock(now, paused_ ? shown_at_s_ : clock_start_s_ + speed_ * since_start.count());
   if (message.resume().has_time_scale()) speed_ = message.resume().time_scale();
-  if (paused_ || message.resume().has_time_scale()) start_clock(now);
   paused_ = false;
   return done(message);
 }

@@ -83,7 +83,8 @@ class ReplayedWorld {
   /// Frames for whoever waits for one; for all where it is not the one after the last.
   void show_at_rest(app::Outbox& outbox);
   void halt(const base::Status& why);
-  void start_clock(TimePoint now);
+  /// Play time `at_s` is now.
+  void start_clock(TimePoint now, double at_s);
   void publish_status(TimePoint now);
   [[nodiscard]] std::uint64_t tick() const { return shown_.frame().tick; }
 

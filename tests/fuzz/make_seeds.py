@@ -23,8 +23,9 @@ def field(number, value):
 
 
 def frame(tick, is_key, payload, has_velocities):
-    """Two bytes of length and a message of class Frame, of stream 1 and layout 1; every other delta is of layer 1."""
-    message = field(1, 1) + field(2, 1) + field(3, tick)
+    """Two bytes of length and a message of class Frame, of stream 1, as the server sends it: a key frame tells its layout,
+    1, and a delta frame goes without; every other delta is of layer 1."""
+    message = field(1, 1) + (field(2, 1) if is_key else b"") + field(3, tick)
     if not is_key:
         message += field(5, tick - 1 - (tick - 1) % 2) + field(10, 1 if tick % 2 else 0)
     message += field(6, payload)

@@ -1,5 +1,5 @@
-// No text may crash the readers of scenes and edits, and what they take makes a world or one clear refusal.
-// Where it begins: the built-in scenes.
+// No text may crash the readers of scenes and edits, and each is taken, and a scene then translated, or refused in
+// words. Where it begins: the built-in scenes.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // No frame messages from a server may crash a client or leave a stream that a key frame does not bring back: all that a
-// stream can hold, layers, velocities, scalars and poses among them.
+// stream can hold, layers, times, velocities, scalars and poses among them.
 // Input: a byte of flags (number of bodies, velocities), a byte of size a body, then messages of class Frame, each
 // behind two bytes of length. Where it begins: the golden vectors (make_seeds.py).
 #include <cstddef>
@@ -20,6 +20,7 @@ using namespace pneuma;
 namespace {
 
 constexpr double max_error_m = 0.001;
+constexpr double tick_s = 1.0 / 60.0;
 constexpr std::uint32_t stream_id = 1;
 constexpr std::uint32_t layout_id = 1;
 constexpr std::size_t solids = 2;
@@ -44,6 +45,7 @@ client::StreamDecoder decoder_of(const std::vector<std::uint32_t>& sizes, bool h
   v1::Subscribed subscribed;
   subscribed.set_stream_id(stream_id);
   subscribed.set_grid_step_m(max_error_m);
+  subscribed.set_tick_s(tick_s);
   subscribed.set_velocity_grid_step_m_s(has_velocities ? max_error_m : 0.0);
   must(decoder.add_stream(subscribed));
   v1::Layout layout;

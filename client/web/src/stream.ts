@@ -350,7 +350,16 @@ export class Stream {
       if (Math.max(soft, otherSoft ?? 0) >= softBodies.length || (otherSolid ?? -1) >= solids.length) {
         throw new PneumaError("MALFORMED", "a contact of a body that there is not");
       }
-      return { soft, vertex, otherSoft, otherSolid, normal: normal ?? create(Vec3Schema) };
+      const { mesh, keptVertices } = softBodies[soft]!;
+      // Of a mesh of which only some vertices are shown, the size is not known.
+      if (vertex >= (keptVertices.length === 0 ? mesh.vertexCount : meshVerticesMax)) {
+        throw new PneumaError("MALFORMED", `a contact of vertex ${vertex}, which there is not`);
+      }
+      const out = normal ?? create(Vec3Schema);
+      if (![out.x, out.y, out.z].every(Number.isFinite)) {
+        throw new PneumaError("MALFORMED", "a contact's normal that is not finite");
+      }
+      return { soft, vertex, otherSoft, otherSolid, normal: out };
     });
   }
 

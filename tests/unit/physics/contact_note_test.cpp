@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/distinct_contacts.h"
 #include "support/stepping_methods.h"
 #include "unit/physics/lively_world.h"
 
@@ -31,6 +32,26 @@ Scene ball_on_floor() {
   scene.soft_bodies[0].springs.damping_n_s_m = 5.0;
   scene.colliders = {plane("far below", Vec3d::UnitY(), -50.0), plane("floor", Vec3d::UnitY(), 0.0)};
   return scene;
+}
+
+// In a corner of two walls, each answered thrice, a little off each time.
+TEST(DistinctContacts, EachWallIsThereOnceHoweverTheNormalsLie) {
+  ContactNotes notes;
+  for (const double off : {0.0, 1e-6, 2e-6}) {
+    notes.push_back({5, Other::collider, 0, Vec3d(off, 1.0, 0.0)});
+    notes.push_back({5, Other::collider, 0, Vec3d(off + 5e-7, 0.0, 1.0)});
+    notes.push_back({5, Other::collider, 1, Vec3d(off, 1.0, 0.0)});
+    notes.push_back({4, Other::collider, 0, Vec3d(off, 1.0, 0.0)});
+  }
+  const ContactNotes walls = distinct(notes);
+  const auto count = [&](std::uint32_t vertex, std::uint32_t collider) {
+    return std::ranges::count_if(
+        walls, [&](const VertexContact& wall) { return wall.vertex == vertex && wall.index == collider; });
+  };
+  EXPECT_EQ(count(4, 0), 1);
+  EXPECT_EQ(count(5, 0), 2);
+  EXPECT_EQ(count(5, 1), 1);
+  EXPECT_TRUE(std::ranges::is_sorted(walls, {}, &VertexContact::vertex));
 }
 
 class ContactNotesByMethod : public testing::TestWithParam<SteppingMethod> {};

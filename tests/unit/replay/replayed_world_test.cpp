@@ -258,6 +258,18 @@ TEST_F(ReplayedWorldTest, InSlowMotionItsFramesComeLater) {
   EXPECT_EQ(world_->status().listing.time_scale(), 0.25);
 }
 
+TEST_F(ReplayedWorldTest, ItGoesOnHoweverOftenItsSpeedIsSet) {
+  play();
+  subscribe();
+  constexpr double interval_s = 0.010;  // less than a frame's
+  for (int i = 1; i <= 50; ++i) {
+    const double now_s = i * interval_s;
+    go_on_until(now_s);
+    ask([&](auto& message) { message.mutable_resume()->set_time_scale(i % 2 == 0 ? 1.0 : 0.5); }, now_s);
+  }
+  EXPECT_EQ(ticks_seen(), from_to(0, 22)) << "0.01 s at full speed, then 0.49 s at 0.75 on average: 0.375 s";
+}
+
 TEST_F(ReplayedWorldTest, APausedOneStepsAndGoesOn) {
   play({.paused = true});
   subscribe();

@@ -2,7 +2,7 @@
 import { create, fromBinary } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, test } from "node:test";
-import { FrameSchema, GapSchema, LayoutSchema } from "../../proto/pneuma/v1/frame_pb.js";
+import { FrameSchema, GapSchema, LayoutSchema, TopologySchema } from "../../proto/pneuma/v1/frame_pb.js";
 import {
   ClientMessageSchema,
   DoneSchema,
@@ -121,6 +121,39 @@ test("frames of another format end the client for good", async () => {
   });
   assert.equal((await ended).code, "UNSUPPORTED");
   assert.deepEqual(states, ["open", "closed"]);
+});
+
+test("a contact of a vertex that its mesh has not, or of no finite normal, is no frame", async () => {
+  const decoder = new SlowDecoder();
+  decoder.finish();
+  let peer = await connect({ decoder });
+  let tell!: (frame: Frame) => void;
+  const told = new Promise<Frame>((resolve) => (tell = resolve));
+  const asked = client.subscribe(world, { contacts: true }, { ...listener, frame: tell });
+  const hash = Uint8Array.of(1);
+  const send = (vertex: number, y: number): void => {
+    const contacts = [{ soft: 0, vertex, normal: { y } }];
+    const topology = create(TopologySchema, { hash, vertexCount: 3, indices: [0, 1, 2] });
+    const softBodies = [{ name: "sail", topologyHash: hash }];
+    peer.send({ case: "topology", value: topology });
+    peer.send({ case: "layout", value: create(LayoutSchema, { streamId: 1, layoutId: 1, softBodies }) });
+    peer.send({ case: "frame", value: create(FrameSchema, { streamId: 1, layoutId: 1, tick: 1n, contacts }) });
+  };
+  for (const [vertex, y] of [
+    [3, 1],
+    [2, NaN],
+  ] as const) {
+    (await peer.next("subscribe")).subscribed(1);
+    const next = server.peer(); // since the connection cannot be trusted
+    send(vertex, y);
+    const first = await Promise.race([next, told]);
+    assert.ok(!("contacts" in first), "it was taken");
+    peer = first;
+  }
+  (await peer.next("subscribe")).subscribed(1);
+  await asked;
+  send(2, 1);
+  assert.equal((await told).contacts[0]!.vertex, 2);
 });
 
 test("a decoder that is broken ends the client for good", async () => {
