@@ -41,10 +41,12 @@ export class Pointer {
     canvas.addEventListener("pointerdown", (event) => this.down(event, canvas), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => {
-      this.up();
+      if (event.isPrimary) this.up();
       this.click(event);
     });
-    canvas.addEventListener("pointercancel", () => this.up());
+    canvas.addEventListener("pointercancel", ({ isPrimary }) => {
+      if (isPrimary) this.up();
+    });
   }
 
   /** To be called with each picture: the line of a pull moves with its vertex. */
@@ -52,6 +54,11 @@ export class Pointer {
     this.picture.showPull(
       this.pull ? { body: this.pull.hit.body, vertex: this.pull.hit.vertex, target: this.pull.target } : null,
     );
+  }
+
+  pokeAt(hit: Hit): void {
+    const hands = this.hands();
+    if (hands) void this.poke(hands, hit).catch(hands.failed);
   }
 
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
@@ -63,7 +70,7 @@ export class Pointer {
     if (!hit) return;
     this.picture.orbit.enabled = false;
     canvas.setPointerCapture(event.pointerId);
-    if (hands.tool === "poke") void this.poke(hands, hit).catch(hands.failed);
+    if (hands.tool === "poke") this.pokeAt(hit);
     else void this.hold(hands, hit).catch(hands.failed);
   }
 
