@@ -60,6 +60,11 @@ export class Pointer {
     );
   }
 
+  pokeAt(hit: Hit): void {
+    const hands = this.hands();
+    if (hands) void this.poke(hands, hit).catch(hands.failed);
+  }
+
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
     const hands = this.hands();
     if (!hands || !event.isPrimary || event.button !== 0) return;
@@ -69,7 +74,7 @@ export class Pointer {
     if (!hit) return;
     this.picture.orbit.enabled = false;
     canvas.setPointerCapture(event.pointerId);
-    if (hands.tool === "poke") void this.poke(hands, hit).catch(hands.failed);
+    if (hands.tool === "poke") this.pokeAt(hit);
     else void this.hold(hands, hit).catch(hands.failed);
   }
 

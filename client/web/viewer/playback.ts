@@ -34,8 +34,7 @@ export class Playback {
   /** @param nowMs when it arrived, on the clock of `at` */
   push(frame: Frame, nowMs = performance.now()): void {
     const newest = this.frames.at(-1);
-    // After a reset, and where bodies came or went, there is nothing between the two.
-    if (newest && (frame.timeS <= newest.timeS || frame.layout !== newest.layout)) this.frames = [];
+    if (newest && frame.timeS <= newest.timeS) this.frames = []; // a reset: there is nothing between the two
     this.frames.push(frame);
     if (this.frames.length > framesMax) this.frames.shift();
     if (this.frames.length === 1) this.shownS = frame.timeS;
@@ -68,12 +67,19 @@ export class Playback {
     const made = Math.abs(difference) > differenceMaxS ? 1 : Math.min(1, catchUpPerS * passedS);
     // Never back: where it is too far ahead it waits.
     this.shownS = Math.max(this.shownS, Math.min(this.shownS + pace * passedS + made * difference, newest.timeS));
-    while (this.frames.length > 2 && this.frames[1]!.timeS <= this.shownS) this.frames.shift();
-    const from = this.frames[0]!;
-    const to = this.frames[1] ?? from;
+    while (this.isFirstOver()) this.frames.shift();
+    const [from, next] = this.frames as [Frame, Frame?];
+    const to = next?.layout === from.layout ? next : from;
     const spanS = to.timeS - from.timeS;
     const fraction = spanS > 0 ? Math.min(1, Math.max(0, (this.shownS - from.timeS) / spanS)) : 1;
     return { from, to, fraction };
+  }
+
+  /** The last two of a layout are kept: something may come between them yet. Where bodies came or went there is nothing. */
+  private isFirstOver(): boolean {
+    const [first, next] = this.frames;
+    if (!first || !next || next.timeS > this.shownS) return false;
+    return this.frames.length > 2 || next.layout !== first.layout;
   }
 
   /** Seconds of the world's time a real one. */

@@ -138,6 +138,7 @@ export class Plots {
     const all = new Option("all: sums, and the mean of the pressures", "");
     this.body.replaceChildren(all, ...names.map((name) => new Option(name, name)));
     this.body.value = names.includes(value) ? value : "";
+    if (this.body.value !== value) this.clear(); // of a body that is gone: the sum is no sequel
   }
 
   private make({ title, unit, series }: Chart): uPlot {
@@ -168,7 +169,7 @@ export class Plots {
       ],
       series: [
         { label: "at", value: (_, shown) => (shown === null ? "–" : `${shown.toFixed(1)} s`) },
-        // The same three on light and on dark: lightness in the middle.
+        // The same on light and on dark: lightness in the middle.
         ...series.map((label, i) => ({
           label,
           value,

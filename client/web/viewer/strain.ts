@@ -5,7 +5,7 @@ export class Strain {
   /** Two vertices an edge. */
   private readonly ends: Uint32Array;
   private readonly firstM: Float64Array;
-  private readonly edgesAt: Uint8Array;
+  private readonly edgesAt: Uint32Array;
 
   /** @param points x y z of each vertex, in m */
   constructor(indices: Uint32Array, points: ArrayLike<number>) {
@@ -21,7 +21,7 @@ export class Strain {
     }
     this.ends = Uint32Array.from(ends);
     this.firstM = Float64Array.from({ length: ends.length / 2 }, (_, edge) => this.lengthM(edge, points));
-    this.edgesAt = new Uint8Array(count);
+    this.edgesAt = new Uint32Array(count);
     for (const vertex of ends) ++this.edgesAt[vertex]!;
   }
 

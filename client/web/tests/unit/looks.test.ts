@@ -73,6 +73,22 @@ test("what is stretched by a factor along one axis has that strain in its edges 
   });
 });
 
+test("the strain at the middle of a fan is the mean of all its edges, however many there are", () => {
+  for (const spokes of [255, 256, 257]) {
+    const rim = Array.from({ length: spokes }, (_, i) => (2 * Math.PI * i) / spokes);
+    const fan = (radius: number) => [
+      0,
+      0,
+      0,
+      ...rim.flatMap((angle) => [radius * Math.cos(angle), radius * Math.sin(angle), 0]),
+    ];
+    const strain = new Strain(Uint32Array.from(rim.flatMap((_, i) => [0, i + 1, ((i + 1) % spokes) + 1])), fan(1));
+    const strains = new Float32Array(spokes + 1);
+    assert.ok(Math.abs(strain.compute(fan(2), strains) - 1) < 1e-5);
+    assert.ok(Math.abs(strains[0]! - 1) < 1e-5);
+  }
+});
+
 test("bounding volumes hold every point, and touch some", () => {
   const points = Float32Array.from([0, 0, 0, 4, 0, 0, 0, 2, 0, 0, 0, 6]);
   assert.deepEqual(fit("box", points), { centre: [2, 1, 3], half: [2, 1, 3] });

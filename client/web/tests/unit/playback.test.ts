@@ -7,9 +7,9 @@ import { Playback } from "../../viewer/playback.js";
 
 const layout = { softBodies: [], solids: [] };
 
-function frameAt(timeS: number): Frame {
+function frameAt(timeS: number, of = layout): Frame {
   const none = { isKey: false, bytes: 0, positions: [], velocities: undefined, poses: [], scalars: undefined };
-  return { ...none, layout, tick: Math.round(60 * timeS), timeS, contacts: [] };
+  return { ...none, layout: of, tick: Math.round(60 * timeS), timeS, contacts: [] };
 }
 
 /** The same numbers in every run, 0 to 1. */
@@ -97,4 +97,33 @@ test("a reset shows the beginning again", () => {
   playback.at(1000);
   playback.push(frameAt(0), 1010);
   assert.equal(playback.at(1020)!.to.timeS, 0);
+});
+
+test("where bodies come or go the picture goes on as evenly, and shows nothing between the two", () => {
+  const playback = new Playback();
+  const drawn: Drawn[] = [];
+  const layouts = [layout, { ...layout }];
+  for (let i = 0; i < 600; ++i) {
+    const atMs = (1000 * i) / 60;
+    playback.push(frameAt(i / 60, layouts[Math.floor(i / 100) % 2]), atMs);
+    const { from, to, fraction } = playback.at(atMs + 5)!;
+    assert.equal(from.layout, to.layout);
+    drawn.push({ atMs, timeS: from.timeS + fraction * (to.timeS - from.timeS) });
+  }
+  // Nothing is between the layouts: there a picture may be an interval late, and the next makes it good.
+  for (let i = 200; i < drawn.length; ++i) {
+    const step = drawn[i]!.timeS - drawn[i - 1]!.timeS;
+    assert.ok(step >= 0 && step < 2.1 / 60, `${step} s`);
+  }
+});
+
+test("a paused world's last frame is shown, also where it is the first of its layout", () => {
+  const playback = new Playback();
+  for (let i = 0; i < 60; ++i) playback.push(frameAt(i / 60), (1000 * i) / 60);
+  const last = frameAt(1, { ...layout });
+  playback.push(last, 1000);
+  let moment = playback.at(1000)!;
+  for (let atMs = 1000; atMs < 3000; atMs += 1000 / 60) moment = playback.at(atMs)!;
+  assert.equal(moment.to, last);
+  assert.equal(moment.fraction, 1);
 });
