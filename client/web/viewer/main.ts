@@ -27,6 +27,7 @@ import { Plots } from "./plots.js";
 import { SlowMotion } from "./slow_motion.js";
 import { type Measured, StatsFeed } from "./stats_feed.js";
 import { tellStatus } from "./status_line.js";
+import { subscribeAsFarAsCanBe } from "./subscribing.js";
 import { beginTheme } from "./theme.js";
 import { plain } from "./world_view.js";
 import { WorldList } from "./world_list.js";
@@ -72,6 +73,7 @@ class Page {
   private readonly pointer: Pointer;
   private client: Client | undefined;
   private stream: Stream | undefined;
+  private wanted = ""; // of the stream, which may have less
   private world = "";
   private isPaused = false;
   // Worlds are opened one after the other, and of those that wait only the last.
@@ -160,7 +162,7 @@ class Page {
       this.gallery.show(this.shown.dark);
       this.plots.redraw();
       const options = this.streamOptions();
-      if (this.stream && JSON.stringify(options) !== JSON.stringify(this.stream.options)) void this.open();
+      if (this.stream && JSON.stringify(options) !== this.wanted) void this.open();
     };
     listenToLooks(show);
     beginTheme(element<HTMLInputElement>("dark"));
@@ -263,7 +265,7 @@ class Page {
       const view = wantedView();
       const isSame = this.stream !== undefined && world === this.world;
       const options = this.streamOptions();
-      if (this.stream && isSame && JSON.stringify(options) === JSON.stringify(this.stream.options)) {
+      if (this.stream && isSame && JSON.stringify(options) === this.wanted) {
         if (view) this.picture.look(view);
         return this.tellWorld(list);
       }
@@ -277,7 +279,8 @@ class Page {
         this.plots.clear();
         this.controls.end();
       }
-      this.stream = await client.subscribe(world, options, {
+      this.wanted = JSON.stringify(options);
+      this.stream = await subscribeAsFarAsCanBe(client, world, options, {
         frame: (frame) => this.take(frame),
         // A pause or an edit may be among what was left out.
         gap: (from, to) => {
