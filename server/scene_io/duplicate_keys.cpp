@@ -19,6 +19,10 @@ namespace {
 
 namespace json = boost::json;
 
+// A position has three coordinates and is one itself; the faces of the largest mesh come to a quarter of that.
+constexpr std::size_t values_max = 4 * base::json_objects_max;
+constexpr std::size_t keys_max = 256;
+
 /// What the parser calls, part by part; the names and limits are its own.
 class KeyHandler {
  public:
@@ -28,19 +32,22 @@ class KeyHandler {
   static constexpr std::size_t max_string_size = std::numeric_limits<std::size_t>::max();
 
   [[nodiscard]] const std::string& duplicate() const { return duplicate_; }
-  [[nodiscard]] bool is_too_large() const { return objects_ > base::json_objects_max; }
+  /// What there is more of than may be; empty where all is within its limit.
+  [[nodiscard]] std::string excess() const {
+    if (objects_ > base::json_objects_max) return std::to_string(base::json_objects_max) + " objects";
+    if (values_ > values_max) return std::to_string(values_max) + " values";
+    if (has_many_keys_) return std::to_string(keys_max) + " keys in an object";
+    return {};
+  }
 
   static bool on_document_begin(json::error_code& /*error*/) { return true; }
   static bool on_document_end(json::error_code& /*error*/) { return true; }
   bool on_object_begin(json::error_code& error) {
-    enter(false);
     ++objects_;
-    if (!is_too_large()) return true;
-    error = json::error::syntax;  // ends the parse
-    return false;
+    return enter(false, error) && goes_on(objects_ <= base::json_objects_max, error);
   }
   bool on_object_end(std::size_t /*size*/, json::error_code& /*error*/) { return leave(); }
-  bool on_array_begin(json::error_code& /*error*/) { return enter(true); }
+  bool on_array_begin(json::error_code& error) { return enter(true, error); }
   bool on_array_end(std::size_t /*size*/, json::error_code& /*error*/) { return leave(); }
 
   bool on_key_part(json::string_view part, std::size_t /*size*/, json::error_code& /*error*/) {
@@ -51,22 +58,22 @@ class KeyHandler {
     key_.append(part);
     Level& object = levels_.back();
     object.key = std::exchange(key_, {});
-    if (object.keys.insert(object.key).second) return true;
-    duplicate_ = path();
-    error = json::error::syntax;  // ends the parse
-    return false;
+    const bool is_new = object.keys.insert(object.key).second;
+    if (!is_new) duplicate_ = path();
+    has_many_keys_ = object.keys.size() > keys_max;
+    return goes_on(is_new && !has_many_keys_, error);
   }
 
   static bool on_string_part(json::string_view /*part*/, std::size_t /*size*/, json::error_code& /*error*/) {
     return true;
   }
-  bool on_string(json::string_view /*part*/, std::size_t /*size*/, json::error_code& /*error*/) { return item(); }
+  bool on_string(json::string_view /*part*/, std::size_t /*size*/, json::error_code& error) { return item(error); }
   static bool on_number_part(json::string_view /*part*/, json::error_code& /*error*/) { return true; }
-  bool on_int64(std::int64_t /*value*/, json::string_view /*part*/, json::error_code& /*error*/) { return item(); }
-  bool on_uint64(std::uint64_t /*value*/, json::string_view /*part*/, json::error_code& /*error*/) { return item(); }
-  bool on_double(double /*value*/, json::string_view /*part*/, json::error_code& /*error*/) { return item(); }
-  bool on_bool(bool /*value*/, json::error_code& /*error*/) { return item(); }
-  bool on_null(json::error_code& /*error*/) { return item(); }
+  bool on_int64(std::int64_t /*value*/, json::string_view /*part*/, json::error_code& error) { return item(error); }
+  bool on_uint64(std::uint64_t /*value*/, json::string_view /*part*/, json::error_code& error) { return item(error); }
+  bool on_double(double /*value*/, json::string_view /*part*/, json::error_code& error) { return item(error); }
+  bool on_bool(bool /*value*/, json::error_code& error) { return item(error); }
+  bool on_null(json::error_code& error) { return item(error); }
   static bool on_comment_part(json::string_view /*part*/, json::error_code& /*error*/) { return true; }
   static bool on_comment(json::string_view /*part*/, json::error_code& /*error*/) { return true; }
 
@@ -78,12 +85,17 @@ class KeyHandler {
     std::set<std::string> keys;
   };
 
-  bool item() {
-    if (!levels_.empty()) ++levels_.back().items;
-    return true;
+  static bool goes_on(bool is_good, json::error_code& error) {
+    if (!is_good) error = json::error::syntax;  // ends the parse
+    return is_good;
   }
-  bool enter(bool is_list) {
-    item();
+  bool item(json::error_code& error) {
+    if (!levels_.empty()) ++levels_.back().items;
+    ++values_;
+    return goes_on(values_ <= values_max, error);
+  }
+  bool enter(bool is_list, json::error_code& error) {
+    if (!item(error)) return false;
     levels_.emplace_back().is_list = is_list;
     return true;
   }
@@ -107,6 +119,8 @@ class KeyHandler {
   std::string key_;  // as far as it was read
   std::string duplicate_;
   std::size_t objects_ = 0;  // begun so far
+  std::size_t values_ = 0;   // likewise, objects and lists among them
+  bool has_many_keys_ = false;
 };
 
 }  // namespace
@@ -115,8 +129,8 @@ base::Status check_keys(std::string_view json) {
   json::basic_parser<KeyHandler> parser{json::parse_options()};
   json::error_code error;
   parser.write_some(false, json.data(), json.size(), error);
-  if (parser.handler().is_too_large()) {
-    return {base::StatusCode::limit_exceeded, "holds more than " + std::to_string(base::json_objects_max) + " objects"};
+  if (const std::string excess = parser.handler().excess(); !excess.empty()) {
+    return {base::StatusCode::limit_exceeded, "holds more than " + excess};
   }
   const std::string& duplicate = parser.handler().duplicate();
   return duplicate.empty() ? base::Status() : base::invalid("is given twice", duplicate);

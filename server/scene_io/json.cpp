@@ -8,9 +8,9 @@ namespace {
 
 template <class Message>
 base::Result<Message> parse(std::string_view text) {
+  if (auto status = check_keys(text); !status.ok()) return status;  // before the text becomes a tree
   const auto value = parse_json(text);
   if (!value.ok()) return value.status();
-  if (auto status = check_keys(text); !status.ok()) return status;
   Message message;
   if (auto status = read_message(*value, message); !status.ok()) return status;
   return message;

@@ -44,5 +44,29 @@ TEST(DuplicateKeys, MoreObjectsThanAnySceneNeedsAreRefused) {
   EXPECT_EQ(check_keys(list(base::json_objects_max + 1)).code(), base::StatusCode::limit_exceeded);
 }
 
+TEST(DuplicateKeys, MoreValuesThanAnySceneNeedsAreRefused) {
+  const auto list = [](std::size_t numbers) {
+    std::string text = "[0";
+    for (std::size_t i = 1; i < numbers; ++i) text += ",0";
+    return text + "]";
+  };
+  EXPECT_TRUE(check_keys(list(4 * base::json_objects_max - 1)).ok()) << "the list is one of them";
+  EXPECT_EQ(check_keys(list(4 * base::json_objects_max)).code(), base::StatusCode::limit_exceeded);
+}
+
+TEST(DuplicateKeys, MoreKeysThanAnyMessageHasAreRefused) {
+  std::string text = R"({"k0": 0)";
+  for (int i = 1; i < 256; ++i) text.append(", \"k").append(std::to_string(i)).append("\": 0");
+  EXPECT_TRUE(check_keys(text + "}").ok());
+  EXPECT_EQ(check_keys(text + R"(, "k256": 0})").code(), base::StatusCode::limit_exceeded);
+}
+
+// Text that is too much is not read on, whatever comes behind it.
+TEST(DuplicateKeys, TooMuchIsToldBeforeTheTextIsReadToItsEnd) {
+  std::string text = "[{}";
+  for (std::size_t i = 0; i < base::json_objects_max; ++i) text += ",{}";
+  EXPECT_EQ(parse_scene_json(text).status().code(), base::StatusCode::limit_exceeded);
+}
+
 }  // namespace
 }  // namespace pneuma::scene_io
