@@ -140,19 +140,18 @@ base::Status Client::Impl::send(std::string bytes, std::uint64_t request_id, mil
   const std::size_t part_bytes = welcome.message_bytes_max() - part_head_bytes;
   for (std::size_t begin = 0; begin < bytes.size(); begin += part_bytes) {
     const Deadline deadline = Clock::now() + timeout;
+    // A server whose pings wait until all parts have left takes a slow connection for a dead one.
+    for (bool has_come = begin > 0; has_come && Clock::now() < deadline;) {
+      const auto received = receive_reply(Clock::now(), request_id, reply);
+      if (!received.ok()) return received.status();
+      has_come = *received;
+    }
     v1::ClientMessage part;
     part.set_request_id(request_id);
     part.mutable_part()->set_data(bytes.substr(begin, part_bytes));
     part.mutable_part()->set_last(bytes.size() - begin <= part_bytes);
     connection.queue(part.SerializeAsString());
     if (base::Status sent = connection.flush(deadline); !sent.ok()) return sent;
-    // A server whose pings wait until all parts have left takes a slow connection for a dead one.
-    bool has_come = true;
-    while (has_come && Clock::now() < deadline) {
-      const auto received = receive_reply(Clock::now(), request_id, reply);
-      if (!received.ok()) return received.status();
-      has_come = *received;
-    }
   }
   return {};
 }

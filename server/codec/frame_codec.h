@@ -35,13 +35,7 @@ struct BodyMotion {
   }
   friend bool operator==(const BodyMotion&, const BodyMotion&) = default;
   /// Adds a move to the points.
-  void move_by(const std::vector<Lanes>& move) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto far = static_cast<std::int32_t>(move[i / 3].v[i % 3]);
-      points[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(points[i]) +
-                                            static_cast<std::uint64_t>(std::int64_t{far}));
-    }
-  }
+  void move_by(const std::vector<Lanes>& move);
   /// Makes room for a move: the oldest one comes first.
   void age() { std::ranges::rotate(moves, moves.end() - 1); }
 };

@@ -9,11 +9,6 @@ namespace pneuma::codec {
 
 namespace {
 
-std::int64_t sum(std::int64_t point, std::uint32_t move) {
-  const auto far = static_cast<std::int64_t>(static_cast<std::int32_t>(move));
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(point) + static_cast<std::uint64_t>(far));
-}
-
 void take_key_block(const MeshOrder& order, const BlockHead& head, MoveScratch& scratch, SymbolReader& symbols,
                     BodyMotion& next) {
   next.weights = take_weights(symbols);
@@ -23,9 +18,8 @@ void take_key_block(const MeshOrder& order, const BlockHead& head, MoveScratch& 
     for (std::size_t i = 0; i < next.points.size(); ++i) next.points[i] = coordinate_at(head.plain, i);
   } else {
     take_moves(order, head.level, scratch, symbols, next.moves[0]);
-    for (std::size_t i = 0; i < next.points.size(); ++i) {
-      next.points[i] = sum(head.anchor[i % 3], next.moves[0][i / 3].v[i % 3]);
-    }
+    for (std::size_t i = 0; i < next.points.size(); ++i) next.points[i] = head.anchor[i % 3];
+    next.move_by(next.moves[0]);
   }
   for (std::size_t k = 0; k < history_size; ++k) {
     if (head.history[k] == level_of_rest) {
@@ -58,13 +52,7 @@ void go_on(const BlockHead& head, BodyMotion& motion, BodyMotion& next) {
   }
   motion.weights = next.weights;
   std::swap(motion.moves[0], next.moves[0]);
-  const Lanes* const moves = motion.moves[0].data();
-  std::int64_t* const points = motion.points.data();
-  for (std::size_t slot = 0; slot < motion.moves[0].size(); ++slot) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      points[3 * slot + axis] = sum(points[3 * slot + axis], moves[slot].v[axis]);
-    }
-  }
+  motion.move_by(motion.moves[0]);
 }
 
 }  // namespace
