@@ -37,6 +37,8 @@ export class Slider {
   private readonly asks: Latest<Ask>;
   private isHeld = false;
   private gesture = {};
+  /** One and the same as long as it is about the same. */
+  private subject = {};
   private lastInputMs = 0;
   /** From which on the last change of a gesture that goes on is in effect. */
   private tick: bigint | undefined;
@@ -50,6 +52,7 @@ export class Slider {
   ) {
     this.input = element<HTMLInputElement>(id);
     this.output = this.input.parentElement!.querySelector("output")!;
+    this.output.setAttribute("aria-live", "off"); // the slider itself tells what it is at
     this.note.className = "note";
     this.note.id = `${id}-note`;
     this.offer.textContent = "Take as many substeps as it takes";
@@ -85,6 +88,7 @@ export class Slider {
   forget(): void {
     this.asks.drop();
     this.gesture = {};
+    this.subject = {};
     this.tick = undefined;
     this.refuse("");
   }
@@ -115,16 +119,17 @@ export class Slider {
   }
 
   private async send({ value, takesSubsteps }: Ask): Promise<void> {
-    const { quantity, gesture } = this;
+    const { quantity, gesture, subject } = this;
     const made = await this.edits.make(
       (scene) => {
+        if (subject !== this.subject) return undefined;
         const changes = quantity.changesOf(scene, value);
         const more = takesSubsteps && changes.length > 0 ? [takeSubsteps] : [];
         return { says: quantity.says, changes: [...more, ...changes] };
       },
       takesSubsteps ? undefined : gesture,
     );
-    if (!made || gesture !== this.gesture) return;
+    if (!made || subject !== this.subject) return;
     this.refuse("");
     this.tick = made.reply.tick;
   }
@@ -134,7 +139,7 @@ export class Slider {
       this.tell(this.tick);
       this.tick = undefined;
     }
-    if (!this.edits.scene) return;
+    if (!this.edits.scene) return this.follow();
     try {
       await this.edits.fresh();
       this.follow();

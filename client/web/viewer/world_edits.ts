@@ -115,7 +115,8 @@ export class WorldEdits {
     return this.inTurn(async ({ feed, deeds }) => {
       const last = deeds.done.at(-1);
       const begun = gesture !== undefined && last?.gesture === gesture ? last : undefined;
-      const scene = begun && feed.scene ? feed.scene : await feed.read();
+      // What a slider changes does not move by itself.
+      const scene = begun && feed.scene ? feed.scene : await (gesture ? feed.fresh() : feed.read());
       const wished = wish(scene);
       if (!wished || wished.changes.length === 0) return undefined;
       const { says, changes } = wished;

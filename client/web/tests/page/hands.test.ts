@@ -286,11 +286,12 @@ test("in slow motion a world goes on slowly, and another page is told", async ()
 test("a mesh of a file appears", async () => {
   await upload("crate.obj", cube(true));
   assert.match((await page.textContent("#upload-facts"))!, /8 vertices · 12 faces/);
-  await page.click("#upload-add");
+  await page.press("#upload-size", "Enter"); // adds it, and mends nothing unasked
   const { softBodies, meshes } = await scene((now) => now.softBodies.length === 2);
   assert.equal(softBodies[1]!.name, "crate-1");
   const { shape } = meshes[1]!;
   assert.equal(shape.case === "triangles" && shape.value.positions.length, 8);
+  assert.equal(meshes[1]!.mend, undefined);
   await page.waitForSelector("#selected option[value=crate-1]", { state: "attached" });
   assert.deepEqual(complaints, []);
 });
@@ -304,6 +305,13 @@ test("OBJ, STL, PLY, glTF and GLB files are read, each to the same mesh", async 
   }
   await page.setInputFiles("#mesh-file", { name: "bad.glb", mimeType: "", buffer: Buffer.from("no mesh") });
   await page.waitForSelector("#effect.refused");
+  const isLeftToBrowser = await page.evaluate(() => {
+    const dataTransfer = new DataTransfer();
+    dataTransfer.items.add(new File(["no mesh"], "picture.png"));
+    return dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
+  });
+  assert.ok(!isLeftToBrowser, "it would leave the page");
+  await said(/picture\.png: the page reads OBJ/);
   assert.deepEqual(complaints, []);
 });
 
