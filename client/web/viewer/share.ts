@@ -4,6 +4,7 @@ import { PneumaError, Recorder, SceneSchema } from "../src/index.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { copy, save } from "./files.js";
+import { maxErrorM } from "./looks.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;
@@ -65,7 +66,7 @@ export class Share {
     try {
       this.recorder = await Recorder.start(url, world, {
         token,
-        maxErrorM: 0.0005,
+        maxErrorM,
         ended: (why: PneumaError) => {
           refuse(new PneumaError(why.code, `The recording of ${world} ended: ${why.message}`));
           void this.stop();
