@@ -103,6 +103,11 @@ export class Controls {
     return this.edits.toUndo !== undefined;
   }
 
+  /** The name of what is selected; "": nothing. */
+  get selected(): string {
+    return this.selection.name;
+  }
+
   massKg(body: string): number {
     return this.edits.scene?.softBodies.find(({ name }) => name === body)?.massKg ?? 1;
   }

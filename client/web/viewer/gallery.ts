@@ -39,7 +39,7 @@ export class Gallery {
   private readonly list = element("cards");
   private readonly cards = new Map<string, Card>();
   private readonly observer: IntersectionObserver;
-  private thumbnails: Thumbnails | undefined;
+  private readonly thumbnails = new Thumbnails();
   private client: Client | undefined;
   private isOpen = false;
   private isDark = false;
@@ -83,7 +83,6 @@ export class Gallery {
   }
 
   private add(world: WorldList_World): Card {
-    this.thumbnails ??= new Thumbnails();
     const item = document.createElement("li");
     const link = document.createElement("a");
     const canvas = document.createElement("canvas");

@@ -5,6 +5,9 @@ import { element } from "./element.js";
 import type { Field } from "./legend.js";
 import type { Shown } from "./world_view.js";
 
+/** Of the streams of what is looked at, and recorded: less than a pixel, where a body fills the picture. */
+export const maxErrorM = 0.0005;
+
 const marks = ["wireframe", "points", "velocities", "contacts", "dark"] as const;
 
 function isOn(id: string): boolean {

@@ -7,13 +7,14 @@ import {
   DirectionalLight,
   GridHelper,
   HemisphereLight,
+  type Intersection,
   Line,
   LineBasicMaterial,
   Mesh,
   PCFSoftShadowMap,
   PerspectiveCamera,
   Plane,
-  type Ray,
+  Ray,
   Raycaster,
   Scene,
   Vector2,
@@ -22,8 +23,10 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { View } from "./address.js";
+import { frame, type Framed } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
+import { ShadowGauge, type ShadowQuality } from "./shadow_quality.js";
 import type { SoftBodyView } from "./soft_body_view.js";
 import { planeM } from "./solid_view.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
@@ -43,10 +46,6 @@ export interface Hit {
 // each picture.
 const followPastPart = 0.4;
 const followPart = 0.1;
-// Pictures a second below which it is drawn with less, counted over such a time.
-const picturesLeast = 24;
-const countMs = 3000;
-const gapMs = 500;
 
 export class Picture {
   readonly orbit: OrbitControls;
@@ -58,13 +57,12 @@ export class Picture {
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
   private readonly world = new WorldView();
-  private framed = { centre: new Vector3(), radius: 1 };
+  private framed: Framed = { centre: new Vector3(), radiusM: 1 };
   private isFramed = false;
   private wanted: View | undefined;
   private part = 1;
-  private lastMs = 0;
-  private countedFromMs = 0;
-  private counted = 0;
+  private readonly shadowGauge = new ShadowGauge();
+  private shadows: ShadowQuality = "soft";
 
   /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -126,28 +124,22 @@ export class Picture {
   }
 
   draw(nowMs: number): void {
-    this.lightenIfSlow(nowMs);
+    this.shadowGauge.count(nowMs);
+    if (this.shadowGauge.quality !== this.shadows) this.turnShadows(this.shadowGauge.quality);
     this.orbit.update();
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Where too few pictures are drawn, shadows get hard edges, and go where that does not do. */
-  private lightenIfSlow(nowMs: number): void {
-    const isGap = nowMs - this.lastMs > gapMs; // the page was not seen, or waited for a shader
-    this.lastMs = nowMs;
-    if (isGap || nowMs - this.countedFromMs > countMs) {
-      if (!isGap && (1000 * this.counted) / countMs < picturesLeast) this.lighten();
-      this.countedFromMs = nowMs;
-      this.counted = 0;
-    }
-    ++this.counted;
+  /** Whether they are drawn; where pictures are too slow they are not. */
+  get hasShadows(): boolean {
+    return this.shadows !== "none";
   }
 
-  private lighten(): void {
+  private turnShadows(quality: ShadowQuality): void {
+    this.shadows = quality;
     const { shadowMap } = this.renderer;
-    if (!shadowMap.enabled) return;
-    if (shadowMap.type === PCFSoftShadowMap) shadowMap.type = BasicShadowMap;
-    else shadowMap.enabled = false;
+    shadowMap.enabled = quality !== "none";
+    shadowMap.type = quality === "soft" ? PCFSoftShadowMap : BasicShadowMap;
     this.scene.traverse((part) => {
       if (part instanceof Mesh) for (const material of [part.material].flat()) material.needsUpdate = true;
     });
@@ -156,9 +148,9 @@ export class Picture {
   /** Moves with bodies that leave what was framed, but not out of a room. */
   private follow(): void {
     if (this.world.hasRoom) return;
-    const { centre, radius } = this.framed;
+    const { centre, radiusM } = this.framed;
     const way = this.world.box().getCenter(new Vector3()).sub(centre);
-    const past = way.length() - followPastPart * radius;
+    const past = way.length() - followPastPart * radiusM;
     if (past <= 0) return;
     way.setLength(followPart * past);
     for (const place of [
@@ -187,27 +179,20 @@ export class Picture {
   /** Moves the camera so that all of the world is seen, and the light with it. */
   frameAll(): void {
     const box = this.world.box();
-    const centre = box.getCenter(new Vector3());
-    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
-    const part = this.freePart();
-    const far = (1.05 * radius) / Math.sin((this.camera.fov * Math.PI) / 360) / part;
-    this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
-    this.camera.near = far / 200;
-    this.camera.far = 20 * far;
-    this.camera.updateProjectionMatrix();
+    this.framed = frame(this.camera, box, this.freePart() / 1.05);
+    const { centre, radiusM } = this.framed;
     this.orbit.target.copy(centre);
 
     this.grid.visible = !this.world.hasGround;
-    this.grid.position.set(centre.x, box.min.y - 0.1 * radius, centre.z);
-    this.sun.position.copy(centre).add(new Vector3(0.5, 1.6, 0.7).setLength(3 * radius));
+    this.grid.position.set(centre.x, box.min.y - 0.1 * radiusM, centre.z);
+    this.sun.position.copy(centre).add(new Vector3(0.5, 1.6, 0.7).setLength(3 * radiusM));
     this.sun.target.position.copy(centre);
     const { camera } = this.sun.shadow;
-    camera.left = camera.bottom = -1.3 * radius;
-    camera.right = camera.top = 1.3 * radius;
-    camera.near = 0.1 * radius;
-    camera.far = 6 * radius;
+    camera.left = camera.bottom = -1.3 * radiusM;
+    camera.right = camera.top = 1.3 * radiusM;
+    camera.near = 0.1 * radiusM;
+    camera.far = 6 * radiusM;
     camera.updateProjectionMatrix();
-    this.framed = { centre, radius };
     this.isFramed = true;
   }
 
@@ -253,22 +238,38 @@ export class Picture {
     });
   }
 
-  private meshAt(ray: Ray): { object: unknown; point: Vector3 } | undefined {
-    this.raycaster.ray.copy(ray);
-    for (const { skin } of this.world.bodies) skin.geometry.computeBoundingSphere();
+  private meshAt(ray: Ray): Intersection | undefined {
     const solids = this.world.solids.flatMap((solid) => (solid ? [solid.mesh] : []));
-    return this.raycaster.intersectObjects([...this.world.bodies.map(({ skin }) => skin), ...solids], false)[0];
+    return this.firstOn(ray, [...this.skinsOf(this.bodies), ...solids]);
+  }
+
+  private skinsOf(bodies: readonly SoftBodyView[]): Mesh[] {
+    for (const { skin } of bodies) skin.geometry.computeBoundingSphere();
+    return bodies.map(({ skin }) => skin);
+  }
+
+  private firstOn(ray: Ray, meshes: Mesh[]): Intersection | undefined {
+    this.raycaster.ray.copy(ray);
+    return this.raycaster.intersectObjects(meshes, false)[0];
   }
 
   /** The soft body at a place of the window. */
   pick(x: number, y: number): Hit | undefined {
-    const ray = this.rayAt(x, y);
-    for (const { skin } of this.bodies) skin.geometry.computeBoundingSphere();
-    const [hit] = this.raycaster.intersectObjects(
-      this.bodies.map(({ skin }) => skin),
-      false,
-    );
-    const view = this.bodies.find(({ skin }) => skin === hit?.object);
+    return this.hitAlong(this.rayAt(x, y), this.bodies);
+  }
+
+  /** Where this soft body's middle is seen; undefined: there is none of that name, or it has a hole there. */
+  hitOn(name: string): Hit | undefined {
+    const bodies = this.bodies.filter((body) => body.name === name);
+    const [skin] = this.skinsOf(bodies);
+    if (!skin) return undefined;
+    const towards = skin.geometry.boundingSphere!.center.clone().sub(this.eye).normalize();
+    return this.hitAlong(new Ray(this.eye, towards), bodies);
+  }
+
+  private hitAlong(ray: Ray, bodies: readonly SoftBodyView[]): Hit | undefined {
+    const hit = this.firstOn(ray, this.skinsOf(bodies));
+    const view = bodies.find(({ skin }) => skin === hit?.object);
     if (!hit?.face || !view) return undefined;
     const distance = (vertex: number) => hit.point.distanceTo(new Vector3(...view.vertex(vertex)));
     const { a, b, c } = hit.face;

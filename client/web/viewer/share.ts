@@ -6,6 +6,7 @@ import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { copy, save } from "./files.js";
 import type { Picture } from "./picture.js";
+import { maxErrorM } from "./looks.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;
@@ -71,7 +72,7 @@ export class Share {
     try {
       this.recorder = await Recorder.start(url, world, {
         token,
-        maxErrorM: 0.0005,
+        maxErrorM,
         ended: (why) => {
           end = why; // maybe with what came before it was begun
           this.stop(why);

@@ -2,13 +2,14 @@
 import { element } from "./element.js";
 import type { Gauge } from "./gauge.js";
 
-export interface Resting {
+export interface State {
   readonly asleep: number;
   readonly frozen: number;
+  readonly hasShadows: boolean;
 }
 
 /** Also as numbers in its data, over the page's life: for those who measure the page. */
-export function tellStatus(gauge: Gauge, { asleep, frozen }: Resting): void {
+export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows }: State): void {
   const status = element("status");
   const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
   const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
@@ -20,6 +21,7 @@ export function tellStatus(gauge: Gauge, { asleep, frozen }: Resting): void {
     { text: `${Math.round(bytes / 1000 / passedS)} kB/s`, isDetail: true },
     { text: `${Math.round(pictures / passedS)} drawn/s` },
     ...(aFrame > 0 ? [{ text: `${aFrame.toFixed(1)} ms a frame`, isDetail: true }] : []),
+    ...(hasShadows ? [] : [{ text: "no shadows: they are slow here", isDetail: true }]),
     ...(asleep > 0 ? [{ text: `${asleep} asleep` }] : []),
     ...(frozen > 0 ? [{ text: `${frozen} frozen` }] : []),
   ];

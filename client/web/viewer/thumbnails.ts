@@ -1,29 +1,31 @@
 // Small pictures of many worlds, drawn one after the other by one renderer: a browser has few WebGL contexts.
-import { Box3, DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { Box3, DirectionalLight, HemisphereLight, PerspectiveCamera, Scene, WebGLRenderer } from "three";
 import type { Frame } from "../src/index.js";
+import { frame } from "./framing.js";
 import { plain, WorldView } from "./world_view.js";
 
-const width = 168;
-const height = 105;
+const widthPx = 168;
+const heightPx = 105;
 
 export class Thumbnails {
-  private readonly renderer = new WebGLRenderer({ alpha: true, antialias: true });
+  private renderer: WebGLRenderer | undefined;
+  private isRefused = false;
   private readonly scene = new Scene();
   private readonly scale = Math.min(devicePixelRatio, 2);
 
   constructor() {
-    this.renderer.setPixelRatio(this.scale);
-    this.renderer.setSize(width, height, false);
     const sun = new DirectionalLight(0xffffff, 2.2);
     sun.position.set(0.5, 1.6, 0.7);
     this.scene.add(new HemisphereLight(0xffffff, 0x8d8271, 1.8), sun);
   }
 
-  /** Draws a world into a canvas, which gets its size by that. */
+  /** Draws a world into a canvas, which gets its size by that; nothing, where the browser has no more WebGL. */
   paint(canvas: HTMLCanvasElement, world: WorldView, camera: PerspectiveCamera): void {
-    if (canvas.width !== width * this.scale) {
-      canvas.width = width * this.scale;
-      canvas.height = height * this.scale;
+    this.renderer ??= this.begin();
+    if (!this.renderer) return;
+    if (canvas.width !== widthPx * this.scale) {
+      canvas.width = widthPx * this.scale;
+      canvas.height = heightPx * this.scale;
     }
     this.scene.add(world.group);
     this.renderer.render(this.scene, camera);
@@ -32,12 +34,25 @@ export class Thumbnails {
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.drawImage(this.renderer.domElement, 0, 0);
   }
+
+  private begin(): WebGLRenderer | undefined {
+    if (this.isRefused) return undefined;
+    try {
+      const renderer = new WebGLRenderer({ alpha: true, antialias: true });
+      renderer.setPixelRatio(this.scale);
+      renderer.setSize(widthPx, heightPx, false);
+      return renderer;
+    } catch {
+      this.isRefused = true;
+      return undefined;
+    }
+  }
 }
 
 /** A world in a canvas, as the frames come. */
 export class Thumbnail {
   private readonly world = new WorldView();
-  private readonly camera = new PerspectiveCamera(40, width / height, 0.01, 1000);
+  private readonly camera = new PerspectiveCamera(40, widthPx / heightPx, 0.01, 1000);
   private frame: Frame | undefined;
   /** What the camera looks at, with room to move in. */
   private readonly framed = new Box3();
@@ -68,14 +83,8 @@ export class Thumbnail {
   }
 
   private frameAll(box: Box3): void {
-    const centre = box.getCenter(new Vector3());
-    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 0.1);
-    this.framed.copy(box).expandByScalar(0.4 * radius);
-    const far = (0.95 * radius) / Math.sin((this.camera.fov * Math.PI) / 360);
-    this.camera.position.copy(new Vector3(0.45, 0.35, 1).setLength(far).add(centre));
-    this.camera.near = far / 200;
-    this.camera.far = 20 * far;
-    this.camera.updateProjectionMatrix();
+    const { centre, radiusM } = frame(this.camera, box, 1 / 0.95);
+    this.framed.copy(box).expandByScalar(0.4 * radiusM);
     this.camera.lookAt(centre);
   }
 }

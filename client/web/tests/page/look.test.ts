@@ -189,6 +189,69 @@ test("a body at rest is said to be asleep, and one that ran away to be frozen", 
   await page.waitForFunction(() => / 1 frozen/.test(document.getElementById("status")!.textContent!));
 });
 
+test("the camera is turned by the keyboard, and the selected body poked", async () => {
+  await page.waitForSelector("#selected option[value=ball]", { state: "attached" });
+  await page.selectOption("#selected", "ball");
+  await page.focus("#picture");
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForFunction(() => location.hash.includes("camera="));
+  const view = page.url();
+  await page.keyboard.press("+");
+  assert.notEqual(page.url(), view);
+  await page.keyboard.press("Enter");
+  await until(async () => asked.some(({ case: kind }) => kind === "impulse"));
+  assert.deepEqual(complaints, []);
+});
+
+test("a picture that the browser takes away is told of, and comes back", async () => {
+  await page.evaluate(() => {
+    const canvas = document.getElementById("picture") as HTMLCanvasElement;
+    const graphics = canvas.getContext("webgl2")!.getExtension("WEBGL_lose_context")!;
+    Object.assign(globalThis, { graphics });
+    graphics.loseContext();
+  });
+  await page.waitForFunction(() => /taken the picture/.test(document.getElementById("notice")!.textContent!));
+  await page.evaluate(() => (globalThis as unknown as { graphics: WEBGL_lose_context }).graphics.restoreContext());
+  await page.waitForSelector("#notice", { state: "hidden" });
+});
+
+test("a page that may keep nothing, and has no second WebGL, shows its world all the same", async () => {
+  await page.addInitScript(() => {
+    for (const kept of ["localStorage", "sessionStorage"]) {
+      Object.defineProperty(globalThis, kept, {
+        get: () => {
+          throw new DOMException("The operation is insecure.", "SecurityError");
+        },
+      });
+    }
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function (this: HTMLCanvasElement, kind: string, ...rest: unknown[]) {
+      if (kind.startsWith("webgl") && this.id !== "picture") return null;
+      return Reflect.apply(getContext, this, [kind, ...rest]);
+    } as typeof getContext;
+  });
+  await page.reload();
+  await page.waitForSelector("#status[data-tick]");
+  await page.click("#show-gallery");
+  await subscribers({ [world]: 2, "five-balls": 1 });
+  await pastTick((await shownTick()) + 10);
+  await page.waitForSelector("#notice", { state: "hidden" });
+});
+
+test("a body whose gas is gone is said to have burst", async () => {
+  const { mesh, gas, springs, massKg } = (await client.scene(world)).softBodies[0]!;
+  const thin = {
+    name: "bubble",
+    mesh,
+    springs: springs!,
+    massKg: massKg!,
+    position: { y: 5 },
+    gas: { ...gas!, burstPressurePa: 1e-3 },
+  };
+  await client.edit(world, { changes: [{ change: { case: "addSoftBody", value: thin } }] });
+  await page.waitForFunction(() => /bubble has burst/.test(document.getElementById("effect")!.textContent!));
+});
+
 test("the theme is the system's, until it is chosen, which is remembered", async () => {
   const isDark = () => page.$eval("html", (root) => root.classList.contains("dark"));
   assert.ok(!(await isDark()));

@@ -1,0 +1,22 @@
+// What the server tells of a world, in words.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { create } from "@bufbuild/protobuf";
+import { EventSchema } from "../../proto/pneuma/v1/session_pb.js";
+import { Event_Kind } from "../../src/index.js";
+import { happeningText } from "../../viewer/happenings.js";
+
+test("what happens to a body is said with its name and the server's reason", () => {
+  for (const kind of [Event_Kind.BODY_BURST, Event_Kind.BODY_INVERTED, Event_Kind.BODY_FROZEN]) {
+    const text = happeningText(create(EventSchema, { kind, body: "ball", detail: "because" }));
+    assert.match(text, /^ball .*: because$/);
+  }
+});
+
+test("a slow world is told of, and what the page shows otherwise is not", () => {
+  const text = (kind: Event_Kind) => happeningText(create(EventSchema, { kind, world: "world" }));
+  assert.notEqual(text(Event_Kind.WORLD_SLOWED), "");
+  for (const kind of [Event_Kind.WORLD_RESET, Event_Kind.WORLD_DESTROYED, Event_Kind.STREAM_RATE_CHANGED]) {
+    assert.equal(text(kind), "");
+  }
+});
