@@ -59,6 +59,7 @@ export class Picture {
   private readonly world = new WorldView();
   private framed: Framed = { centre: new Vector3(), radiusM: 1 };
   private isFramed = false;
+  private follows = true;
   private wanted: View | undefined;
   private part = 1;
   private readonly shadowGauge = new ShadowGauge();
@@ -116,11 +117,12 @@ export class Picture {
   update(moment: Moment): void {
     this.world.update(moment);
     if (this.isFramed) {
-      if (this.orbit.enabled) this.follow();
+      if (this.orbit.enabled && this.follows) this.follow();
       return;
     }
     this.frameAll();
     if (this.wanted) this.look(this.wanted);
+    this.follows = !this.wanted; // a view that was asked for stays
   }
 
   draw(nowMs: number): void {
@@ -194,6 +196,7 @@ export class Picture {
     camera.far = 6 * radiusM;
     camera.updateProjectionMatrix();
     this.isFramed = true;
+    this.follows = true;
   }
 
   get eye(): Vector3 {
