@@ -309,9 +309,9 @@ export class Picture {
     const x = clientWidth / 2 - (free.left + free.width / 2);
     const y = clientHeight / 2 - (free.top + free.height / 2);
     this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
-    // What was seen whole stays so.
+    // What was seen whole stays so; a view that was asked for, too.
     const part = this.freePart();
-    if (this.isFramed) {
+    if (this.isFramed && this.follows) {
       const { position } = this.camera;
       position
         .sub(this.orbit.target)
