@@ -72,12 +72,16 @@ inline constexpr std::size_t message_bytes_max_before_hello = 4 * 1024;
 inline constexpr std::size_t parts_bytes_max = 16 * 1024 * 1024;
 // What came of such messages that are not whole yet, of all sessions together: eight of the largest.
 inline constexpr std::size_t parts_waiting_bytes_max = 128 * 1024 * 1024;
-// Between two parts: three times what a slow link may take for one.
+// In which a message in parts must come at message_bytes_max: 280 kbit/s, a third of what a slow link has.
 inline constexpr std::chrono::seconds parts_timeout{30};
 // What such a message may take in memory once it is read: empty fields are small on the wire alone.
 inline constexpr std::size_t message_memory_bytes_max = 64 * 1024 * 1024;
 // Of a scene or edit as text, each a message in memory; most are positions.
 inline constexpr std::size_t json_objects_max = 2 * world_vertices_max;
+// All in such text, objects and lists among them: a position has three numbers and is one itself.
+inline constexpr std::size_t json_values_max = 4 * json_objects_max;
+// No message has as many fields.
+inline constexpr std::size_t json_keys_max = 256;
 // Finer than a micrometre a double cannot keep at coordinate_max_m; coarser than ten metres nothing is left to see; a
 // millimetre is what a display shows of a body of a metre.
 inline constexpr double max_error_min_m = 1e-6;

@@ -19,10 +19,6 @@ namespace {
 
 namespace json = boost::json;
 
-// A position has three coordinates and is one itself; the faces of the largest mesh come to a quarter of that.
-constexpr std::size_t values_max = 4 * base::json_objects_max;
-constexpr std::size_t keys_max = 256;
-
 /// What the parser calls, part by part; the names and limits are its own.
 class KeyHandler {
  public:
@@ -35,8 +31,8 @@ class KeyHandler {
   /// What there is more of than may be; empty where all is within its limit.
   [[nodiscard]] std::string excess() const {
     if (objects_ > base::json_objects_max) return std::to_string(base::json_objects_max) + " objects";
-    if (values_ > values_max) return std::to_string(values_max) + " values";
-    if (has_many_keys_) return std::to_string(keys_max) + " keys in an object";
+    if (values_ > base::json_values_max) return std::to_string(base::json_values_max) + " values";
+    if (has_many_keys_) return std::to_string(base::json_keys_max) + " keys in an object";
     return {};
   }
 
@@ -60,7 +56,7 @@ class KeyHandler {
     object.key = std::exchange(key_, {});
     const bool is_new = object.keys.insert(object.key).second;
     if (!is_new) duplicate_ = path();
-    has_many_keys_ = object.keys.size() > keys_max;
+    has_many_keys_ = object.keys.size() > base::json_keys_max;
     return goes_on(is_new && !has_many_keys_, error);
   }
 
@@ -92,7 +88,7 @@ class KeyHandler {
   bool item(json::error_code& error) {
     if (!levels_.empty()) ++levels_.back().items;
     ++values_;
-    return goes_on(values_ <= values_max, error);
+    return goes_on(values_ <= base::json_values_max, error);
   }
   bool enter(bool is_list, json::error_code& error) {
     if (!item(error)) return false;

@@ -1,11 +1,14 @@
 #include "command/arguments.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <memory>
+
+#include <utf8.h>
 
 namespace pneuma::client {
 
@@ -59,8 +62,13 @@ base::Result<std::string> read_text(const std::string& path, std::size_t bytes_m
   if (std::ferror(file.get()) != 0) {
     return base::Status(base::StatusCode::unavailable, std::strerror(errno), name);
   }
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text.starts_with(byte_order_mark)) text.erase(0, byte_order_mark.size());
   if (text.empty()) return base::invalid("is empty", name);
-  return text;
+  const auto wrong = utf8::find_invalid(text.begin(), text.end());
+  if (wrong == text.end()) return text;
+  const auto line = 1 + std::count(text.begin(), wrong, '\n');
+  return base::invalid("is not UTF-8 in line " + std::to_string(line), name);
 }
 
 base::Result<std::string> read_token(const std::string& file) {

@@ -2,7 +2,7 @@
 import { create } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
 import { type Frame, PneumaError, type Scene, SoftBodySchema, type Vec3, Vec3Schema } from "../src/index.js";
-import type { Change } from "./inverse_edit.js";
+import { type Change, temperatureUnsetK } from "./inverse_edit.js";
 import { freePlace, newName, places, radiusOf } from "./surroundings.js";
 import type { Wish } from "./world_edits.js";
 
@@ -26,7 +26,6 @@ export const kinds: Readonly<Record<string, string>> = {
 };
 
 const gasConstant = 8.314462618; // J/(mol K)
-const temperatureK = 293.15;
 const ballSubdivisions = 2;
 const ballVertices = 162;
 // Of a skin whose springs are drawn out by a tenth, as in the paper's balls.
@@ -73,7 +72,7 @@ export function skinFor(scene: Scene, frame: Frame | undefined, vertices: number
 export function molesFor(skin: Skin, volumeM3: number, outsidePa: number): number {
   const radiusM = Math.cbrt((3 * volumeM3) / (4 * Math.PI));
   const tension = Math.sqrt(3) * skin.stiffnessNM * (1 - skin.restScale);
-  return ((outsidePa + (2 * tension) / radiusM) * volumeM3) / (gasConstant * temperatureK);
+  return ((outsidePa + (2 * tension) / radiusM) * volumeM3) / (gasConstant * temperatureUnsetK);
 }
 
 /** About the mean radius of what is there, or half a metre. */

@@ -10,8 +10,11 @@ interface Named {
 }
 type Fields = Record<string, unknown>;
 
+/** Of a gas that says none. */
+export const temperatureUnsetK = 293.15;
+
 // What a field that a scene leaves unset means, where it is not 0. A change can set a field but not unset it.
-const unset: Fields = { massKg: 1, restScale: 1, temperatureK: 293.15, heatCapacityRatio: 1.4, rateHz: 60 };
+const unset: Fields = { massKg: 1, restScale: 1, temperatureK: temperatureUnsetK, heatCapacityRatio: 1.4, rateHz: 60 };
 
 // And of those where 0 is no value to set: REFUSE, MIDPOINT.
 const zero: Fields = { onUnstable: 1, integrator: 2 };

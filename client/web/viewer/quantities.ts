@@ -1,6 +1,6 @@
 // What the sliders are about: of the whole world, or of some of its soft bodies.
 import type { Scene, SoftBody } from "../src/index.js";
-import type { Change } from "./inverse_edit.js";
+import { type Change, temperatureUnsetK } from "./inverse_edit.js";
 import type { Quantity } from "./slider.js";
 
 /** The bodies that a slider is for. */
@@ -8,7 +8,6 @@ export type Bodies = (scene: Scene) => SoftBody[];
 
 export const allBodies: Bodies = ({ softBodies }) => softBodies;
 
-const temperatureUnsetK = 293.15;
 // A pump that is fully open moves what a body had in it at first in so long.
 const pumpS = 4;
 // Of what is called air where a scene has none, and of a skin in it.

@@ -5,8 +5,8 @@ import { noteView } from "./address.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { copy, save } from "./files.js";
-import type { Picture } from "./picture.js";
 import { maxErrorM } from "./looks.js";
+import type { Picture } from "./picture.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;

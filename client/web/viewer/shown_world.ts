@@ -45,6 +45,7 @@ export class ShownWorld {
   private stream: Stream | undefined;
   private wanted = ""; // of the stream, as text; a recording may have less
   private name_ = "";
+  private ended = ""; // the world that was shown and is gone
   private isPaused_ = false;
   // Worlds are opened one after the other, and of those that wait only the last.
   private opening: Promise<void> = Promise.resolve();
@@ -154,16 +155,26 @@ export class ShownWorld {
         applied: (applied) => this.applied(applied),
         ended: (error) => {
           this.stream = undefined;
-          if (error.code === "NOT_FOUND") stage.gone(`The world “${world}” is gone.`);
+          if (error.code !== "NOT_FOUND") return;
+          this.ended = world;
+          this.tellGone();
         },
       });
+      this.ended = "";
       stage.say("");
       await stage.begun(client, world);
     } catch (error) {
       const { code, message } = error as PneumaError;
-      if (code === "NOT_FOUND") stage.gone(`There is no world “${this.name_}” on this server.`);
+      if (code === "NOT_FOUND") this.tellGone();
       else stage.say(message);
     }
+  }
+
+  private tellGone(): void {
+    const { name_ } = this;
+    this.stage.gone(
+      this.ended === name_ ? `The world “${name_}” is gone.` : `There is no world “${name_}” on this server.`,
+    );
   }
 
   private applied(applied: Applied): void {

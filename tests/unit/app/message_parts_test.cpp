@@ -85,8 +85,21 @@ void expect_refused(const SessionGate::Verdict& verdict, std::uint64_t request_i
   EXPECT_FALSE(verdict.close);
 }
 
+constexpr std::uint64_t first_other_id = 101;
+
 class Parts : public testing::Test {
  protected:
+  /// Sessions that take all the room there is, each the most that one may have.
+  std::vector<std::unique_ptr<Sender>> fill_room() {
+    const std::string largest(base::parts_bytes_max, 'x');
+    std::vector<std::unique_ptr<Sender>> senders;
+    for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
+      senders.push_back(std::make_unique<Sender>(parts_, first_other_id + senders.size()));
+      EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
+    }
+    return senders;
+  }
+
   MessageParts parts_{base::Limits()};
   Sender sender_{parts_};
 };
@@ -185,30 +198,18 @@ TEST_F(Parts, EachIsACommandOfTheSessionsRate) {
 }
 
 TEST_F(Parts, TheRoomForAllSessionsIsBounded) {
-  const std::string largest(base::parts_bytes_max, 'x');
-  std::vector<std::unique_ptr<Sender>> senders;
-  std::uint64_t id = 100;
-  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
-    senders.push_back(std::make_unique<Sender>(parts_, ++id));
-    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
-  }
+  const auto senders = fill_room();
   const auto verdict = sender_.part(upload, "x");
   expect_refused(verdict, upload, v1::Error::UNAVAILABLE, "part");
   EXPECT_GT(verdict.reply->error().retry_after_s(), 0.0);
 
-  parts_.session_ended(id);
+  parts_.session_ended(first_other_id + senders.size() - 1);
   EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x")));
   expect_refused(senders.front()->part(upload, "x"), upload, v1::Error::LIMIT_EXCEEDED, "part");
 }
 
 TEST_F(Parts, ThoseThatStoppedComingGiveWay) {
-  const std::string largest(base::parts_bytes_max, 'x');
-  std::vector<std::unique_ptr<Sender>> senders;
-  std::uint64_t id = 100;
-  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
-    senders.push_back(std::make_unique<Sender>(parts_, ++id));
-    EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
-  }
+  const auto senders = fill_room();
   const auto later = start + base::parts_timeout + std::chrono::seconds(1);
   EXPECT_TRUE(Sender::is_silent(sender_.part(upload, "x", false, later)));
   expect_refused(senders.front()->part(upload, "x", true, later), upload, v1::Error::UNAVAILABLE, "part");

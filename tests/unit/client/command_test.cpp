@@ -162,6 +162,7 @@ TEST(CommandRequests, WorldsAreMadeOfNamesFilesAndStandardInput) {
   EXPECT_FALSE(create.paused());
 
   EXPECT_EQ(request_of({"create", "-"}, "{}").create_world().scene_json(), "{}");
+  EXPECT_EQ(request_of({"create", "-"}, "\xEF\xBB\xBF{}").create_world().scene_json(), "{}") << "a byte order mark";
   EXPECT_EQ(request_of({"edit", "w", "-"}, "{\"changes\":[]}").edit().edit_json(), "{\"changes\":[]}");
 }
 
@@ -183,6 +184,16 @@ TEST(CommandRequests, NothingToReadIsSaid) {
   const Finished finished = run(server, {"create", "-"}, "");
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_EQ(finished.error_output, "pneuma: standard input: is empty\n");
+}
+
+TEST(CommandRequests, TextThatIsNotUtf8IsNamedByItsLine) {
+  const FakeServer server([](FakeSession& session) {
+    session.welcome();
+    session.drain();
+  });
+  const Finished finished = run(server, {"edit", "w", "-"}, "{\n\"name\": \"\xFF\"}");
+  EXPECT_EQ(finished.exit_status, 1);
+  EXPECT_EQ(finished.error_output, "pneuma: standard input: is not UTF-8 in line 2\n");
 }
 
 /// The token that a command's hello holds.

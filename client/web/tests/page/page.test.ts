@@ -1,8 +1,11 @@
 // The real page in a real browser (Debian's Chromium, drawing in software) on a real server; what it does to the world is
 // asked of the server by another client.
 import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { promisify } from "node:util";
 import type { Applied, Frame } from "../../src/index.js";
 import { Frames } from "../frames.js";
+import { clientProgram } from "../server.js";
 import {
   client,
   colours,
@@ -10,6 +13,7 @@ import {
   page,
   pastTick,
   restartServer,
+  server,
   shownTick,
   standStill,
   test,
@@ -24,6 +28,14 @@ function centreX({ positions }: Frame): number {
   let sum = 0;
   for (let i = 0; i < points.length; i += 3) sum += points[i]!;
   return (3 * sum) / points.length;
+}
+
+/** Where `pneuma`, over TCP, finds the ball. */
+async function serverX(): Promise<number> {
+  const asked = ["--server", server.tcp, "--json", "watch", world, "--frames", "1"];
+  const { stdout } = await promisify(execFile)(clientProgram, asked);
+  const frame = stdout.split("\n").find((line) => line.includes('"type":"frame"'));
+  return (JSON.parse(frame!) as { bodies: { centre: number[] }[] }).bodies[0]!.centre[0]!;
 }
 
 /** Where the picture shows the ball: in the middle of what the panel leaves free, once it is framed. */
@@ -61,8 +73,10 @@ test("a ball that is dragged moves on the server", async () => {
   await client.resume(world);
   await grabbed;
   const start = centreX(await frames.next());
+  const xBefore = await serverX();
   for (let way = 0; way < 150; way += 10) await page.mouse.move(x + way, y - 50);
   await frames.next((frame) => centreX(frame) > start + 0.2);
+  assert.ok((await serverX()) > xBefore + 0.1);
   await page.mouse.up();
 });
 
