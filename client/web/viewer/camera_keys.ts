@@ -13,22 +13,29 @@ const arrows: Record<string, readonly [number, number]> = {
   ArrowDown: [0, -1],
 };
 
+/** Where an arrow goes, aside or upwards; undefined: the key is no arrow. */
+export function wayOf({ position, target }: View, key: string): Vector3 | undefined {
+  const arrow = arrows[key];
+  if (!arrow) return undefined;
+  const [right, upwards] = arrow;
+  const away = position.clone().sub(target);
+  const aside = up.clone().cross(away).normalize();
+  return aside
+    .multiplyScalar(right)
+    .addScaledVector(up, upwards)
+    .multiplyScalar(movePart * away.length());
+}
+
 /** The view after a key; undefined: the key is not about it. */
 export function steered({ position, target }: View, key: string, isShift: boolean): View | undefined {
   const away = position.clone().sub(target);
   if (key === "+" || key === "=") return { position: away.multiplyScalar(nearerFactor).add(target), target };
   if (key === "-") return { position: away.divideScalar(nearerFactor).add(target), target };
+  const way = wayOf({ position, target }, key);
   const arrow = arrows[key];
-  if (!arrow) return undefined;
+  if (!way || !arrow) return undefined;
+  if (isShift) return { position: position.clone().add(way), target: target.clone().add(way) };
   const [right, upwards] = arrow;
-  if (isShift) {
-    const aside = up.clone().cross(away).normalize();
-    const way = aside
-      .multiplyScalar(right)
-      .addScaledVector(up, upwards)
-      .multiplyScalar(movePart * away.length());
-    return { position: position.clone().add(way), target: target.clone().add(way) };
-  }
   const place = new Spherical().setFromVector3(away);
   place.theta += right * turnRad;
   place.phi -= upwards * turnRad;

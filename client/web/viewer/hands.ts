@@ -1,4 +1,5 @@
 // What the pointer does to bodies: pulls them while it is held down, or pokes them. A touch without drawing is a click.
+// Keys do the same to the body that is selected.
 import type { Vector3 } from "three";
 import { Client, type Grab, PneumaError } from "../src/index.js";
 import type { Hit, Picture } from "./picture.js";
@@ -43,12 +44,12 @@ export class Pointer {
     canvas.addEventListener("pointermove", (event) => this.move(event));
     canvas.addEventListener("pointerup", (event) => {
       if (!this.isTouch(event)) return;
-      this.up();
+      this.letGo();
       this.click(event);
     });
     canvas.addEventListener("pointercancel", (event) => {
       if (!this.isTouch(event)) return;
-      this.up();
+      this.letGo();
       this.touch = undefined;
     });
   }
@@ -60,9 +61,27 @@ export class Pointer {
     );
   }
 
-  pokeAt(hit: Hit): void {
+  /** By a key: takes hold of a body, or pokes it; lets go of what is held. */
+  press(hit: Hit | undefined): void {
     const hands = this.hands();
-    if (hands) void this.poke(hands, hit).catch(hands.failed);
+    if (this.pull) this.letGo();
+    else if (hands && hit) this.touchAt(hands, hit);
+  }
+
+  /** Moves what is held; false: nothing is. */
+  pullBy(way: Vector3): boolean {
+    if (this.pull) this.pullTo(this.pull, this.pull.target.clone().add(way));
+    return this.pull !== undefined;
+  }
+
+  letGo(): void {
+    this.picture.orbit.enabled = true;
+    const { pull } = this;
+    this.pull = undefined;
+    if (!pull) return;
+    pull.isOver = true;
+    // A grab may be over already, by a reset or with its body.
+    pull.grab?.release().catch(() => {});
   }
 
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
@@ -72,16 +91,25 @@ export class Pointer {
     if (hands.tool === "throw") return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
+    this.letGo();
     this.picture.orbit.enabled = false;
     canvas.setPointerCapture(event.pointerId);
-    if (hands.tool === "poke") this.pokeAt(hit);
-    else void this.hold(hands, hit).catch(hands.failed);
+    this.touchAt(hands, hit);
   }
 
   private move(event: PointerEvent): void {
     if (!this.pull || !this.isTouch(event)) return;
-    this.pull.target = this.picture.drag(event.clientX, event.clientY, this.pull.hit.point);
-    this.pull.grab?.moveTo(this.pull.target).catch(() => this.up());
+    this.pullTo(this.pull, this.picture.drag(event.clientX, event.clientY, this.pull.hit.point));
+  }
+
+  private pullTo(pull: Pull, target: Vector3): void {
+    pull.target = target;
+    pull.grab?.moveTo(target).catch(() => this.letGo());
+  }
+
+  private touchAt(hands: Hands, hit: Hit): void {
+    const isPull = hands.tool === "pull";
+    void (isPull ? this.hold(hands, hit) : this.poke(hands, hit)).catch(hands.failed);
   }
 
   private isTouch({ pointerId }: PointerEvent): boolean {
@@ -94,16 +122,6 @@ export class Pointer {
     this.touch = undefined;
     const way = Math.hypot(clientX - touch.x, clientY - touch.y);
     if (way <= clickPx) this.hands()?.clicked(clientX, clientY);
-  }
-
-  private up(): void {
-    this.picture.orbit.enabled = true;
-    const { pull } = this;
-    this.pull = undefined;
-    if (!pull) return;
-    pull.isOver = true;
-    // A grab may be over already, by a reset or with its body.
-    pull.grab?.release().catch(() => {});
   }
 
   private async poke({ client, world, massKg }: Hands, { body, ray, point }: Hit): Promise<void> {
@@ -123,7 +141,7 @@ export class Pointer {
       pull.grab = grab;
       await grab.moveTo(pull.target);
     } catch (error) {
-      if (this.pull === pull) this.up();
+      if (this.pull === pull) this.letGo();
       throw error;
     }
   }

@@ -12,7 +12,7 @@ import {
 } from "../src/index.js";
 import { isLasting, retryDelayMs } from "../src/retry.js";
 import { noteView, type View, wantedWorld } from "./address.js";
-import { steered } from "./camera_keys.js";
+import { steered, wayOf } from "./camera_keys.js";
 import { Controls } from "./controls.js";
 import { Dock } from "./dock.js";
 import { refuse, say } from "./effect.js";
@@ -196,10 +196,13 @@ class Page implements Stage {
       this.picture.frameAll();
       note();
     });
-    canvas.addEventListener("keydown", ({ key, shiftKey, ctrlKey, metaKey, altKey }) => {
+    canvas.addEventListener("blur", () => this.pointer.letGo());
+    canvas.addEventListener("keydown", ({ key, shiftKey, ctrlKey, metaKey, altKey, repeat }) => {
       if (ctrlKey || metaKey || altKey) return;
-      const hit = key === "Enter" ? this.picture.hitOn(this.controls.selected) : undefined;
-      if (hit) this.pointer.pokeAt(hit);
+      if (key === "Enter" && !repeat) this.pointer.press(this.picture.hitOn(this.controls.selected));
+      if (key === "Escape") this.pointer.letGo();
+      const way = shiftKey ? undefined : wayOf(this.picture.view, key);
+      if (way && this.pointer.pullBy(way)) return;
       const view = steered(this.picture.view, key, shiftKey);
       if (!view) return;
       this.picture.look(view);

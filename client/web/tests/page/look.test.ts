@@ -189,7 +189,7 @@ test("a body at rest is said to be asleep, and one that ran away to be frozen", 
   await page.waitForFunction(() => / 1 frozen/.test(document.getElementById("status")!.textContent!));
 });
 
-test("the camera is turned by the keyboard, and the selected body poked", async () => {
+test("the camera is turned by the keyboard, and the selected body pulled and poked", async () => {
   await page.waitForSelector("#selected option[value=ball]", { state: "attached" });
   await page.selectOption("#selected", "ball");
   await page.focus("#picture");
@@ -198,8 +198,20 @@ test("the camera is turned by the keyboard, and the selected body poked", async 
   const view = page.url();
   await page.keyboard.press("+");
   assert.notEqual(page.url(), view);
+  const has = (wanted: string) => until(async () => asked.some(({ case: kind }) => kind === wanted));
   await page.keyboard.press("Enter");
-  await until(async () => asked.some(({ case: kind }) => kind === "impulse"));
+  await has("grab");
+  const held = page.url();
+  const moves = () => asked.filter(({ case: kind }) => kind === "moveGrab").length;
+  await until(async () => moves() === 1);
+  await page.keyboard.press("ArrowUp");
+  await until(async () => moves() === 2);
+  assert.equal(page.url(), held, "the camera went with it");
+  await page.keyboard.press("Enter");
+  await has("releaseGrab");
+  await page.keyboard.press("2");
+  await page.keyboard.press("Enter");
+  await has("impulse");
   assert.deepEqual(complaints, []);
 });
 
