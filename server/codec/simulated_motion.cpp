@@ -184,7 +184,8 @@ SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::sp
     const std::array ends{std::min(slot, neighbour), std::max(slot, neighbour)};
     const auto of_lower = std::ranges::equal_range(edges, ends[0], {}, [](const auto& edge) { return edge[0]; });
     const auto found = std::ranges::find(of_lower, ends);
-    return static_cast<std::uint32_t>(found == of_lower.end() ? pulls_.size() - 1 : found - edges.begin());
+    if (found == of_lower.end()) return static_cast<std::uint32_t>(pulls_.size() - 1);
+    return static_cast<std::uint32_t>(found - edges.begin());
   };
   ring_springs_.resize(count);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
