@@ -25,7 +25,7 @@ using FourWords [[gnu::vector_size(32)]] = std::int64_t;
 constexpr double velocity_gain = 0.2;
 // A simulated vertex that goes further in a frame has left what can be told, and so has its body.
 constexpr double steps_a_frame_max = 0x1p26;
-constexpr double velocity_max = 0x1p30;  // in its unit
+constexpr double velocity_max = steps_a_frame_max / velocity_unit;
 // Shorter edges have no direction to push in.
 constexpr double square_length_min = 0x1p-10;
 // A gas pressed to less of its volume is no gas any more.
@@ -82,6 +82,16 @@ double power(double base, std::uint32_t exponent_65536ths) {
 bool all_within(std::span<const double> values, double least) {
   return std::ranges::all_of(values, [least](double value) { return std::isfinite(value) && value >= least; });
 }
+bool none_below_zero(const std::vector<float>& values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value) && value >= 0.0F; });
+}
+/// Of a list of one for all, too.
+double entry(const std::vector<float>& values, std::size_t i) {
+  return static_cast<double>(values[values.size() == 1 ? 0 : i]);
+}
+bool has_one_or(std::size_t count, const std::vector<float>& values) {
+  return values.size() == 1 || values.size() == count;
+}
 
 constexpr std::uint32_t exponent_max = 16 << 16;
 
@@ -109,14 +119,14 @@ base::Status SimulatedMotion::check(const MeshOrder& order, const Mechanics& mec
   if (mechanics.substeps == 0 || mechanics.substeps > simulated_substeps_max) {
     return base::invalid("must be 1 to " + std::to_string(simulated_substeps_max), "substeps");
   }
-  if (mechanics.masses_kg.size() != order.size() || !all_within(mechanics.masses_kg, 0.0)) {
-    return base::invalid("must be one a vertex, none below 0", "masses_kg");
+  if (!has_one_or(order.size(), mechanics.masses_kg) || !none_below_zero(mechanics.masses_kg)) {
+    return base::invalid("must be one a vertex or one for all, none below 0", "masses_kg");
   }
-  if (mechanics.rest_lengths_m.size() != edges || !all_within(mechanics.rest_lengths_m, 0.0)) {
+  if (mechanics.rest_lengths_m.size() != edges || !none_below_zero(mechanics.rest_lengths_m)) {
     return base::invalid("must be one an edge, none below 0", "rest_lengths_m");
   }
-  if (mechanics.stiffnesses_n_m.size() != edges || !all_within(mechanics.stiffnesses_n_m, 0.0)) {
-    return base::invalid("must be one an edge, none below 0", "stiffnesses_n_m");
+  if (!has_one_or(edges, mechanics.stiffnesses_n_m) || !none_below_zero(mechanics.stiffnesses_n_m)) {
+    return base::invalid("must be one an edge or one for all, none below 0", "stiffnesses_n_m");
   }
   if (!all_within(std::array{mechanics.damping_n_s_m}, 0.0)) {
     return base::invalid("must be finite and not below 0", "damping_n_s_m");
@@ -165,7 +175,7 @@ SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::sp
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     const std::uint32_t vertex = order_->vertices[slot];
     slots[vertex] = slot;
-    const double mass_kg = mechanics.masses_kg[vertex];
+    const double mass_kg = entry(mechanics.masses_kg, vertex);
     if (mass_kg > 0.0) inertias_[slot] = {1.0 / mass_kg, 1.0};
   }
   faces_.resize(indices.size() / 3);
@@ -176,8 +186,8 @@ SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::sp
   for (std::size_t i = 0; i < edges.size(); ++i) {
     Springs& four = springs_[i / 4];
     four.ends[i % 4] = edges[i];
-    four.stiffness.v[i % 4] = mechanics.stiffnesses_n_m[i] * square_s2;
-    four.tension_at_rest.v[i % 4] = four.stiffness.v[i % 4] * (mechanics.rest_lengths_m[i] / grid_step_m);
+    four.stiffness.v[i % 4] = entry(mechanics.stiffnesses_n_m, i) * square_s2;
+    four.tension_at_rest.v[i % 4] = four.stiffness.v[i % 4] * (entry(mechanics.rest_lengths_m, i) / grid_step_m);
   }
   pulls_.resize(4 * springs_.size());
   const auto spring_of = [&](std::uint32_t slot, std::uint32_t neighbour) {
@@ -207,6 +217,7 @@ void SimulatedMotion::begin_frame(std::span<const std::int64_t> points, const st
       steps_[slot].v[axis] = static_cast<double>(static_cast<std::int32_t>(velocities[slot].v[axis])) * share;
     }
     start_[slot].v[3] = 1.0;
+    steps_[slot].v[3] = 0.0;
     positions_[slot] = start_[slot];
   }
 }
@@ -214,7 +225,7 @@ void SimulatedMotion::begin_frame(std::span<const std::int64_t> points, const st
 /// Takes the planes that the body may reach in the frame.
 void SimulatedMotion::place_planes(std::span<const std::int64_t> points) {
   near_planes_.clear();
-  if (planes_.empty()) return;
+  if (planes_.empty() || start_.empty()) return;
   double fastest = 0.0;
   for (const Quad& step : steps_) fastest = std::max(fastest, sum(step.v * step.v));
   const double falling = std::sqrt(sum(gravity_.v * gravity_.v)) * substeps_;
@@ -386,6 +397,18 @@ void SimulatedMotion::predict(std::span<const std::int64_t> points, const std::v
     drift[slot].v = velocities[slot].v << 1;
     next_[slot].v = velocity * velocity_unit;
     steps_[slot].v = velocity * share;
+  }
+}
+
+void take_for_velocities(const std::vector<Lanes>& moves, std::vector<Lanes>& velocities) {
+  constexpr auto most = static_cast<std::int32_t>(steps_a_frame_max);
+  constexpr auto units_a_step = static_cast<std::int32_t>(1.0 / velocity_unit);
+  velocities.resize(moves.size());
+  for (std::size_t slot = 0; slot < moves.size(); ++slot) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto move = static_cast<std::int32_t>(moves[slot].v[axis]);
+      velocities[slot].v[axis] = static_cast<std::uint32_t>(units_a_step * std::clamp(move, -most, most));
+    }
   }
 }
 

@@ -35,9 +35,10 @@ struct Mechanics {
   };
   double frame_s = 0.0;
   std::uint32_t substeps = 0;
-  std::vector<double> masses_kg;        // one a vertex; 0: one that nothing moves
-  std::vector<double> rest_lengths_m;   // one of each of spring_edges()
-  std::vector<double> stiffnesses_n_m;  // likewise
+  // In single precision, as they are sent.
+  std::vector<float> masses_kg;        // one a vertex, or one for all; 0: of what nothing moves
+  std::vector<float> rest_lengths_m;   // one of each of spring_edges()
+  std::vector<float> stiffnesses_n_m;  // likewise, or one for all
   double damping_n_s_m = 0.0;
   Gas gas;
   std::array<double, 3> gravity_m_s2{};
@@ -46,6 +47,12 @@ struct Mechanics {
 
 inline constexpr std::uint32_t simulated_substeps_max = 64;
 inline constexpr std::size_t simulated_planes_max = 16;
+/// Of all bodies of a stream together, of simulated_work(): about 4 ms a frame for the server, some 20 for a browser.
+inline constexpr std::uint64_t simulated_work_max = 1 << 20;
+/// What a frame of such a body takes, in vertices and faces simulated once.
+[[nodiscard]] inline std::uint64_t simulated_work(const Mechanics& mechanics, std::size_t vertices, std::size_t faces) {
+  return std::uint64_t{mechanics.substeps} * (vertices + faces);
+}
 
 /// The slots of each edge's ends, the lower first: slot by slot, the neighbours of a slot in the order of its ring.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 2>> spring_edges(const MeshOrder& order);
@@ -53,6 +60,21 @@ inline constexpr std::size_t simulated_planes_max = 16;
 /// Velocities are whole numbers of this unit: steps of the grid a frame.
 inline constexpr double velocity_unit = 0.125;
 
+/// As they are in a list of moves: doubled, so that all are points of the grid.
+inline Lanes doubled(const Lanes& velocity) {
+  return {velocity.v << 1};
+}
+inline Lanes halved(const Lanes& move) {
+  return {shifted_down(move.v, 1) & LaneVector{~0U, ~0U, ~0U, 0}};
+}
+/// Sets `drift` to the velocities, as such a list, that come of these moves.
+inline void expect_velocities(const std::vector<Lanes>& moves, std::vector<Lanes>& drift) {
+  for (std::size_t slot = 0; slot < moves.size(); ++slot) drift[slot].v = moves[slot].v << 8;
+}
+/// The velocities that a frame's moves amount to.
+void take_for_velocities(const std::vector<Lanes>& moves, std::vector<Lanes>& velocities);
+
+/// Not to be used by two threads at once.
 class SimulatedMotion {
  public:
   /// `indices`: those that the order was made of. Says what is wrong with the mechanics: lists that do not fit the
@@ -136,5 +158,8 @@ class SimulatedMotion {
   Quad volume_sums_;
   double volume_base_ = 0.0;
 };
+
+/// One a body; null: it is not simulated.
+using SimulatedMotionPtr = std::shared_ptr<SimulatedMotion>;
 
 }  // namespace pneuma::codec
