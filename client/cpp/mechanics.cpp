@@ -30,8 +30,7 @@ base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const 
   }
   mechanics.gravity_m_s2 = vector_of(message.gravity_m_s2());
   for (const v1::Mechanics::Plane& plane : message.planes()) {
-    mechanics.planes.push_back(
-        {vector_of(plane.normal()), plane.offset_m(), plane.restitution(), plane.friction()});
+    mechanics.planes.push_back({vector_of(plane.normal()), plane.offset_m(), plane.restitution(), plane.friction()});
   }
   if (const base::Status checked = codec::SimulatedMotion::check(order, mechanics); !checked.ok()) {
     return base::Status(base::StatusCode::malformed, checked.what(), checked.where());

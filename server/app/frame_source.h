@@ -55,8 +55,10 @@ class FrameSource {
   /// By vertex; a vertex may be held off several, and by several walls of one.
   [[nodiscard]] virtual std::vector<TouchedVertex> contacts(std::size_t index) const = 0;
   /// What its motion from frame to frame follows from, where that tells it well; nothing of a recording.
-  [[nodiscard]] virtual std::optional<codec::Mechanics> mechanics(std::size_t index, const codec::MeshOrder& order,
-                                                                  double frame_s) const = 0;
+  [[nodiscard]] virtual std::optional<codec::Mechanics> mechanics(std::size_t, const codec::MeshOrder&,
+                                                                  double /*frame_s*/) const {
+    return std::nullopt;
+  }
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;

@@ -18,7 +18,7 @@ namespace {
 constexpr double substep_rad = 1.5;
 constexpr double substeps_more = 2.0;
 // And lets the most damped one decay by no more than this, since it knows the speed of before.
-constexpr double substep_decay = 0.5;
+constexpr double substep_decay = 0.6;
 // More take longer than what they save is worth.
 constexpr double substeps_max = 24.0;
 

@@ -75,17 +75,15 @@ class FrameWriter {
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
 
  private:
-  /// How a body's prediction by its mechanics did.
+  /// How long a body is predicted by its mechanics alone: up to this level of the residuals, for so many frames.
   struct Trust {
-    // No other prediction is tried while its residuals' level is no higher.
     std::uint32_t level_max = 0;
-    // The body's last blocks were simulated: its rings are not up to date.
-    bool rings_lag = false;
+    std::uint32_t frames_left = 0;
   };
 
   void gather(const MeshOrder& order, std::span<const double> positions_m);
   [[nodiscard]] bool is_still(const Lattice& points) const;
-  [[nodiscard]] std::uint32_t put_simulated(std::size_t body);
+  [[nodiscard]] std::uint8_t put_simulated(std::size_t body);
   [[nodiscard]] BlockHead put_moved(std::size_t body);
   [[nodiscard]] BlockHead put_better(std::size_t body);
   /// After the body's first moves have changed.
@@ -97,7 +95,8 @@ class FrameWriter {
   double step_m_;
   double within_m_;  // a point no further from a vertex may stand for it
   std::vector<BodyMotion> motions_;
-  std::vector<RingHistory> rings_;  // of their moves
+  std::vector<RingHistory> rings_;       // of their moves
+  std::vector<std::uint8_t> rings_lag_;  // one a body: not of its last moves, which were simulated
   std::vector<Trust> trusts_;
   // Of the frame under way:
   std::string heads_;
@@ -108,7 +107,7 @@ class FrameWriter {
   Lattice points_;
   std::vector<Lanes> moves_;
   std::vector<Lanes> alternatives_;
-  std::vector<Lanes> simulated_moves_;
+  std::vector<Lanes> unexpected_moves_;  // before they were chosen by what is expected
   std::vector<Triple> simulated_triples_;
   MoveScratch scratch_;
 };

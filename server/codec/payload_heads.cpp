@@ -132,8 +132,8 @@ base::Result<std::vector<BlockHead>> take_heads(std::string_view& payload, bool 
                             std::string("no such block mode: ").append(std::to_string(static_cast<int>(head.mode))));
     }
     if (key && !head.stands_alone()) return malformed_body(body, "a key frame's block builds on a base");
-    const bool lists_good = std::ranges::all_of(head.history, is_list_level) &&
-                            is_list_level(head.velocities.value_or(level_of_rest));
+    const bool lists_good =
+        std::ranges::all_of(head.history, is_list_level) && is_list_level(head.velocities.value_or(level_of_rest));
     if (!is_level(head.level) || !lists_good) return malformed_body(body, "no such level");
     heads.push_back(head);
   }

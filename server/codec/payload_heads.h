@@ -20,11 +20,11 @@ namespace pneuma::codec {
 inline constexpr std::uint8_t payload_format = 5;
 
 enum class BlockMode : std::uint8_t {
-  still = 0,  // every vertex stays
-  plain = 1,  // points as they are, then their last moves
-  key = 2,    // points against their neighbours', then their last moves
-  moved = 3,  // by moves, with weights of their own
-  again = 4,  // by moves, with the weights there were
+  still = 0,      // every vertex stays
+  plain = 1,      // points as they are, then their last moves
+  key = 2,        // points against their neighbours', then their last moves
+  moved = 3,      // by moves, with weights of their own
+  again = 4,      // by moves, with the weights there were
   simulated = 5,  // by moves against those that its mechanics expect
 };
 

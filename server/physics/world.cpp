@@ -169,7 +169,8 @@ const Atmosphere& World::atmosphere() const {
   return simulation_->scene.atmosphere;
 }
 Frequencies World::frequencies(std::size_t soft_index) const {
-  return estimate_frequencies(soft_body(soft_index), atmosphere());
+  FrequencyTable known = simulation_->frequencies;  // most likely found when the substeps were chosen
+  return known.estimate({&soft_body(soft_index), 1}, atmosphere()).front();
 }
 
 std::size_t World::soft_body_count() const {

@@ -3,7 +3,6 @@
 
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,9 +34,6 @@ class RecordedFrames final : public app::FrameSource {
   [[nodiscard]] app::BodyScalars scalars(std::size_t index) const override;
   [[nodiscard]] bool has_contacts() const override { return false; }
   [[nodiscard]] std::vector<app::TouchedVertex> contacts(std::size_t) const override { return {}; }
-  [[nodiscard]] std::optional<codec::Mechanics> mechanics(std::size_t, const codec::MeshOrder&, double) const override {
-    return std::nullopt;
-  }
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 

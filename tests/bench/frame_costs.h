@@ -18,8 +18,8 @@ struct FrameCost {
   double read_ns = 0.0;
   double error_max_m = 0.0;  // of any vertex of any frame
 };
-/// `mechanics`: of each body that is simulated; none given: no body is. Throws std::runtime_error where a frame does not
-/// read back.
+/// `mechanics`: of each body that is simulated; none given: no body is. Throws std::runtime_error where a frame does
+/// not read back.
 [[nodiscard]] FrameCost frame_cost(const support::Recording& recording, double max_error_m,
                                    const std::vector<std::optional<codec::Mechanics>>& mechanics = {});
 

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
-"""Writes simulated_motion.txt: bodies that are simulated frame by frame, by plain numbers and none of the product's code.
+"""Writes simulated_motion.txt, bodies that are simulated frame by frame, and simulated_frames.txt, streams of such
+bodies: by plain numbers and none of the product's code.
 
 What a frame shows is made up: the prediction, rounded to the grid, and a little more.
 """
 import math
 import os
+import struct
 
-from make_frames import Order
+import make_frames as frames
+from make_frames import NO_HISTORY, Order, REST, STEADY, Text, frame, put_moves, row, s32
 
 SHIFT = 1.5 * 2.0**52
 
@@ -70,8 +73,10 @@ class Body:
         self.pressure, self.outside = m['gas'][0] * area, m['gas'][3] * area
         self.six = 6.0 * m['gas'][1] / (step * step * step)
         self.gravity = [g * hh / step for g in m['gravity']]
-        self.inverse = [1.0 / m['masses'][v] if m['masses'][v] > 0 else 0.0 for v in order.vertices]
-        self.k = [k * hh for k in m['stiffnesses']]
+        masses = m['masses'] * n if len(m['masses']) == 1 else m['masses']
+        self.inverse = [1.0 / masses[v] if masses[v] > 0 else 0.0 for v in order.vertices]
+        stiffnesses = m['stiffnesses'] * len(self.edges) if len(m['stiffnesses']) == 1 else m['stiffnesses']
+        self.k = [k * hh for k in stiffnesses]
         self.rest = [k * (r / step) for k, r in zip(self.k, m['rest_lengths'])]
 
     def predict(self, points, velocities):
@@ -150,8 +155,22 @@ class Body:
         return [[2 * c for c in v] for v in velocities]
 
     def correct(self, moves):
-        return [[nearest((s + 0.2 * (float(m) - p)) * 8.0) for s, m, p in zip(*three)]
+        return [[nearest(min(max((s + 0.2 * (float(m) - p)) * 8.0, -2.0**29), 2.0**29)) for s, m, p in zip(*three)]
                 for three in zip(self.speeds, moves, self.moved)]
+
+
+def mechanics_text(m):
+    text = line('frame_s', [m['frame_s']]) + line('substeps', [m['substeps']]) + line('masses_kg', m['masses'])
+    text += line('rest_lengths_m', m['rest_lengths']) + line('stiffnesses_n_m', m['stiffnesses'])
+    text += line('damping_n_s_m', [m['damping']]) + line('gas', m['gas']) + line('gravity_m_s2', m['gravity'])
+    for plane in m['planes']:
+        text += line('plane', plane)
+    return text
+
+
+def single(values):
+    """As they are sent: in single precision."""
+    return list(struct.unpack(f'<{len(values)}f', struct.pack(f'<{len(values)}f', *values)))
 
 
 def line(name, numbers):
@@ -161,13 +180,8 @@ def line(name, numbers):
 def record(name, count, indices, mechanics, step, points, velocities, frames):
     order = Order(count, indices)
     body = Body(order, indices, mechanics, step)
-    m = mechanics
     text = f'body {name}\n' + line('mesh', [count] + indices) + line('grid_step_m', [step])
-    text += line('frame_s', [m['frame_s']]) + line('substeps', [m['substeps']]) + line('masses_kg', m['masses'])
-    text += line('rest_lengths_m', m['rest_lengths']) + line('stiffnesses_n_m', m['stiffnesses'])
-    text += line('damping_n_s_m', [m['damping']]) + line('gas', m['gas']) + line('gravity_m_s2', m['gravity'])
-    for plane in m['planes']:
-        text += line('plane', plane)
+    text += mechanics_text(mechanics)
     text += line('points', sum(points, [])) + line('velocities', sum(velocities, []))
     for frame in range(frames):
         drift = body.predict(points, velocities)
@@ -178,6 +192,122 @@ def record(name, count, indices, mechanics, step, points, velocities, frames):
     return text
 
 
+class StreamBody(frames.Body):
+    """A body of a stream; `mechanics` None: it is not simulated."""
+
+    def __init__(self, order, indices, points, mechanics, step):
+        self.simulation = Body(order, indices, mechanics, step) if mechanics else None
+        super().__init__(order, points)
+
+    def rest(self, points):
+        super().rest(points)
+        self.velocities = self.nothing()
+
+    def advance(self, points):
+        super().advance(points)
+        self.velocities = [[8 * min(max(c, -2**26), 2**26) for c in m] for m in self.moves[0]]
+
+    def key(self, text, level, history=NO_HISTORY, plain=False, velocities=REST):
+        head = super().key(text, level, history, plain)
+        if not self.simulation:
+            return head
+        if velocities != REST:
+            put_moves(text, self.order, velocities, [[2 * c for c in v] for v in self.velocities],
+                      [[s32(256 * c) for c in move] for move in self.moves[0]])
+        return head + bytes([velocities])
+
+    def simulated(self, text, noise, level):
+        drift = self.simulation.predict(self.points, self.velocities)
+        points = []
+        for s, (point, v) in enumerate(zip(self.points, drift)):
+            x, y, z = (p + (c >> 4) + (7 * s + 3 * axis + noise) % 5 - 2 for axis, (p, c) in enumerate(zip(point, v)))
+            points.append([x, y + (x + y) % 2, z - (x + z) % 2])  # all odd or all even
+        self.advance(points)
+        self.velocities = self.simulation.correct(self.moves[0])
+        put_moves(text, self.order, level, self.moves[0], drift)
+        return bytes([5, level])
+
+
+def write_streams(octahedron, ball, hub, fan):
+    step = 0.00022
+
+    def stream(name, meshes, mechanics, script):
+        orders = [Order(*mesh) for mesh in meshes]
+        bodies = [StreamBody(order, mesh[1], frames.wave(len(order), 900, i), m, step)
+                  for i, (order, mesh, m) in enumerate(zip(orders, meshes, mechanics))]
+        text = f'\nstream {name}\n' + line('grid_step_m', [step])
+        for (count, indices), m in zip(meshes, mechanics):
+            text += row('mesh', [count] + indices) + (mechanics_text(m) if m else '')
+        for kind, payload, good in script(bodies):
+            text += f"{'' if good else 'bad-'}{kind} {payload.hex()}".rstrip() + '\n'
+            for body in bodies if good else []:
+                text += row('points', body.in_vertex_order())
+        return text
+
+    def simulated(bodies, noise, level=20):
+        text = Text()
+        return 'delta', frame([body.simulated(text, noise + i, level) for i, body in enumerate(bodies)], text), True
+
+    def key(bodies, history=NO_HISTORY, velocities=REST, plain=False):
+        text = Text()
+        return 'key', frame([body.key(text, 44, history, plain, velocities) for body in bodies], text), True
+
+    def alone(bodies):
+        yield key(bodies)
+        for noise in range(4):
+            yield simulated(bodies, noise, 24 - noise)
+        yield key(bodies, (40, 20, 20, 36), 30)
+        for noise in range(3):
+            yield simulated(bodies, noise)
+        yield key(bodies, (40, 20, 20, 36), 30, True)
+        yield simulated(bodies, 5)
+
+    def among_others(bodies):
+        first, other, last = bodies
+        yield key(bodies)
+        moved = frames.plus
+        for noise in range(3):
+            text = Text()
+            heads = [first.simulated(text, noise, 24), other.moved(text, moved(other.points, frames.wave(20, 9, noise)), 20, STEADY),
+                     last.simulated(text, noise + 1, 22)]
+            yield 'delta', frame(heads, text), True
+        text = Text()
+        heads = [first.moved(text, moved(first.points, first.moves[0]), 12, STEADY), other.still(), last.still()]
+        yield 'delta', frame(heads, text), True
+        text = Text()
+        heads = [first.simulated(text, 1, 20), other.still(), last.simulated(text, 1, 24)]
+        yield 'delta', frame(heads, text), True
+        text = Text()
+        heads = [first.moved(text, moved(first.points, first.moves[0]), 12), other.still(), last.moved(text, moved(last.points, last.moves[1]), 18, STEADY)]
+        yield 'delta', frame(heads, text), True
+        yield key(bodies, (40, 20, 20, 36))
+        text = Text()
+        first.rest(frames.wave(6, 2**20))
+        heads = [first.key(text, 60), other.still(), last.simulated(text, 3, 20)]
+        yield 'delta', frame(heads, text), True
+        text = Text()
+        heads = [first.simulated(text, 2, 24), other.still(), last.simulated(text, 2, 24)]
+        good = frame(heads, text)
+        yield 'delta', good, True
+        yield 'delta', b'\x05\x05' + good[2:3] + b'\x05\x14' + good[4:], False  # of the body that is not simulated
+        yield 'delta', b'\x05\x06' + good[2:], False
+        yield 'delta', b'\x05\x05\x5c' + good[3:], False
+        yield 'delta', good[:-2], False
+        _, whole, _ = key(bodies)
+        yield 'key', whole[:31] + b'\x5c' + whole[32:], False  # no such level, of the first body's velocities
+        yield 'key', whole[:-4], False
+        text = Text()
+        yield 'delta', frame([first.simulated(text, 4, 24), other.still(), last.simulated(text, 4, 24)], text), True
+
+    text = stream('one simulated body', [(6, octahedron)], [ball], alone)
+    text += stream('simulated bodies among others', [(6, octahedron), frames.SHEET, (9, hub)], [ball, None, fan], among_others)
+    tetrahedron = dict(ball, masses=[0.5], rest_lengths=[0.25] * 6, stiffnesses=[1e9], substeps=64)
+    text += stream('a body that leaves the numbers', [frames.TETRAHEDRON], [tetrahedron], alone)
+    with open(os.path.join(frames.HERE, 'simulated_frames.txt'), 'w') as out:
+        out.write('# Streams of frame payloads with bodies that are simulated; see README.md. Made by make_simulated_motion.py.\n')
+        out.write(text)
+
+
 def main():
     octahedron = [0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5]
     corners = [[1, 0, 0], [-1, 0, 0], [0, 0, -1], [0, 0, 1], [0, 1, 0], [0, -1, 0]]
@@ -185,8 +315,9 @@ def main():
     step = 0.00022
     place = [[1700 * c + o for c, o in zip(corners[v], (40000, 1745, -9000))] for v in order.vertices]
     edges = 12
-    ball = {'frame_s': 1.0 / 60.0, 'substeps': 5, 'masses': [0.1, 0.12, 0.1, 0.15, 0.1, 0.1],
-            'rest_lengths': [0.5 - 0.004 * e for e in range(edges)], 'stiffnesses': [300.0 + 11.0 * e for e in range(edges)],
+    ball = {'frame_s': 1.0 / 60.0, 'substeps': 5, 'masses': single([0.1, 0.12, 0.1, 0.15, 0.1, 0.1]),
+            'rest_lengths': single([0.5 - 0.004 * e for e in range(edges)]),
+            'stiffnesses': [300.0 + 11.0 * e for e in range(edges)],
             'damping': 0.08, 'gas': [110.0, 0.07, 91750, 20.0], 'gravity': [0.3, -9.81, 0.0],
             'planes': [[0.0, 1.0, 0.0, 0.0, 0.8, 0.3], [-0.6, 0.8, 0.0, -5.29, 0.1, 2.0]]}
     falling = [[60 + 9 * s, -900 + 40 * s, 25 * s] for s in range(6)]
@@ -194,20 +325,21 @@ def main():
 
     hub = [i for k in range(1, 9) for i in (0, k, k % 8 + 1)]  # more neighbours than six, and a pinned vertex
     rim = [[0, 0, 0]] + [[round(900 * math.cos(k)), 30 * k, round(900 * math.sin(k))] for k in range(8)]
-    fan = {'frame_s': 0.02, 'substeps': 4, 'masses': [0.0] + [0.05] * 8, 'rest_lengths': [0.2] * 16,
-           'stiffnesses': [40.0] * 16, 'damping': 0.01, 'gas': [0.0, 1.0, 65536, 0.0], 'gravity': [0.0, -9.81, 0.0],
+    fan = {'frame_s': 0.02, 'substeps': 4, 'masses': single([0.0] + [0.05] * 8), 'rest_lengths': single([0.2] * 16),
+           'stiffnesses': [40.0], 'damping': 0.01, 'gas': [0.0, 1.0, 65536, 0.0], 'gravity': [0.0, -9.81, 0.0],
            'planes': []}
     order = Order(9, hub)
     text += '\n' + record('of an open mesh', 9, hub, fan, 0.0003, [rim[v] for v in order.vertices],
                           [[0, 8, 0] for _ in range(9)], 6)
 
-    wild = dict(ball, stiffnesses=[1e9] * edges, substeps=64)
+    wild = dict(ball, stiffnesses=[1e9], substeps=64)
     text += '\n' + record('that leaves the numbers', 6, octahedron, wild, step, place, falling, 3)
     still = [[5, 5, 5]] * 3 + place[3:]
     text += '\n' + record('with edges of no length', 6, octahedron, ball, step, still, falling, 4)
     with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), 'simulated_motion.txt'), 'w') as out:
         out.write('# Bodies that are simulated frame by frame; see README.md. Made by make_simulated_motion.py.\n\n')
         out.write(text)
+    write_streams(octahedron, ball, hub, fan)
 
 
 if __name__ == '__main__':

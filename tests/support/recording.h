@@ -83,8 +83,8 @@ inline std::vector<codec::SimulatedMotionPtr> simulations_of(
   std::vector<codec::SimulatedMotionPtr> simulations(mechanics.size());
   for (std::size_t i = 0; i < mechanics.size(); ++i) {
     if (!mechanics[i]) continue;
-    simulations[i] = std::make_shared<codec::SimulatedMotion>(
-        recording.orders[i], indices_of(*recording.meshes[i]), *mechanics[i], grid_step_m);
+    simulations[i] = std::make_shared<codec::SimulatedMotion>(recording.orders[i], indices_of(*recording.meshes[i]),
+                                                              *mechanics[i], grid_step_m);
   }
   return simulations;
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 
 #include "codec/prediction.h"
 #include "support/golden.h"
+#include "unit/codec/golden_bodies.h"
 #include "unit/codec/meshes.h"
 
 namespace pneuma::codec {
@@ -26,9 +26,9 @@ Mechanics free_mechanics(const MeshOrder& order) {
   Mechanics mechanics;
   mechanics.frame_s = frame_s;
   mechanics.substeps = 4;
-  mechanics.masses_kg.assign(order.size(), 0.25);
-  mechanics.rest_lengths_m.assign(edges, 0.1);
-  mechanics.stiffnesses_n_m.assign(edges, 0.0);
+  mechanics.masses_kg.assign(order.size(), 0.25F);
+  mechanics.rest_lengths_m.assign(edges, 0.1F);
+  mechanics.stiffnesses_n_m.assign(edges, 0.0F);
   return mechanics;
 }
 
@@ -54,13 +54,6 @@ std::vector<Lanes> all_at(std::int32_t x, std::int32_t y, std::int32_t z) {
   return std::vector<Lanes>(4, lanes);
 }
 
-std::vector<double> parse_doubles(const std::string& text) {
-  std::istringstream words(text);
-  std::vector<double> all;
-  for (std::string word; words >> word;) all.push_back(std::stod(word));
-  return all;
-}
-
 TEST(SimulatedMotion, FallsAsFarAsClosedFormSays) {
   Mechanics mechanics = free_mechanics(*order_of(4, tetrahedron));
   mechanics.gravity_m_s2 = {0.0, -8.0, 0.0};
@@ -75,7 +68,7 @@ TEST(SimulatedMotion, FallsAsFarAsClosedFormSays) {
 
 TEST(SimulatedMotion, KeepsMomentumUnderSpringsAndGas) {
   Mechanics mechanics = free_mechanics(*order_of(4, tetrahedron));
-  std::ranges::fill(mechanics.stiffnesses_n_m, 50.0);
+  std::ranges::fill(mechanics.stiffnesses_n_m, 50.0F);
   mechanics.damping_n_s_m = 0.1;
   mechanics.gas = {1000.0, 1e-4, 65536, 0.0};
   const auto drift = drift_of(mechanics, tetrahedron_points, all_at(0, 0, 0));
@@ -93,8 +86,8 @@ TEST(SimulatedMotion, StaysAtRestWhereSpringsAreAtRest) {
   const auto edges = spring_edges(*order);
   ASSERT_EQ(edges.size(), 6U);
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    mechanics.stiffnesses_n_m[i] = 100.0;
-    mechanics.rest_lengths_m[i] = (edges[i][0] == 0 ? 1000.0 : 1000.0 * std::sqrt(2.0)) * step_m;
+    mechanics.stiffnesses_n_m[i] = 100.0F;
+    mechanics.rest_lengths_m[i] = static_cast<float>((edges[i][0] == 0 ? 1000.0 : 1000.0 * std::sqrt(2.0)) * step_m);
   }
   EXPECT_EQ(drift_of(mechanics, tetrahedron_points, all_at(0, 0, 0)), all_at(0, 0, 0));
 }
@@ -123,13 +116,13 @@ TEST(SimulatedMotion, BouncesByRestitutionAndFriction) {
 
 TEST(SimulatedMotion, GoesOnAsItDoesWhereNumbersEnd) {
   Mechanics mechanics = free_mechanics(*order_of(4, tetrahedron));
-  std::ranges::fill(mechanics.stiffnesses_n_m, std::numeric_limits<double>::max());
+  std::ranges::fill(mechanics.stiffnesses_n_m, std::numeric_limits<float>::max());
   EXPECT_EQ(drift_of(mechanics, tetrahedron_points, all_at(3, -5, 7)), all_at(6, -10, 14));
 }
 
 TEST(SimulatedMotion, TakesEdgesOfNoLength) {
   Mechanics mechanics = free_mechanics(*order_of(4, tetrahedron));
-  std::ranges::fill(mechanics.stiffnesses_n_m, 100.0);
+  std::ranges::fill(mechanics.stiffnesses_n_m, 100.0F);
   mechanics.gas = {1000.0, 1e-4, 91750, 0.0};
   EXPECT_EQ(drift_of(mechanics, Lattice(12, 17), all_at(0, 16, 0)), all_at(0, 32, 0));
 }
@@ -147,8 +140,9 @@ TEST(SimulatedMotion, RefusesMechanicsThatDoNotFit) {
   EXPECT_EQ(refused([](Mechanics& m) { m.substeps = simulated_substeps_max + 1; }), "substeps");
   EXPECT_EQ(refused([](Mechanics& m) { m.substeps = 0; }), "substeps");
   EXPECT_EQ(refused([](Mechanics& m) { m.masses_kg.pop_back(); }), "masses_kg");
-  EXPECT_EQ(refused([](Mechanics& m) { m.rest_lengths_m[0] = -1.0; }), "rest_lengths_m");
-  EXPECT_EQ(refused([nan](Mechanics& m) { m.stiffnesses_n_m[0] = nan; }), "stiffnesses_n_m");
+  EXPECT_EQ(refused([](Mechanics& m) { m.rest_lengths_m[0] = -1.0F; }), "rest_lengths_m");
+  EXPECT_EQ(refused([](Mechanics& m) { m.stiffnesses_n_m[0] = std::numeric_limits<float>::infinity(); }),
+            "stiffnesses_n_m");
   EXPECT_EQ(refused([nan](Mechanics& m) { m.damping_n_s_m = nan; }), "damping_n_s_m");
   EXPECT_EQ(refused([](Mechanics& m) { m.gas.volume_m3 = 0.0; }), "gas");
   EXPECT_EQ(refused([](Mechanics& m) { m.frame_s = 0.0; }), "frame_s");
@@ -173,25 +167,12 @@ TEST(SimulatedMotion, IsToTheBitWhatGoldenVectorsHave) {
   for (const auto& record : records) {
     SCOPED_TRACE(record[0].second);
     const auto text = [&](const char* key) { return support::values_of(record, key).at(0); };
-    const auto mesh = support::parse_integers(text("mesh"));
-    const std::vector<std::uint32_t> indices(mesh.begin() + 1, mesh.end());
-    const auto order = order_of(static_cast<std::uint32_t>(mesh[0]), indices);
-    Mechanics mechanics;
-    mechanics.frame_s = std::stod(text("frame_s"));
-    mechanics.substeps = static_cast<std::uint32_t>(std::stoul(text("substeps")));
-    mechanics.masses_kg = parse_doubles(text("masses_kg"));
-    mechanics.rest_lengths_m = parse_doubles(text("rest_lengths_m"));
-    mechanics.stiffnesses_n_m = parse_doubles(text("stiffnesses_n_m"));
-    mechanics.damping_n_s_m = std::stod(text("damping_n_s_m"));
-    const auto gas = parse_doubles(text("gas"));
-    mechanics.gas = {gas[0], gas[1], static_cast<std::uint32_t>(gas[2]), gas[3]};
-    const auto gravity = parse_doubles(text("gravity_m_s2"));
-    mechanics.gravity_m_s2 = {gravity[0], gravity[1], gravity[2]};
-    for (const std::string& value : support::values_of(record, "plane")) {
-      const auto plane = parse_doubles(value);
-      mechanics.planes.push_back({{plane[0], plane[1], plane[2]}, plane[3], plane[4], plane[5]});
-    }
-    SimulatedMotion motion(order, indices, mechanics, std::stod(text("grid_step_m")));
+    const std::vector<GoldenBody> bodies = bodies_of(record);
+    ASSERT_EQ(bodies.size(), 1U);
+    ASSERT_TRUE(bodies[0].mechanics);
+    ASSERT_TRUE(SimulatedMotion::check(*bodies[0].order, *bodies[0].mechanics).ok());
+    const SimulatedMotionPtr simulation = simulation_of(bodies[0], std::stod(text("grid_step_m")));
+    SimulatedMotion& motion = *simulation;
     Lattice points = support::parse_integers(text("points"));
     const auto drifts = support::values_of(record, "drift");
     const auto all_moves = support::values_of(record, "moves");
