@@ -299,10 +299,22 @@ def write_streams(octahedron, ball, hub, fan):
         text = Text()
         yield 'delta', frame([first.simulated(text, 4, 24), other.still(), last.simulated(text, 4, 24)], text), True
 
+    def strips(bodies):
+        first, other = bodies
+        yield key(bodies)
+        for noise in range(3):
+            text = Text()
+            yield 'delta', frame([first.simulated(text, noise, 24), other.still()], text), True
+        yield key(bodies, (40, 20, 20, 36), 30)
+        text = Text()
+        yield 'delta', frame([first.simulated(text, 4, 20), other.still()], text), True
+
     text = stream('one simulated body', [(6, octahedron)], [ball], alone)
     text += stream('simulated bodies among others', [(6, octahedron), frames.SHEET, (9, hub)], [ball, None, fan], among_others)
     tetrahedron = dict(ball, masses=[0.5], rest_lengths=[0.25] * 6, stiffnesses=[1e9], substeps=64)
     text += stream('a body that leaves the numbers', [frames.TETRAHEDRON], [tetrahedron], alone)
+    strip = dict(fan, masses=[0.25], rest_lengths=single([0.1] * 77))
+    text += stream('strips, as the fuzzers have them', [frames.strip(40), frames.strip(7)], [strip, None], strips)
     with open(os.path.join(frames.HERE, 'simulated_frames.txt'), 'w') as out:
         out.write('# Streams of frame payloads with bodies that are simulated; see README.md. Made by make_simulated_motion.py.\n')
         out.write(text)
