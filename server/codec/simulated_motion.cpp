@@ -95,6 +95,29 @@ bool has_one_or(std::size_t count, const std::vector<float>& values) {
 
 constexpr std::uint32_t exponent_max = 16 << 16;
 
+/// The edges that each slot is an end of.
+class SpringsOfSlots {
+ public:
+  SpringsOfSlots(const std::vector<std::array<std::uint32_t, 2>>& edges, std::size_t slots)
+      : ends_(slots + 1), springs_(2 * edges.size()) {
+    for (const auto& edge : edges) {
+      for (const std::uint32_t slot : edge) ++ends_[slot + 1];
+    }
+    for (std::size_t slot = 0; slot < slots; ++slot) ends_[slot + 1] += ends_[slot];
+    std::vector<std::size_t> next = ends_;
+    for (std::uint32_t spring = 0; spring < edges.size(); ++spring) {
+      for (const std::uint32_t slot : edges[spring]) springs_[next[slot]++] = spring;
+    }
+  }
+  [[nodiscard]] std::span<const std::uint32_t> operator[](std::size_t slot) const {
+    return std::span(springs_).subspan(ends_[slot], ends_[slot + 1] - ends_[slot]);
+  }
+
+ private:
+  std::vector<std::size_t> ends_;
+  std::vector<std::uint32_t> springs_;
+};
+
 }  // namespace
 
 std::vector<std::array<std::uint32_t, 2>> spring_edges(const MeshOrder& order) {
@@ -190,18 +213,18 @@ SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::sp
     four.tension_at_rest.v[i % 4] = four.stiffness.v[i % 4] * (entry(mechanics.rest_lengths_m, i) / grid_step_m);
   }
   pulls_.resize(4 * springs_.size());
-  const auto spring_of = [&](std::uint32_t slot, std::uint32_t neighbour) {
-    const std::array ends{std::min(slot, neighbour), std::max(slot, neighbour)};
-    const auto of_lower = std::ranges::equal_range(edges, ends[0], {}, [](const auto& edge) { return edge[0]; });
-    const auto found = std::ranges::find(of_lower, ends);
-    if (found == of_lower.end()) return static_cast<std::uint32_t>(pulls_.size() - 1);
-    return static_cast<std::uint32_t>(found - edges.begin());
-  };
+  const auto none = static_cast<std::uint32_t>(pulls_.size() - 1);
+  const SpringsOfSlots springs_of(edges, count);
+  std::vector<std::uint32_t> spring_to(count, none);  // each neighbour of the slot at hand
   ring_springs_.resize(count);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
-    for (std::size_t k = 0; k < 6; ++k) ring_springs_[slot].first[k] = spring_of(slot, order_->rings[slot][k]);
+    for (const std::uint32_t spring : springs_of[slot]) {
+      spring_to[edges[spring][0] == slot ? edges[spring][1] : edges[spring][0]] = spring;
+    }
+    spring_to[slot] = none;
+    for (std::size_t k = 0; k < 6; ++k) ring_springs_[slot].first[k] = spring_to[order_->rings[slot][k]];
     for (std::uint32_t i = order_->ring_rest_begins[slot]; i < order_->ring_rest_begins[slot + 1]; ++i) {
-      rest_springs_.push_back(spring_of(slot, order_->ring_rests[i]));
+      rest_springs_.push_back(spring_to[order_->ring_rests[i]]);
     }
   }
   for (auto* quads : {&start_, &positions_, &steps_, &gradient_, &next_}) quads->resize(count);

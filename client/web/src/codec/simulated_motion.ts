@@ -1,5 +1,6 @@
 // Where a soft body will be a frame from now: a few steps of its own springs, gas and planes. The same doubles in the
 // same order as the server's codec/simulated_motion, which says why; tests/golden/simulated_motion.txt holds both to it.
+import { PneumaError } from "../errors.js";
 import type { MeshOrder, Triangles } from "./mesh_order.js";
 
 export interface Plane {
@@ -13,11 +14,12 @@ export interface Plane {
 export interface Mechanics {
   readonly frameS: number;
   readonly substeps: number;
-  /** One a vertex; 0: one that nothing moves. */
-  readonly massesKg: ArrayLike<number>;
+  /** One a vertex, or one for all; 0: of what nothing moves. */
+  readonly massesKg: readonly number[];
   /** One of each of springEdges(). */
-  readonly restLengthsM: ArrayLike<number>;
-  readonly stiffnessesNM: ArrayLike<number>;
+  readonly restLengthsM: readonly number[];
+  /** Likewise, or one for all. */
+  readonly stiffnessesNM: readonly number[];
   readonly dampingNSM: number;
   readonly gas: {
     readonly pressurePa: number;
@@ -32,8 +34,8 @@ export interface Mechanics {
 /** Velocities are whole numbers of this unit: steps of the grid a frame. */
 const velocityUnit = 0.125;
 const velocityGain = 0.2;
-const velocityMax = 2 ** 30;
 const stepsAFrameMax = 2 ** 26;
+const velocityMax = stepsAFrameMax / velocityUnit;
 const squareLengthMin = 2 ** -10;
 const volumeShareMin = 2 ** -6;
 const reach = 2;
@@ -64,6 +66,82 @@ export function springEdges({ size, rings }: MeshOrder): [number, number][] {
     }
   }
   return edges;
+}
+
+const substepsMax = 64;
+const planesMax = 16;
+const exponentMax = 16 * 65536;
+/** Of all bodies of a stream together, of simulatedWork(). */
+export const simulatedWorkMax = 2 ** 20;
+
+/** What a frame of such a body takes, in vertices and faces simulated once. */
+export function simulatedWork({ substeps }: Mechanics, { vertexCount, indices }: Triangles): number {
+  return substeps * (vertexCount + indices.length / 3);
+}
+
+/** Throws PneumaError MALFORMED for what a body of this order cannot have. */
+export function checkMechanics(order: MeshOrder, mechanics: Mechanics): void {
+  const { frameS, substeps, massesKg, restLengthsM, stiffnessesNM, dampingNSM, gas, gravityMS2, planes } = mechanics;
+  const edges = order.rings.entries.length / 2;
+  const need = (isSound: boolean, where: string) => {
+    if (!isSound) throw new PneumaError("MALFORMED", "mechanics that no body has", `mechanics.${where}`);
+  };
+  const areAtLeast = (least: number, values: readonly number[]) =>
+    values.every((value) => Number.isFinite(value) && value >= least);
+  const oneOr = (count: number, { length }: readonly number[]) => length === 1 || length === count;
+  need(frameS > 0 && Number.isFinite(frameS), "frame_s");
+  need(substeps >= 1 && substeps <= substepsMax, "substeps");
+  need(oneOr(order.size, massesKg) && areAtLeast(0, massesKg), "masses_kg");
+  need(restLengthsM.length === edges && areAtLeast(0, restLengthsM), "rest_lengths_m");
+  need(oneOr(edges, stiffnessesNM) && areAtLeast(0, stiffnessesNM), "stiffnesses_n_m");
+  need(areAtLeast(0, [dampingNSM]), "damping_n_s_m");
+  need(
+    areAtLeast(0, [gas.pressurePa, gas.volumeM3, gas.outsidePa]) &&
+      gas.volumeM3 > 0 &&
+      gas.exponent65536ths <= exponentMax,
+    "gas",
+  );
+  need(areAtLeast(-Infinity, gravityMS2), "gravity_m_s2");
+  need(planes.length <= planesMax, "planes");
+  for (const { normal, offsetM, restitution, friction } of planes) {
+    need(areAtLeast(-1, normal) && Number.isFinite(offsetM) && areAtLeast(0, [restitution, friction]), "planes");
+  }
+}
+
+/** The velocities that a frame's moves amount to. */
+export function velocitiesOf(moves: Int32Array): Int32Array {
+  return moves.map((move) => Math.max(-stepsAFrameMax, Math.min(stepsAFrameMax, move)) / velocityUnit);
+}
+
+/** Of a list of one for all, too. */
+function entry(values: readonly number[], i: number): number {
+  return values[values.length === 1 ? 0 : i]!;
+}
+
+/** Of each entry of the rings, which of springEdges() it is. */
+function springsOfRings(
+  { size, rings: { begins, entries } }: MeshOrder,
+  edges: readonly [number, number][],
+): Int32Array {
+  // By slot, the edges that it is the higher end of; those that it is the lower end of follow each other.
+  const ends = new Int32Array(size + 1);
+  for (const [, high] of edges) ends[high + 1]! += 1;
+  for (let slot = 0; slot < size; ++slot) ends[slot + 1]! += ends[slot]!;
+  const next = ends.slice();
+  const fromLower = new Int32Array(edges.length);
+  edges.forEach(([, high], edge) => {
+    fromLower[next[high]!++] = edge;
+  });
+  const springs = new Int32Array(entries.length);
+  const springTo = new Int32Array(size); // each lower neighbour of the slot at hand
+  let edge = 0;
+  for (let slot = 0; slot < size; ++slot) {
+    for (let i = ends[slot]!; i < ends[slot + 1]!; ++i) springTo[edges[fromLower[i]!]![0]] = fromLower[i]!;
+    for (let i = begins[slot]!; i < begins[slot + 1]!; ++i) {
+      springs[i] = entries[i]! > slot ? edge++ : springTo[entries[i]!]!;
+    }
+  }
+  return springs;
 }
 
 interface PlacedPlane {
@@ -126,22 +204,14 @@ export class SimulatedMotion {
     for (let slot = 0; slot < count; ++slot) {
       const vertex = order.vertices[slot]!;
       slots[vertex] = slot;
-      const massKg = mechanics.massesKg[vertex]!;
+      const massKg = entry(mechanics.massesKg, vertex);
       if (massKg > 0) this.#inverseMass[slot] = 1 / massKg;
     }
     this.#faces = Int32Array.from(mesh.indices, (vertex) => slots[vertex]!);
     const edges = springEdges(order);
     this.#ends = Int32Array.from(edges.flat());
-    const named = new Map(edges.map(([low, high], i) => [low * count + high, i]));
-    const { begins, entries } = order.rings;
-    this.#ringSprings = new Int32Array(entries.length);
-    for (let slot = 0; slot < count; ++slot) {
-      for (let i = begins[slot]!; i < begins[slot + 1]!; ++i) {
-        const other = entries[i]!;
-        this.#ringSprings[i] = named.get(Math.min(slot, other) * count + Math.max(slot, other))!;
-      }
-    }
-    this.#stiffness = Float64Array.from(edges, (_, i) => mechanics.stiffnessesNM[i]! * squareS2);
+    this.#ringSprings = springsOfRings(order, edges);
+    this.#stiffness = Float64Array.from(edges, (_, i) => entry(mechanics.stiffnessesNM, i) * squareS2);
     this.#tensionAtRest = this.#stiffness.map((stiffness, i) => stiffness * (mechanics.restLengthsM[i]! / gridStepM));
     this.#inverseLength = new Float64Array(edges.length);
     this.#length = new Float64Array(edges.length);
@@ -173,13 +243,15 @@ export class SimulatedMotion {
     }
   }
 
-  /** After predict(), when the frame's moves are known: writes the velocities at its end. */
-  correct(moves: Int32Array, velocities: Int32Array): void {
+  /** After predict(), when the frame's moves are known: the velocities at its end. */
+  correct(moves: Int32Array): Int32Array {
+    const velocities = new Int32Array(moves.length);
     for (let i = 0; i < moves.length; ++i) {
       const missed = moves[i]! - this.#next[i]!;
       const velocity = (this.#substeps * this.#steps[i]! + velocityGain * missed) * (1 / velocityUnit);
       velocities[i] = rounded(Math.max(-velocityMax, Math.min(velocityMax, velocity)));
     }
+    return velocities;
   }
 
   #beginFrame(points: Float64Array, velocities: Int32Array): void {
@@ -367,7 +439,7 @@ export class SimulatedMotion {
 
   #endFrame(drift: Int32Array): boolean {
     let isWithin = true;
-    for (let i = 0; i < drift.length; ++i) {
+    for (let i = 0; i < this.#start.length; ++i) {
       const moved = this.#positions[i]! - this.#start[i]!;
       const speed = this.#substeps * this.#steps[i]!;
       isWithin &&= Math.abs(moved) < stepsAFrameMax && Math.abs(speed) < stepsAFrameMax;
