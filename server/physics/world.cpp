@@ -169,8 +169,7 @@ const Atmosphere& World::atmosphere() const {
   return simulation_->scene.atmosphere;
 }
 Frequencies World::frequencies(std::size_t soft_index) const {
-  FrequencyTable known = simulation_->frequencies;  // most likely found when the substeps were chosen
-  return known.estimate({&soft_body(soft_index), 1}, atmosphere()).front();
+  return simulation_->frequencies.estimate_another(soft_body(soft_index), atmosphere());
 }
 
 std::size_t World::soft_body_count() const {
