@@ -248,7 +248,7 @@ void SimulatedMotion::begin_frame(std::span<const std::int64_t> points, const st
 /// Takes the planes that the body may reach in the frame.
 void SimulatedMotion::place_planes(std::span<const std::int64_t> points) {
   near_planes_.clear();
-  if (planes_.empty() || start_.empty()) return;
+  if (planes_.empty()) return;
   double fastest = 0.0;
   for (const Quad& step : steps_) fastest = std::max(fastest, sum(step.v * step.v));
   const double falling = std::sqrt(sum(gravity_.v * gravity_.v)) * substeps_;
@@ -402,6 +402,7 @@ void SimulatedMotion::predict(std::span<const std::int64_t> points, const std::v
                               std::vector<Lanes>& drift) {
   assert(points.size() == 3 * order_->size() && velocities.size() == order_->size());
   drift.resize(order_->size());
+  if (drift.empty()) return;
   begin_frame(points, velocities);
   place_planes(points);
   measure_edges();

@@ -130,7 +130,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   key.set_stream_id(stream_id);
   key.set_layout_id(layout_id);
   key.set_payload(key_payload(sizes, mechanics && !sizes.empty()));
-  if (has_velocities) key.set_velocities(key.payload());
+  if (has_velocities) key.set_velocities(key_payload(sizes, false));
   must(decoder.take_frame(key, 0).status());
   return 0;
 }

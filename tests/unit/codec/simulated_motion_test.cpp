@@ -120,6 +120,18 @@ TEST(SimulatedMotion, GoesOnAsItDoesWhereNumbersEnd) {
   EXPECT_EQ(drift_of(mechanics, tetrahedron_points, all_at(3, -5, 7)), all_at(6, -10, 14));
 }
 
+TEST(SimulatedMotion, TakesABodyOfNothing) {
+  const auto order = order_of(0, {});
+  Mechanics mechanics = free_mechanics(*order);
+  mechanics.masses_kg = {1.0F};
+  mechanics.planes = {{{0.0, 1.0, 0.0}, 0.0, 0.5, 0.25}};
+  ASSERT_TRUE(SimulatedMotion::check(*order, mechanics).ok());
+  SimulatedMotion motion(order, {}, mechanics, step_m);
+  std::vector<Lanes> drift(3);
+  motion.predict({}, {}, drift);
+  EXPECT_TRUE(drift.empty());
+}
+
 TEST(SimulatedMotion, TakesEdgesOfNoLength) {
   Mechanics mechanics = free_mechanics(*order_of(4, tetrahedron));
   std::ranges::fill(mechanics.stiffnesses_n_m, 100.0F);
