@@ -7,6 +7,7 @@
 
 #include "base/limits.h"
 #include "codec/topology_hash.h"
+#include "mechanics.h"
 
 namespace pneuma::client {
 
@@ -25,6 +26,17 @@ bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
   if (kept.empty()) return true;
   return kept.size() == count && kept.back() < base::mesh_vertices_max &&
          std::ranges::adjacent_find(kept, std::greater_equal<>()) == kept.end();
+}
+
+/// Null where the body has no mechanics. Adds to the work of those before it.
+base::Result<codec::SimulatedMotionPtr> simulation_of(const v1::Layout::Soft& soft, const Topology& topology,
+                                                      double grid_step_m, std::uint64_t& work) {
+  if (!soft.has_mechanics()) return codec::SimulatedMotionPtr();
+  const auto mechanics = mechanics_of(soft.mechanics(), *topology.order);
+  if (!mechanics.ok()) return mechanics.status().inside("mechanics");
+  work += codec::simulated_work(*mechanics, topology.vertex_count, topology.indices.size() / 3);
+  if (work > codec::simulated_work_max) return malformed("more to be simulated than any stream asks for", "mechanics");
+  return std::make_shared<codec::SimulatedMotion>(topology.order, topology.indices, *mechanics, grid_step_m);
 }
 
 std::vector<ContactFrame> contacts_of(const v1::Frame& message) {
@@ -99,6 +111,8 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
 
   std::vector<Body> bodies;
   std::vector<codec::MeshOrderPtr> orders;
+  std::vector<codec::SimulatedMotionPtr> simulations;
+  std::uint64_t simulated_work = 0;
   std::size_t vertices = 0;
   for (const auto& soft : message.soft_bodies()) {
     const auto topology = topologies_.find(soft.topology_hash());
@@ -113,6 +127,9 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
     }
     bodies.push_back({soft.name(), topology->second, std::move(kept)});
     orders.push_back(topology->second->order);
+    auto simulation = simulation_of(soft, *topology->second, found->second.grid_step_m, simulated_work);
+    if (!simulation.ok()) return simulation.status().inside("soft_bodies." + soft.name());
+    simulations.push_back(std::move(*simulation));
   }
   std::vector<SolidFrame> solids;
   for (const auto& solid : message.solids()) {
@@ -128,7 +145,7 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
   stream.layers = {};
   State& base = stream.layers[0];
   if (stream.velocity_grid_step_m_s > 0.0) base.velocity_reader = codec::FrameReader(orders);
-  base.reader = codec::FrameReader(std::move(orders));
+  base.reader = codec::FrameReader(std::move(orders), std::move(simulations));
   base.solids = std::move(solids);
   return {};
 }

@@ -82,6 +82,7 @@ void add_stream_options(CLI::App& command, Arguments& arguments) {
   command.add_option("--level", stream.level_of_detail, "Coarser meshes: a quarter of the vertices each level");
   command.add_flag("--velocities", stream.velocities, "The vertices' velocities, too");
   command.add_flag("--scalars", stream.scalars, "Each body's volume, pressure and energies, and whether it sleeps");
+  command.add_flag("--simulated", stream.simulated, "Fewer bytes, for simulating the bodies here, too");
 }
 
 void add_watch(CLI::App& app, Work& work) {

@@ -66,6 +66,7 @@ base::Result<v1::Subscribed> Client::subscribe(const std::string& world, const S
   subscribe.set_contacts(options.contacts);
   subscribe.set_time_layers(options.time_layers);
   subscribe.set_adaptive(options.adaptive);
+  subscribe.set_simulated(options.simulated);
   for (const TopologyPtr& topology : topologies()) subscribe.add_known_topologies(topology->hash);
   return take(call(std::move(request)), &ServerMessage::has_subscribed, &ServerMessage::mutable_subscribed);
 }

@@ -31,6 +31,12 @@ void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
   out.mutable_orientation()->set_z(pose.orientation.z());
 }
 
+codec::SimulatedMotionPtr simulation_of(const physics::Mesh& mesh, const WorldLayout::Body& body, double max_error_m) {
+  const std::span<const std::uint32_t> indices(mesh.faces.front().data(), 3 * mesh.faces.size());
+  return std::make_shared<codec::SimulatedMotion>(body.topology->order, indices, *body.mechanics,
+                                                  codec::grid_step_m(max_error_m));
+}
+
 }  // namespace
 
 const std::optional<BodyScalars>& MeasuredScalars::of(std::size_t body) {
@@ -49,7 +55,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
   const std::optional<std::uint64_t> base_tick = last_tick_;
   const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
-  if (!same_layout) begin_layout(layout);
+  if (!same_layout) begin_layout(source, layout);
   last_tick_ = tick;
   const double reckoned_s = delta ? time_s_ + static_cast<double>(tick - *base_tick) * contents_.tick_s : 0.0;
   const bool reckons = delta && std::abs(reckoned_s - source.time_s()) <= time_tolerance_s;
@@ -84,12 +90,17 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   return out;
 }
 
-void FrameEncoder::begin_layout(const WorldLayout& layout) {
+void FrameEncoder::begin_layout(const FrameSource& source, const WorldLayout& layout) {
   layout_id_ = layout.id();
   std::vector<codec::MeshOrderPtr> orders;
-  for (const WorldLayout::Body& body : layout.bodies()) orders.push_back(body.topology->order);
+  std::vector<codec::SimulatedMotionPtr> simulations;
+  for (const WorldLayout::Body& body : layout.bodies()) {
+    orders.push_back(body.topology->order);
+    simulations.push_back(body.mechanics ? simulation_of(*source.mesh(body.index), body, contents_.max_error_m)
+                                         : nullptr);
+  }
   if (contents_.max_velocity_error_m_s > 0.0) velocity_writer_.emplace(orders, contents_.max_velocity_error_m_s);
-  writer_.emplace(std::move(orders), contents_.max_error_m);
+  writer_.emplace(std::move(orders), contents_.max_error_m, std::move(simulations));
 }
 
 void FrameEncoder::write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,

@@ -54,7 +54,7 @@ class FrameEncoder {
  private:
   using Copy = void (FrameSource::*)(std::size_t, std::span<double>) const;
 
-  void begin_layout(const WorldLayout& layout);
+  void begin_layout(const FrameSource& source, const WorldLayout& layout);
   /// A delta goes to `payload`; null: the stream begins anew.
   void write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,
              std::string* payload);

@@ -92,7 +92,8 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                         request.velocities(),
                         request.scalars(),
                         request.contacts(),
-                        request.time_layers()};
+                        request.time_layers(),
+                        request.simulated() && !request.time_layers() && request.level_of_detail() == 0};
 
   auto found = find_asked(session->id(), quality);
   if (found == classes_.end()) {
@@ -165,7 +166,11 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
       .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
       .scalars = quality.scalars,
       .contacts = quality.contacts};
-  QualityClass made{stream_id, LayeredEncoder(FrameEncoder(stream_id, contents)), WorldLayout(quality.view), {}, {},
+  QualityClass made{stream_id,
+                    LayeredEncoder(FrameEncoder(stream_id, contents)),
+                    WorldLayout(quality.view, quality.simulated ? quality.rate_divisor : 0),
+                    {},
+                    {},
                     0.0};
   return classes_.emplace(quality, std::move(made)).first;
 }

@@ -95,6 +95,7 @@ class FrameHub {
     bool scalars;
     bool contacts;
     bool time_layers;
+    bool simulated;
     auto operator<=>(const Quality&) const = default;
   };
   struct Adaptive {

@@ -1,5 +1,6 @@
 #include "app/frame_source.h"
 
+#include "app/mechanics.h"
 #include "scene_io/translate.h"
 
 namespace pneuma::app {
@@ -32,6 +33,11 @@ std::vector<TouchedVertex> LiveFrames::contacts(std::size_t index) const {
     touched.push_back({contact.vertex, contact.other == Other::soft, before + contact.index, contact.normal});
   }
   return touched;
+}
+
+std::optional<codec::Mechanics> LiveFrames::mechanics(std::size_t index, const codec::MeshOrder& order,
+                                                      double frame_s) const {
+  return mechanics_of(world_, index, order, frame_s);
 }
 
 void LiveFrames::describe_solids(v1::Layout& layout) const {

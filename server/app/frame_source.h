@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "codec/simulated_motion.h"
 #include "physics/mesh.h"
 #include "physics/world.h"
 #include "pneuma/v1/frame.pb.h"
@@ -52,6 +54,11 @@ class FrameSource {
   [[nodiscard]] virtual bool has_contacts() const = 0;
   /// By vertex; a vertex may be held off several, and by several walls of one.
   [[nodiscard]] virtual std::vector<TouchedVertex> contacts(std::size_t index) const = 0;
+  /// What its motion from frame to frame follows from, where that tells it well; nothing of a recording.
+  [[nodiscard]] virtual std::optional<codec::Mechanics> mechanics(std::size_t, const codec::MeshOrder&,
+                                                                  double /*frame_s*/) const {
+    return std::nullopt;
+  }
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
@@ -83,6 +90,8 @@ class LiveFrames final : public FrameSource {
   [[nodiscard]] bool has_contacts() const override { return true; }
   /// Those that the world notes (World::note_contacts).
   [[nodiscard]] std::vector<TouchedVertex> contacts(std::size_t index) const override;
+  [[nodiscard]] std::optional<codec::Mechanics> mechanics(std::size_t index, const codec::MeshOrder& order,
+                                                          double frame_s) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 

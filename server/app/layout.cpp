@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/mechanics.h"
+
 namespace pneuma::app {
 
 namespace {
@@ -32,6 +34,7 @@ WorldLayout::Update WorldLayout::update(const FrameSource& source, MeshTopologie
     if (!find_bodies(source, topologies)) return Update::waits;
   }
   current_ = true;
+  if (simulated_ticks_ > 0) find_mechanics(source);
 
   v1::Layout layout;
   for (const Body& body : bodies_) {
@@ -39,6 +42,7 @@ WorldLayout::Update WorldLayout::update(const FrameSource& source, MeshTopologie
     soft.set_name(source.soft_body_name(body.index));
     soft.set_topology_hash(body.topology->hash);
     describe_kept(body.topology->kept, source.kept_vertices(body.index), soft);
+    if (body.mechanics) *soft.mutable_mechanics() = to_proto(*body.mechanics);
   }
   source.describe_solids(layout);
   layout.set_layout_id(layout_.layout_id());
@@ -60,6 +64,21 @@ bool WorldLayout::find_bodies(const FrameSource& source, MeshTopologies& topolog
   }
   bodies_ = std::move(bodies);  // those that wait hold what they have
   return all_there;
+}
+
+/// Of the first bodies, as many as readers will simulate.
+void WorldLayout::find_mechanics(const FrameSource& source) {
+  const double frame_s = source.tick_period_s() * static_cast<double>(simulated_ticks_);
+  std::uint64_t work = 0;
+  for (Body& body : bodies_) {
+    auto mechanics = source.mechanics(body.index, *body.topology->order, frame_s);
+    if (!mechanics) continue;
+    const std::uint64_t own_work =
+        codec::simulated_work(*mechanics, body.topology->order->size(), source.mesh(body.index)->faces.size());
+    if (work + own_work > codec::simulated_work_max) continue;
+    work += own_work;
+    body.mechanics = std::move(mechanics);
+  }
 }
 
 std::vector<TopologyMessagePtr> WorldLayout::topologies() const {

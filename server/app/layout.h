@@ -4,7 +4,9 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/frame_source.h"
@@ -29,6 +31,7 @@ class WorldLayout {
   struct Body {
     std::size_t index;  // in the source
     TopologyMessagePtr topology;
+    std::optional<codec::Mechanics> mechanics{};  // where they are told
   };
   enum class Update {
     none,     // as it was, and current
@@ -37,7 +40,9 @@ class WorldLayout {
     changed,  // current, with a new id
   };
 
-  explicit WorldLayout(View view) : view_(std::move(view)) {}
+  /// `simulated_ticks`: from one frame to the next, where the bodies' mechanics are told; 0: they are not.
+  explicit WorldLayout(View view, std::uint64_t simulated_ticks = 0)
+      : view_(std::move(view)), simulated_ticks_(simulated_ticks) {}
 
   /// What is shown was edited.
   void edited() { current_ = false; }
@@ -53,8 +58,10 @@ class WorldLayout {
 
  private:
   [[nodiscard]] bool find_bodies(const FrameSource& source, MeshTopologies& topologies);
+  void find_mechanics(const FrameSource& source);
 
   View view_;
+  std::uint64_t simulated_ticks_;
   bool current_ = false;
   v1::Layout layout_;
   std::vector<Body> bodies_;

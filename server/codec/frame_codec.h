@@ -14,7 +14,9 @@
 #include "codec/grid.h"
 #include "codec/mesh_order.h"
 #include "codec/move_coder.h"
+#include "codec/payload_heads.h"
 #include "codec/prediction_fit.h"
+#include "codec/simulated_motion.h"
 
 namespace pneuma::codec {
 
@@ -25,13 +27,20 @@ struct BodyMotion {
   Lattice points;     // of the last frame
   MoveHistory moves;  // how they came there, frame by frame
   DriftWeights weights;
+  std::vector<Lanes> velocities;  // of a body that has mechanics (simulated_motion.h); otherwise empty
 
-  explicit BodyMotion(std::size_t vertices) : points(3 * vertices) {
+  BodyMotion(std::size_t vertices, bool is_simulated) : points(3 * vertices) {
     for (auto& move : moves) move.resize(vertices);
+    if (is_simulated) velocities.resize(vertices);
   }
   void come_to_rest() {
     for (auto& move : moves) std::ranges::fill(move, Lanes{});
+    std::ranges::fill(velocities, Lanes{});
     weights = {};
+  }
+  /// After a move that no mechanics expected.
+  void take_move_for_velocity() {
+    if (!velocities.empty()) take_for_velocities(moves[0], velocities);
   }
   friend bool operator==(const BodyMotion&, const BodyMotion&) = default;
   /// Adds a move to the points.
@@ -44,8 +53,8 @@ struct BodyMotion {
 /// that the next delta frame needs, so that both may be sent of the same frame.
 class FrameWriter {
  public:
-  /// One order a body.
-  FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m);
+  /// One order a body, and where any is simulated one of `simulations`, of grid_step_m(max_error_m).
+  FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m, std::vector<SimulatedMotionPtr> simulations = {});
 
   [[nodiscard]] double grid_step_m() const { return step_m_; }
 
@@ -66,16 +75,29 @@ class FrameWriter {
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
 
  private:
+  /// How long a body is predicted by its mechanics alone: up to this level of the residuals, for so many frames.
+  struct Trust {
+    std::uint32_t level_max = 0;
+    std::uint32_t frames_left = 0;
+  };
+
   void gather(const MeshOrder& order, std::span<const double> positions_m);
   [[nodiscard]] bool is_still(const Lattice& points) const;
+  [[nodiscard]] std::uint8_t put_simulated(std::size_t body);
+  [[nodiscard]] BlockHead put_moved(std::size_t body);
+  [[nodiscard]] BlockHead put_better(std::size_t body);
   /// After the body's first moves have changed.
   void note_moves(std::size_t body);
+  void catch_up_rings(std::size_t body);
 
   std::vector<MeshOrderPtr> orders_;
+  std::vector<SimulatedMotionPtr> simulations_;  // one a body
   double step_m_;
   double within_m_;  // a point no further from a vertex may stand for it
   std::vector<BodyMotion> motions_;
-  std::vector<RingHistory> rings_;  // of their moves
+  std::vector<RingHistory> rings_;       // of their moves
+  std::vector<std::uint8_t> rings_lag_;  // one a body: not of its last moves, which were simulated
+  std::vector<Trust> trusts_;
   // Of the frame under way:
   std::string heads_;
   std::vector<Triple> triples_;
@@ -85,6 +107,8 @@ class FrameWriter {
   Lattice points_;
   std::vector<Lanes> moves_;
   std::vector<Lanes> alternatives_;
+  std::vector<Lanes> unexpected_moves_;  // before they were chosen by what is expected
+  std::vector<Triple> simulated_triples_;
   MoveScratch scratch_;
 };
 
@@ -92,10 +116,11 @@ class FrameWriter {
 class FrameReader {
  public:
   FrameReader() = default;
-  explicit FrameReader(std::vector<MeshOrderPtr> orders);
+  /// As the writer's. Copies share the simulations, which keep nothing from frame to frame.
+  explicit FrameReader(std::vector<MeshOrderPtr> orders, std::vector<SimulatedMotionPtr> simulations = {});
 
   /// Bytes that do not fit change nothing and give a status that names the body and what was wrong. Time and memory are
-  /// bounded by the meshes' and the payload's sizes.
+  /// bounded by the meshes' and the payload's sizes, and simulated_work().
   [[nodiscard]] base::Status read(std::string_view payload, bool key);
 
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
@@ -105,9 +130,10 @@ class FrameReader {
 
  private:
   std::vector<MeshOrderPtr> orders_;
+  std::vector<SimulatedMotionPtr> simulations_;  // one a body
   std::vector<BodyMotion> motions_;
   // Of the frame under way:
-  std::vector<BodyMotion> next_;  // of a body that is only moved, its first move alone
+  std::vector<BodyMotion> next_;  // of a body that is only moved, its first move and its velocities alone
   std::vector<std::uint16_t> words_;
   MoveScratch scratch_;
 };

@@ -29,6 +29,11 @@ void take_key_block(const MeshOrder& order, const BlockHead& head, MoveScratch& 
     expect_after(next.moves, k, scratch.drift);
     take_moves(order, head.history[k], scratch, symbols, next.moves[k]);
   }
+  if (!head.velocities) return;
+  if (*head.velocities == level_of_rest) return take_for_velocities(next.moves[0], next.velocities);
+  expect_velocities(next.moves[0], scratch.drift);
+  take_moves(order, *head.velocities, scratch, symbols, next.velocities);
+  for (Lanes& velocity : next.velocities) velocity = halved(velocity);
 }
 
 void take_moved_block(const MeshOrder& order, const BlockHead& head, const BodyMotion& last, MoveScratch& scratch,
@@ -37,6 +42,14 @@ void take_moved_block(const MeshOrder& order, const BlockHead& head, const BodyM
   ring_differences(order, last.moves[0], scratch.ring);
   predict_drift(order, last.moves, next.weights, scratch.ring, scratch.drift);
   take_moves(order, head.level, scratch, symbols, next.moves[0]);
+}
+
+void take_simulated_block(const MeshOrder& order, const BlockHead& head, const BodyMotion& last,
+                          SimulatedMotion& simulation, MoveScratch& scratch, SymbolReader& symbols, BodyMotion& next) {
+  simulation.predict(last.points, last.velocities, scratch.drift);
+  take_moves(order, head.level, scratch, symbols, next.moves[0]);
+  next.weights = last.weights;
+  if (!symbols.failed()) simulation.correct(next.moves[0], next.velocities);
 }
 
 /// Makes `next` the body's motion; what it was is left there, for its memory.
@@ -48,27 +61,38 @@ void go_on(const BlockHead& head, BodyMotion& motion, BodyMotion& next) {
   motion.age();
   if (head.mode == BlockMode::still) {
     std::ranges::fill(motion.moves[0], Lanes{});
+    motion.take_move_for_velocity();
     return;
   }
   motion.weights = next.weights;
   std::swap(motion.moves[0], next.moves[0]);
   motion.move_by(motion.moves[0]);
+  if (head.mode == BlockMode::simulated) {
+    std::swap(motion.velocities, next.velocities);
+  } else {
+    motion.take_move_for_velocity();
+  }
 }
 
 }  // namespace
 
-FrameReader::FrameReader(std::vector<MeshOrderPtr> orders) : orders_(std::move(orders)) {
-  for (const MeshOrderPtr& order : orders_) {
-    motions_.emplace_back(order->size());
-    next_.emplace_back(0);
+FrameReader::FrameReader(std::vector<MeshOrderPtr> orders, std::vector<SimulatedMotionPtr> simulations)
+    : orders_(std::move(orders)), simulations_(std::move(simulations)) {
+  assert(simulations_.empty() || simulations_.size() == orders_.size());
+  simulations_.resize(orders_.size());
+  for (std::size_t body = 0; body < orders_.size(); ++body) {
+    motions_.emplace_back(orders_[body]->size(), simulations_[body] != nullptr);
+    next_.emplace_back(0, false);
   }
 }
 
 base::Status FrameReader::read(std::string_view payload, bool key) {
-  std::vector<std::size_t> vertex_counts;
-  vertex_counts.reserve(orders_.size());
-  for (const MeshOrderPtr& order : orders_) vertex_counts.push_back(order->size());
-  const auto heads = take_heads(payload, key, vertex_counts);
+  std::vector<BlockBody> bodies;
+  bodies.reserve(orders_.size());
+  for (std::size_t body = 0; body < orders_.size(); ++body) {
+    bodies.push_back({orders_[body]->size(), simulations_[body] != nullptr});
+  }
+  const auto heads = take_heads(payload, key, bodies);
   if (!heads.ok()) return heads.status();
 
   words_of(payload, words_);
@@ -80,6 +104,8 @@ base::Status FrameReader::read(std::string_view payload, bool key) {
     const BlockHead& head = (*heads)[body];
     if (head.stands_alone()) {
       take_key_block(*orders_[body], head, scratch_, symbols, next_[body]);
+    } else if (head.mode == BlockMode::simulated) {
+      take_simulated_block(*orders_[body], head, motions_[body], *simulations_[body], scratch_, symbols, next_[body]);
     } else if (head.mode != BlockMode::still) {
       take_moved_block(*orders_[body], head, motions_[body], scratch_, symbols, next_[body]);
     }

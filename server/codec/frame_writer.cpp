@@ -14,6 +14,12 @@ namespace {
 // What a move may be; a vertex that goes further in a frame begins anew.
 constexpr std::int64_t move_max = std::int64_t{1} << 30;
 
+// A body that is predicted by its mechanics goes on so while its residuals rise by no more (in levels, quarter
+// octaves), and for so many frames; then the prediction by its moves is tried as well. Measured on five balls that
+// bounce.
+constexpr std::uint32_t trusted_rise = 2;
+constexpr std::uint32_t trusted_frames = 16;
+
 /// Sets `out` to points less a point for each, where every difference is a move. False where one is not.
 template <class Origin>
 bool subtract(const Lattice& points, Origin&& origin_of, std::vector<Lanes>& out) {
@@ -35,6 +41,16 @@ bool all_zero(const std::vector<Lanes>& moves) {
   LaneVector any = {};
   for (const Lanes& move : moves) any |= move.v;
   return (any[0] | any[1] | any[2]) == 0;
+}
+
+std::uint8_t put_velocities(const MeshOrder& order, const BodyMotion& motion, MoveScratch& scratch,
+                            std::vector<Triple>& triples) {
+  std::vector<Lanes> velocities;
+  take_for_velocities(motion.moves[0], velocities);
+  if (velocities == motion.velocities) return level_of_rest;
+  for (std::size_t slot = 0; slot < velocities.size(); ++slot) velocities[slot] = doubled(motion.velocities[slot]);
+  expect_velocities(motion.moves[0], scratch.drift);
+  return static_cast<std::uint8_t>(put_moves(order, velocities, scratch, triples));
 }
 
 /// A block that stands alone: the points, and the last moves, each expected to be like the one after it.
@@ -61,17 +77,26 @@ void put_key_block(const MeshOrder& order, const BodyMotion& motion, MoveScratch
     expect_after(motion.moves, k, scratch.drift);
     head.history[k] = static_cast<std::uint8_t>(put_moves(order, motion.moves[k], scratch, triples));
   }
+  if (!motion.velocities.empty()) head.velocities = put_velocities(order, motion, scratch, triples);
   append_head(head, heads);
 }
 
 }  // namespace
 
-FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m)
-    : orders_(std::move(orders)), step_m_(codec::grid_step_m(max_error_m)), within_m_(surely_within_m(max_error_m)) {
+FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m,
+                         std::vector<SimulatedMotionPtr> simulations)
+    : orders_(std::move(orders)),
+      simulations_(std::move(simulations)),
+      step_m_(codec::grid_step_m(max_error_m)),
+      within_m_(surely_within_m(max_error_m)),
+      rings_lag_(orders_.size()),
+      trusts_(orders_.size()) {
+  assert(simulations_.empty() || simulations_.size() == orders_.size());
+  simulations_.resize(orders_.size());
   motions_.reserve(orders_.size());
-  for (const MeshOrderPtr& order : orders_) {
-    motions_.emplace_back(order->size());
-    rings_.emplace_back(order->size());
+  for (std::size_t body = 0; body < orders_.size(); ++body) {
+    motions_.emplace_back(orders_[body]->size(), simulations_[body] != nullptr);
+    rings_.emplace_back(orders_[body]->size());
   }
 }
 
@@ -110,6 +135,7 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
     append_head({}, heads_);
     motion.age();
     std::ranges::fill(motion.moves[0], Lanes{});
+    motion.take_move_for_velocity();
     note_moves(body);
     return;
   }
@@ -119,12 +145,35 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
     std::swap(motion.points, points_);
     motion.come_to_rest();
     rings_[body] = RingHistory(order.size());
+    trusts_[body] = {};
+    rings_lag_[body] = 0;
     put_key_block(order, motion, scratch_, heads_, triples_);
     return;
   }
+  alternatives_.resize(order.size());
+  find_alternatives(positions_m_, points_, step_m_, within_m_, alternatives_);
+  const BlockHead head = simulations_[body] != nullptr ? put_better(body) : put_moved(body);
+  append_head(head, heads_);
+  motion.move_by(moves_);
+  motion.age();
+  std::swap(motion.moves[0], moves_);
+  if (head.mode == BlockMode::simulated) {
+    simulations_[body]->correct(motion.moves[0], motion.velocities);
+    rings_lag_[body] = 1;
+  } else {
+    motion.take_move_for_velocity();
+    note_moves(body);
+  }
+}
+
+/// Puts moves_ against those that the motions before lead to.
+BlockHead FrameWriter::put_moved(std::size_t body) {
+  const MeshOrder& order = *orders_[body];
+  BodyMotion& motion = motions_[body];
+  catch_up_rings(body);
   BlockHead head;
   head.mode = BlockMode::again;
-  RingHistory& rings = rings_[body];
+  const RingHistory& rings = rings_[body];
   if (const auto better = better_weights(order, moves_, motion.moves, rings, motion.weights)) {
     motion.weights = *better;
     head.mode = BlockMode::moved;
@@ -132,17 +181,59 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   }
   scratch_.ring = rings.of_moves[0];
   predict_drift(order, motion.moves, motion.weights, scratch_.ring, scratch_.drift);
-  alternatives_.resize(order.size());
-  find_alternatives(positions_m_, points_, step_m_, within_m_, alternatives_);
   head.level = static_cast<std::uint8_t>(put_either(order, alternatives_, scratch_, moves_, triples_));
-  append_head(head, heads_);
-  motion.move_by(moves_);
-  motion.age();
-  std::swap(motion.moves[0], moves_);
-  note_moves(body);
+  return head;
+}
+
+/// Puts moves_ against those that the body's mechanics lead to.
+std::uint8_t FrameWriter::put_simulated(std::size_t body) {
+  const BodyMotion& motion = motions_[body];
+  simulations_[body]->predict(motion.points, motion.velocities, scratch_.drift);
+  return static_cast<std::uint8_t>(put_either(*orders_[body], alternatives_, scratch_, moves_, triples_));
+}
+
+/// By mechanics while that goes well; otherwise by whichever leaves the smaller residuals.
+BlockHead FrameWriter::put_better(std::size_t body) {
+  Trust& trust = trusts_[body];
+  const std::size_t triples_before = triples_.size();
+  unexpected_moves_ = moves_;
+  BlockHead head;
+  head.mode = BlockMode::simulated;
+  head.level = put_simulated(body);
+  const bool is_trusted = trust.frames_left > 0 && head.level <= trust.level_max;
+  if (is_trusted) {
+    --trust.frames_left;
+    trust.level_max = std::min(trust.level_max, head.level + trusted_rise);
+    return head;
+  }
+  std::swap(moves_, unexpected_moves_);
+  simulated_triples_.assign(triples_.begin() + static_cast<std::ptrdiff_t>(triples_before), triples_.end());
+  triples_.resize(triples_before);
+  const DriftWeights weights = motions_[body].weights;
+  const BlockHead other = put_moved(body);
+  if (other.level <= head.level) {
+    trust.frames_left = 0;
+    return other;
+  }
+  std::swap(moves_, unexpected_moves_);
+  triples_.resize(triples_before);
+  triples_.insert(triples_.end(), simulated_triples_.begin(), simulated_triples_.end());
+  motions_[body].weights = weights;
+  trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
+  return head;
+}
+
+void FrameWriter::catch_up_rings(std::size_t body) {
+  if (std::exchange(rings_lag_[body], 0) == 0) return;
+  RingHistory& rings = rings_[body];
+  for (std::size_t k = 0; k < history_size; ++k) {
+    ring_differences(*orders_[body], motions_[body].moves[k], rings.of_moves[k]);
+  }
+  ring_differences(*orders_[body], rings.of_moves[0], rings.of_ring);
 }
 
 void FrameWriter::note_moves(std::size_t body) {
+  if (rings_lag_[body] != 0) return;
   RingHistory& rings = rings_[body];
   std::ranges::rotate(rings.of_moves, rings.of_moves.end() - 1);
   ring_differences(*orders_[body], motions_[body].moves[0], rings.of_moves[0]);
@@ -162,6 +253,8 @@ void FrameWriter::place_body(std::size_t body, std::span<const double> positions
   quantise(positions_m_, step_m_, motion.points);
   motion.come_to_rest();
   rings_[body] = RingHistory(motion.moves[0].size());
+  trusts_[body] = {};
+  rings_lag_[body] = 0;
 }
 
 void FrameWriter::write_key(std::string& payload) const {

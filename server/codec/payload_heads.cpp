@@ -36,30 +36,39 @@ class ByteReader {
 bool is_level(std::uint8_t level) {
   return level <= level_max;
 }
-
-void take_history(ByteReader& bytes, HistoryLevels& history) {
-  for (std::uint8_t& level : history) level = bytes.byte();
+bool is_list_level(std::uint8_t level) {
+  return is_level(level) || level == level_of_rest;
 }
 
-BlockHead take_head(ByteReader& bytes, std::size_t vertex_count) {
+void take_history(ByteReader& bytes, const BlockBody& body, BlockHead& head) {
+  for (std::uint8_t& level : head.history) level = bytes.byte();
+  if (body.is_simulated) head.velocities = bytes.byte();
+}
+
+bool is_mode_of(const BlockBody& body, BlockMode mode) {
+  return mode <= BlockMode::again || (mode == BlockMode::simulated && body.is_simulated);
+}
+
+BlockHead take_head(ByteReader& bytes, const BlockBody& body) {
   BlockHead head;
   head.mode = static_cast<BlockMode>(bytes.byte());
   switch (head.mode) {
     case BlockMode::still:
       break;
     case BlockMode::plain:
-      head.plain = bytes.take(3 * coordinate_bytes * vertex_count);
-      take_history(bytes, head.history);
+      head.plain = bytes.take(3 * coordinate_bytes * body.vertices);
+      take_history(bytes, body, head);
       break;
     case BlockMode::key: {
       const std::string_view anchor = bytes.take(3 * coordinate_bytes);
       for (std::size_t axis = 0; axis < 3 && !anchor.empty(); ++axis) head.anchor[axis] = coordinate_at(anchor, axis);
       head.level = bytes.byte();
-      take_history(bytes, head.history);
+      take_history(bytes, body, head);
       break;
     }
     case BlockMode::moved:
     case BlockMode::again:
+    case BlockMode::simulated:
       head.level = bytes.byte();
       break;
   }
@@ -100,10 +109,11 @@ void append_head(const BlockHead& head, std::string& bytes) {
   }
   if (!head.stands_alone()) return;
   for (const std::uint8_t level : head.history) append(level);
+  if (head.velocities) append(*head.velocities);
 }
 
 base::Result<std::vector<BlockHead>> take_heads(std::string_view& payload, bool key,
-                                                std::span<const std::size_t> vertex_counts) {
+                                                std::span<const BlockBody> bodies) {
   ByteReader bytes(payload);
   const std::uint8_t format = bytes.byte();
   if (bytes.failed()) return base::Status(base::StatusCode::malformed, "is empty", "payload");
@@ -113,18 +123,18 @@ base::Result<std::vector<BlockHead>> take_heads(std::string_view& payload, bool 
                         "payload");
   }
   std::vector<BlockHead> heads;
-  heads.reserve(vertex_counts.size());
-  for (std::size_t body = 0; body < vertex_counts.size(); ++body) {
-    const BlockHead head = take_head(bytes, vertex_counts[body]);
+  heads.reserve(bodies.size());
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    const BlockHead head = take_head(bytes, bodies[body]);
     if (bytes.failed()) return malformed_body(body, "the payload ends in this body's head");
-    if (head.mode > BlockMode::again) {
+    if (!is_mode_of(bodies[body], head.mode)) {
       return malformed_body(body,
                             std::string("no such block mode: ").append(std::to_string(static_cast<int>(head.mode))));
     }
     if (key && !head.stands_alone()) return malformed_body(body, "a key frame's block builds on a base");
-    const bool moves_good =
-        std::ranges::all_of(head.history, [](std::uint8_t level) { return is_level(level) || level == level_of_rest; });
-    if (!is_level(head.level) || !moves_good) return malformed_body(body, "no such level");
+    const bool lists_good =
+        std::ranges::all_of(head.history, is_list_level) && is_list_level(head.velocities.value_or(level_of_rest));
+    if (!is_level(head.level) || !lists_good) return malformed_body(body, "no such level");
     heads.push_back(head);
   }
   payload = bytes.rest();

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/limits.h"
 #include "physics/gas.h"
 #include "physics/hinge.h"
 #include "physics/vertex_masses.h"
@@ -316,14 +317,27 @@ Frequencies estimate_frequencies(const SoftBody& body, const Atmosphere& atmosph
   return FrequencyTable().estimate({&body, 1}, atmosphere).front();
 }
 
+bool FrequencyTable::Entry::is_of(const SoftBody& body) const {
+  return mesh == body.mesh && springs == body.springs && vertex_mass_scale == body.vertex_mass_scale;
+}
+
+Frequencies FrequencyTable::estimate_another(const SoftBody& body, const Atmosphere& atmosphere) {
+  const Shares shares(mass_shares(body));
+  auto entry = std::ranges::find_if(entries_, [&body](const Entry& known) { return known.is_of(body); });
+  if (entry == entries_.end()) {
+    if (entries_.size() >= base::world_bodies_max) entries_.clear();
+    entries_.push_back({body.mesh, body.springs, body.vertex_mass_scale, make_modes(*body.mesh, body.springs, shares)});
+    ++skins_found_;
+    entry = entries_.end() - 1;
+  }
+  return frequencies_of(body, shares, atmosphere, entry->modes);
+}
+
 std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere) {
   std::vector<Entry> entries;
   std::vector<Frequencies> result;
   for (const SoftBody& body : bodies) {
-    const auto alike = [&](const Entry& entry) {
-      return entry.mesh == body.mesh && entry.springs == body.springs &&
-             entry.vertex_mass_scale == body.vertex_mass_scale;
-    };
+    const auto alike = [&body](const Entry& entry) { return entry.is_of(body); };
     const Shares shares(mass_shares(body));
     auto entry = std::ranges::find_if(entries, alike);
     if (entry == entries.end()) {

@@ -54,6 +54,8 @@ class FrequencyTable {
  public:
   /// One a body. Forgets those of other bodies.
   [[nodiscard]] std::vector<Frequencies> estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere);
+  /// Of one body more; forgets none but where there are more than a world has bodies.
+  [[nodiscard]] Frequencies estimate_another(const SoftBody& body, const Atmosphere& atmosphere);
   /// How many skins were not known yet, so far.
   [[nodiscard]] std::size_t skins_found() const { return skins_found_; }
 
@@ -63,6 +65,8 @@ class FrequencyTable {
     Springs springs;
     std::vector<double> vertex_mass_scale;
     SkinModes modes;
+
+    [[nodiscard]] bool is_of(const SoftBody& body) const;
   };
   std::vector<Entry> entries_;
   std::size_t skins_found_ = 0;

@@ -162,11 +162,26 @@ const std::string& World::substeps_reason() const {
   return simulation_->choice.reason;
 }
 
+const Vec3d& World::gravity_m_s2() const {
+  return simulation_->scene.gravity;
+}
+const Atmosphere& World::atmosphere() const {
+  return simulation_->scene.atmosphere;
+}
+Frequencies World::frequencies(std::size_t soft_index) const {
+  return simulation_->frequencies.estimate_another(soft_body(soft_index), atmosphere());
+}
+
 std::size_t World::soft_body_count() const {
   return simulation_->scene.soft_bodies.size();
 }
 const SoftBody& World::soft_body(std::size_t index) const {
   return simulation_->scene.soft_bodies[index];
+}
+
+const std::optional<GasState>& World::gas(std::size_t soft_index) const {
+  return simulation_->visit(
+      [&](const auto& bodies) -> const std::optional<GasState>& { return bodies.states[soft_index].gas; });
 }
 
 bool World::is_frozen(std::size_t soft_index) const {

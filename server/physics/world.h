@@ -14,6 +14,7 @@
 #include "physics/measures.h"
 #include "physics/profile.h"
 #include "physics/scene.h"
+#include "physics/stability.h"
 #include "physics/state.h"
 #include "physics/workers.h"
 
@@ -88,8 +89,14 @@ class World {
   [[nodiscard]] Integrator integrator() const;               // the one chosen where the scene leaves it open
   [[nodiscard]] const std::string& substeps_reason() const;  // why these
 
+  [[nodiscard]] const Vec3d& gravity_m_s2() const;
+  [[nodiscard]] const Atmosphere& atmosphere() const;
+  /// The fastest motions of a soft body at rest; kept, so that they are found once.
+  [[nodiscard]] Frequencies frequencies(std::size_t soft_index) const;
   [[nodiscard]] std::size_t soft_body_count() const;
   [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;
+  /// What is inside now.
+  [[nodiscard]] const std::optional<GasState>& gas(std::size_t soft_index) const;
   [[nodiscard]] bool is_frozen(std::size_t soft_index) const;
   [[nodiscard]] bool is_asleep(std::size_t soft_index) const;  // sleep.h
   /// Writes x, y, z of each vertex in order; `out` has 3 * vertex count elements.

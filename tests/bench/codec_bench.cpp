@@ -1,11 +1,15 @@
 // What frames cost: bits a vertex of recorded built-in scenes at 60 Hz with all that a frame takes on the wire, beside
-// peers on the same motion at the same bound, and the time to write and read them.
+// peers on the same motion at the same bound, and the time to write and read them; and the same of streams that are
+// predicted by their bodies' mechanics, where these are told.
 #include <algorithm>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "app/mechanics.h"
 #include "bench/figures.h"
 #include "bench/frame_costs.h"
 #include "codec/frame_codec.h"
@@ -25,8 +29,20 @@ struct Case {
   double max_error_m;
 };
 
+/// One a body.
+std::vector<std::optional<codec::Mechanics>> mechanics_of(const physics::World& world) {
+  std::vector<std::optional<codec::Mechanics>> all;
+  for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
+    const auto order = support::order_of(*world.soft_body(body).mesh);
+    all.push_back(app::mechanics_of(world, body, *order, world.tick_period_s()));
+  }
+  return all;
+}
+
 void frames(benchmark::State& bench, const Case& chosen) {
-  const Recording recording = support::record(support::world_of(chosen.scene, chosen.assignments), ticks);
+  physics::World world = support::world_of(chosen.scene, chosen.assignments);
+  const auto mechanics = mechanics_of(world);
+  const Recording recording = support::record(std::move(world), ticks);
   FrameCost cost;
   for ([[maybe_unused]] auto _ : bench) cost = frame_cost(recording, chosen.max_error_m);
   const PeerBits peers = peer_bits(recording, chosen.max_error_m);
@@ -37,6 +53,11 @@ void frames(benchmark::State& bench, const Case& chosen) {
   bench.counters["over_best_peer"] = cost.bits / peers.least();
   bench.counters["write_ns"] = cost.write_ns;
   bench.counters["read_ns"] = cost.read_ns;
+  if (std::ranges::none_of(mechanics, [](const auto& own) { return own.has_value(); })) return;
+  const FrameCost simulated = frame_cost(recording, chosen.max_error_m, mechanics);
+  bench.counters["simulated_bits"] = simulated.bits;
+  bench.counters["simulated_write_ns"] = simulated.write_ns;
+  bench.counters["simulated_read_ns"] = simulated.read_ns;
 }
 
 void resting_body(benchmark::State& bench) {
@@ -91,6 +112,10 @@ BENCHMARK_CAPTURE(frames, five_balls, Case{"five-balls", {}, 0.5e-3})
     ->Unit(benchmark::kMillisecond);
 BENCHMARK(resting_body)->Name("codec_resting_body");
 
+bool expect_simulated(const std::string& name, const std::string& meaning, double bits) {
+  return expect(
+      {"codec/" + name + "/", "simulated_bits", Bound::at_most, bits, meaning + ", simulated: bits a vertex a frame"});
+}
 bool expect_case(const std::string& name, const std::string& meaning, double bits) {
   const std::string benchmark = "codec/" + name + "/";
   if (bits > 0.0) expect({benchmark, "bits", Bound::at_most, bits, meaning + ": bits a vertex a frame"});
@@ -105,6 +130,11 @@ bool expect_case(const std::string& name, const std::string& meaning, double bit
     expect_case("ball_162_2m_fine", "ball of 162, 0.1 mm of 2 m", 14.0) &&
     expect_case("ball_2562", "ball of 2,562, 0.1 mm of 1 m", 10.0) && expect_case("hand", "hand, 0.2 mm", 8.0) &&
     expect_case("five_balls", "five balls, 0.5 mm of 1 m", 0.0) &&
+    expect_simulated("ball_162_coarse", "ball of 162, 0.25 mm of 1 m", 9.5) &&
+    expect_simulated("ball_162_fine", "ball of 162, 0.05 mm of 1 m", 14.0) &&
+    expect_simulated("ball_162_2m_coarse", "ball of 162, 0.5 mm of 2 m", 9.5) &&
+    expect_simulated("ball_162_2m_fine", "ball of 162, 0.1 mm of 2 m", 14.0) &&
+    expect_simulated("ball_2562", "ball of 2,562, 0.1 mm of 1 m", 10.0) &&
     expect({"codec_resting_body/", "bytes", Bound::at_most, 2.0, "a resting body: bytes of its frame's payload"});
 
 }  // namespace

@@ -45,9 +45,11 @@ std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
 
 }  // namespace
 
-FrameCost frame_cost(const Recording& recording, double max_error_m) {
-  codec::FrameWriter writer(recording.orders, max_error_m);
-  codec::FrameReader reader(recording.orders);
+FrameCost frame_cost(const Recording& recording, double max_error_m,
+                     const std::vector<std::optional<codec::Mechanics>>& mechanics) {
+  const double step_m = codec::grid_step_m(max_error_m);
+  codec::FrameWriter writer(recording.orders, max_error_m, support::simulations_of(recording, mechanics, step_m));
+  codec::FrameReader reader(recording.orders, support::simulations_of(recording, mechanics, step_m));
   std::string payload;
   const auto read = [&](bool key) {
     if (!reader.read(payload, key).ok()) throw std::runtime_error("a frame does not read back");

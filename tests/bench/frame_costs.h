@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
+#include <vector>
 
+#include "codec/simulated_motion.h"
 #include "support/recording.h"
 
 namespace pneuma::bench {
@@ -15,8 +18,10 @@ struct FrameCost {
   double read_ns = 0.0;
   double error_max_m = 0.0;  // of any vertex of any frame
 };
-/// Throws std::runtime_error where a frame does not read back.
-[[nodiscard]] FrameCost frame_cost(const support::Recording& recording, double max_error_m);
+/// `mechanics`: of each body that is simulated; none given: no body is. Throws std::runtime_error where a frame does
+/// not read back.
+[[nodiscard]] FrameCost frame_cost(const support::Recording& recording, double max_error_m,
+                                   const std::vector<std::optional<codec::Mechanics>>& mechanics = {});
 
 /// Bits a vertex a frame, without any of what carries a frame: positions on the cubic grid of the same bound, less
 /// where linear motion would have taken them.

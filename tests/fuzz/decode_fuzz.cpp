@@ -1,9 +1,11 @@
 // No bytes from a server may crash a client's decoder, make it change what it refuses, or run past its bounds.
-// Input: a byte of flags (key frame, number of bodies), a byte of size a body, then the payload. Where it begins: the
+// Input: a byte of flags (key frame, number of bodies, whether the first is simulated), a byte of size a body, then the
+// payload. Where it begins: the
 // golden vectors (make_seeds.py), some of which are of such strips.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <memory>
 #include <string_view>
 #include <vector>
 
@@ -29,7 +31,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   if (size < 1 + count) return 0;
   std::vector<MeshOrderPtr> orders;
   for (std::size_t i = 0; i < count; ++i) orders.push_back(pneuma::fuzz::strip_order(bytes[1 + i]));
-  FrameReader reader(orders);
+  std::vector<SimulatedMotionPtr> simulations(count);
+  if ((bytes[0] & 8U) != 0 && count > 0) {
+    simulations[0] = std::make_shared<SimulatedMotion>(orders[0], pneuma::fuzz::strip(bytes[1]),
+                                                       pneuma::fuzz::strip_mechanics(*orders[0]), 0.001);
+  }
+  FrameReader reader(orders, simulations);
 
   const std::string_view payload(reinterpret_cast<const char*>(bytes) + 1 + count, size - 1 - count);
   // A delta twice: on top of what was read, with its moves.

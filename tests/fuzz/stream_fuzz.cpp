@@ -1,13 +1,16 @@
 // No frame messages from a server may crash a client or leave a stream that a key frame does not bring back: all that a
-// stream can hold, layers, times, velocities, scalars and poses among them.
-// Input: a byte of flags (number of bodies, velocities), a byte of size a body, then messages of class Frame, each
-// behind two bytes of length. Where it begins: the golden vectors (make_seeds.py).
+// stream can hold, layers, times, velocities, scalars and poses among them; and no mechanics of a body.
+// Input: a byte of flags (number of bodies, velocities, mechanics), a byte of size a body, then messages of class
+// Frame, each behind two bytes of length; before them, so too, the first body's Mechanics, if there are any. Where it
+// begins: the golden vectors (make_seeds.py).
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "codec/frame_codec.h"
@@ -29,18 +32,35 @@ void must(const base::Status& status) {
   if (!status.ok()) std::abort();
 }
 
+/// Takes two bytes of length, and as many more as there are of it.
+std::string_view take_message(std::string_view& rest) {
+  if (rest.size() < 2) return std::exchange(rest, {});
+  const auto length = static_cast<std::uint8_t>(rest[0]) + 256U * static_cast<std::uint8_t>(rest[1]);
+  rest.remove_prefix(2);
+  const std::string_view message = rest.substr(0, length);
+  rest.remove_prefix(message.size());
+  return message;
+}
+
 /// Of all bodies at rest in the origin.
-std::string key_payload(const std::vector<std::uint32_t>& sizes) {
+std::string key_payload(const std::vector<std::uint32_t>& sizes, bool is_simulated) {
   std::vector<codec::MeshOrderPtr> orders;
   for (const std::uint32_t size : sizes) orders.push_back(fuzz::strip_order(size));
-  codec::FrameWriter writer(orders, max_error_m);
+  std::vector<codec::SimulatedMotionPtr> simulations(sizes.size());
+  if (is_simulated) {
+    simulations[0] = std::make_shared<codec::SimulatedMotion>(orders[0], fuzz::strip(sizes[0]),
+                                                              fuzz::strip_mechanics(*orders[0]), max_error_m);
+  }
+  codec::FrameWriter writer(orders, max_error_m, simulations);
   for (std::size_t i = 0; i < sizes.size(); ++i) writer.place_body(i, std::vector<double>(3 * std::size_t{sizes[i]}));
   std::string payload;
   writer.write_key(payload);
   return payload;
 }
 
-client::StreamDecoder decoder_of(const std::vector<std::uint32_t>& sizes, bool has_velocities) {
+/// Nothing where the mechanics are refused.
+std::optional<client::StreamDecoder> decoder_of(const std::vector<std::uint32_t>& sizes, bool has_velocities,
+                                                const std::optional<v1::Mechanics>& mechanics) {
   client::StreamDecoder decoder;
   v1::Subscribed subscribed;
   subscribed.set_stream_id(stream_id);
@@ -61,7 +81,12 @@ client::StreamDecoder decoder_of(const std::vector<std::uint32_t>& sizes, bool h
     layout.add_soft_bodies()->set_topology_hash(topology.hash());
   }
   for (std::size_t i = 0; i < solids; ++i) layout.add_solids();
-  must(decoder.take_layout(layout));
+  if (mechanics && !sizes.empty()) {
+    *layout.mutable_soft_bodies(0)->mutable_mechanics() = *mechanics;
+    if (!decoder.take_layout(layout).ok()) return std::nullopt;
+  } else {
+    must(decoder.take_layout(layout));
+  }
   return decoder;
 }
 
@@ -77,13 +102,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   std::vector<std::uint32_t> sizes;
   for (std::size_t i = 0; i < count; ++i) sizes.push_back(static_cast<std::uint8_t>(rest[1 + i]));
   rest.remove_prefix(1 + count);
-  client::StreamDecoder decoder = decoder_of(sizes, has_velocities);
+  std::optional<v1::Mechanics> mechanics;
+  if ((flags & 8U) != 0) {
+    const std::string_view message = take_message(rest);
+    if (!mechanics.emplace().ParseFromArray(message.data(), static_cast<int>(message.size()))) return 0;
+  }
+  std::optional<client::StreamDecoder> begun = decoder_of(sizes, has_velocities, mechanics);
+  if (!begun) return 0;
+  client::StreamDecoder& decoder = *begun;
 
   while (rest.size() >= 2) {
-    const auto length = static_cast<std::uint8_t>(rest[0]) + 256U * static_cast<std::uint8_t>(rest[1]);
-    rest.remove_prefix(2);
-    const std::string_view message = rest.substr(0, length);
-    rest.remove_prefix(message.size());
+    const std::string_view message = take_message(rest);
     v1::Frame frame;
     if (!frame.ParseFromArray(message.data(), static_cast<int>(message.size()))) continue;
     const auto taken = decoder.take_frame(frame, message.size());
@@ -100,8 +129,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   v1::Frame key;
   key.set_stream_id(stream_id);
   key.set_layout_id(layout_id);
-  key.set_payload(key_payload(sizes));
-  if (has_velocities) key.set_velocities(key.payload());
+  key.set_payload(key_payload(sizes, mechanics && !sizes.empty()));
+  if (has_velocities) key.set_velocities(key_payload(sizes, false));
   must(decoder.take_frame(key, 0).status());
   return 0;
 }

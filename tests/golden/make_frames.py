@@ -442,4 +442,5 @@ def main():
             out.write(f"\ntopology {name}\nvertices {vertices}\n{row('indices', indices).rstrip()}\nhash {digest}\n")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -26,11 +26,12 @@ class RecordingPrograms : public Served {
   using Seen = std::map<std::uint64_t, std::vector<client::SoftBodyFrame>>;
 
   /// Records a paused world from tick 0 to `ticks`; a hit comes after 10 ticks, an edit after 20.
-  Seen record(client::Client& client, std::uint32_t ticks) {
+  Seen record(client::Client& client, std::uint32_t ticks, const std::vector<std::string>& flags = {}) {
     create(client, two_balls(), "w", true);
-    auto recorder =
-        Program::start(support::program_path("pneuma"), {"--server", server_->tcp_address(), "record", "w", file_,
-                                                         "--frames", std::to_string(ticks + 2), "--key-every", "0.2"});
+    std::vector<std::string> arguments{"--server", server_->tcp_address(),    "record",      "w",  file_,
+                                       "--frames", std::to_string(ticks + 2), "--key-every", "0.2"};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    auto recorder = Program::start(support::program_path("pneuma"), arguments);
     EXPECT_TRUE(recorder.ok());
     // The file is made once the recorder has subscribed.
     while (recorder->is_running() && !std::ifstream(file_).good()) {
@@ -87,9 +88,18 @@ class RecordingPrograms : public Served {
   std::string file_ = folder_ / "w.pneuma";
 };
 
-TEST_F(RecordingPrograms, ARecordingHoldsWhatASubscriberSees) {
+class RecordingsOfAnyStream : public RecordingPrograms, public testing::WithParamInterface<bool> {
+ protected:
+  Seen record_any(client::Client& client, std::uint32_t ticks) {
+    std::vector<std::string> flags;
+    if (GetParam()) flags.emplace_back("--simulated");
+    return record(client, ticks, flags);
+  }
+};
+
+TEST_P(RecordingsOfAnyStream, HoldWhatASubscriberSees) {
   client::Client client = connect();
-  const Seen seen = record(client, 60);
+  const Seen seen = record_any(client, 60);
   auto playback = client::Playback::open(file_);
   ASSERT_TRUE(playback.ok()) << playback.status().message();
   EXPECT_TRUE(playback->damage().ok());
@@ -153,9 +163,9 @@ TEST_F(RecordingPrograms, TheLogOfChangesMakesTheSameWorldAgain) {
   EXPECT_EQ(client.stats("again")->state_hash(), hash);
 }
 
-TEST_F(RecordingPrograms, WhatIsPlayedIsTakenForTheWorld) {
+TEST_P(RecordingsOfAnyStream, AreTakenForTheWorldWherePlayed) {
   client::Client client = connect();
-  record(client, 60);
+  record_any(client, 60);
   std::map<std::uint64_t, client::DecodedFrame> recorded;
   auto playback = client::Playback::open(file_);
   ASSERT_TRUE(playback.ok());
@@ -218,6 +228,9 @@ TEST_F(RecordingPrograms, WhatIsPlayedIsTakenForTheWorld) {
   ASSERT_TRUE(exit_status.ok());
   EXPECT_EQ(*exit_status, 0) << player->error_output();
 }
+
+INSTANTIATE_TEST_SUITE_P(Streams, RecordingsOfAnyStream, testing::Bool(),
+                         [](const auto& info) { return info.param ? "Simulated" : "Plain"; });
 
 TEST_F(RecordingPrograms, WhatIsPlayedIsShownByThePageToo) {
   client::Client client = connect();

@@ -358,6 +358,40 @@ TEST_F(Streaming, TimeLayersShowTheSameWorld) {
   }
 }
 
+TEST_F(Streaming, AClientThatSimulatesSeesTheSameWorldForFewerBytes) {
+  client::Client ann = connect();
+  client::Client bob = connect();
+  create(ann, two_balls(), "w", true);
+  const auto plain = ann.subscribe("w", {.max_error_m = 1e-5});
+  const auto simulated = bob.subscribe("w", {.max_error_m = 1e-5, .simulated = true});
+  ASSERT_TRUE(plain.ok() && simulated.ok());
+  const auto bytes_to = [](client::Client& client, std::uint64_t tick, std::optional<client::DecodedFrame>& last) {
+    std::size_t bytes = 0;
+    last = await_frame(client, [&](const auto& frame) {
+      if (!frame.key) bytes += frame.bytes;
+      return frame.tick == tick;
+    });
+    return bytes;
+  };
+  std::size_t plain_bytes = 0;
+  std::size_t simulated_bytes = 0;
+  for (std::uint64_t tick = 2; tick <= 60; tick += 2) {  // no more than a queue holds
+    ASSERT_TRUE(ann.step("w", 2).ok());
+    std::optional<client::DecodedFrame> seen_by_ann;
+    std::optional<client::DecodedFrame> seen_by_bob;
+    plain_bytes += bytes_to(ann, tick, seen_by_ann);
+    simulated_bytes += bytes_to(bob, tick, seen_by_bob);
+    ASSERT_TRUE(seen_by_ann && seen_by_bob);
+    for (std::size_t body = 0; body < 2; ++body) {
+      const auto& a = seen_by_ann->bodies[body].positions_m;
+      const auto& b = seen_by_bob->bodies[body].positions_m;
+      ASSERT_EQ(a.size(), b.size());
+      for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 2e-5);
+    }
+  }
+  EXPECT_LT(simulated_bytes, plain_bytes);
+}
+
 TEST_F(Streaming, ARunawayBodyIsReportedAndTheOthersGoOn) {
   client::Client ann = connect();
   create(ann, two_balls(), "w", true);

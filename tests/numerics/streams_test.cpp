@@ -1,8 +1,10 @@
 // Shows, on every frame of every built-in scene, that velocities are within the bound that their stream declares, that
-// a coarser stream has its vertices where they are, and that a filtered one decodes to the same points as the whole.
+// a coarser stream has its vertices where they are, that a filtered one decodes to the same points as the whole, and
+// that a simulated one is within its bound and the same for who joins late.
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -85,6 +87,10 @@ TEST_P(StreamOfBuiltInScene, HoldsWhatItDeclares) {
   Stream coarse(hub, 3, rate_hz, request);
   request.set_level_of_detail(0);
   Stream moving(hub, 4, rate_hz, request);
+  request.set_velocities(false);
+  request.set_simulated(true);
+  Stream simulated(hub, 5, rate_hz, request);
+  std::optional<Stream> late;
 
   physics::Workers workers{1};
   for (int tick = 1; tick <= ticks; ++tick) {
@@ -95,6 +101,14 @@ TEST_P(StreamOfBuiltInScene, HoldsWhatItDeclares) {
     const client::DecodedFrame one = filtered.next(outbox);
     const client::DecodedFrame fast = moving.next(outbox);
     const client::DecodedFrame few = coarse.next(outbox);
+    const client::DecodedFrame foreseen = simulated.next(outbox);
+    if (late) {
+      const client::DecodedFrame same = late->next(outbox);
+      for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+        ASSERT_EQ(same.bodies[i].positions_m, foreseen.bodies[i].positions_m) << "tick " << tick;
+      }
+    }
+    if (tick == ticks / 2) late.emplace(hub, 6, rate_hz, request);
     ASSERT_EQ(one.bodies.size(), 1U);
     ASSERT_EQ(one.bodies[0].positions_m, all.bodies.back().positions_m) << "tick " << tick;
     for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
@@ -102,6 +116,7 @@ TEST_P(StreamOfBuiltInScene, HoldsWhatItDeclares) {
       std::vector<double> true_m_s(true_m.size());
       world.copy_positions(i, true_m);
       world.copy_velocities(i, true_m_s);
+      ASSERT_LE(furthest(foreseen.bodies[i].positions_m, true_m, {}), simulated.subscribed().max_error_m());
       ASSERT_EQ(fast.bodies[i].velocities_m_s.size(), true_m_s.size());
       ASSERT_LE(furthest(fast.bodies[i].velocities_m_s, true_m_s, {}), moving.subscribed().max_velocity_error_m_s());
       const client::SoftBodyFrame& body = few.bodies[i];

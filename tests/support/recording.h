@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,8 +22,9 @@ namespace pneuma::support {
 
 /// A world's soft bodies, tick by tick.
 struct Recording {
-  std::vector<codec::MeshOrderPtr> orders;                 // one a body
-  std::vector<std::vector<std::vector<double>>> frames_m;  // by tick and body: three a vertex
+  std::vector<std::shared_ptr<const physics::Mesh>> meshes;  // one a body
+  std::vector<codec::MeshOrderPtr> orders;                   // likewise
+  std::vector<std::vector<std::vector<double>>> frames_m;    // by tick and body: three a vertex
 
   [[nodiscard]] std::size_t vertex_count() const {
     std::size_t count = 0;
@@ -47,13 +51,19 @@ inline physics::World world_of(const std::string& scene_name, const std::vector<
   return std::move(*world);
 }
 
+inline std::span<const std::uint32_t> indices_of(const physics::Mesh& mesh) {
+  return {mesh.faces.front().data(), 3 * mesh.faces.size()};
+}
+inline codec::MeshOrderPtr order_of(const physics::Mesh& mesh) {
+  return std::make_shared<const codec::MeshOrder>(
+      codec::make_mesh_order(static_cast<std::uint32_t>(mesh.positions_m.size()), indices_of(mesh)));
+}
+
 inline Recording record(physics::World world, std::size_t ticks) {
   Recording recording;
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    const physics::Mesh& mesh = *world.soft_body(i).mesh;
-    const std::span<const std::uint32_t> indices(mesh.faces.front().data(), 3 * mesh.faces.size());
-    recording.orders.push_back(std::make_shared<const codec::MeshOrder>(
-        codec::make_mesh_order(static_cast<std::uint32_t>(mesh.positions_m.size()), indices)));
+    recording.meshes.push_back(world.soft_body(i).mesh);
+    recording.orders.push_back(order_of(*recording.meshes.back()));
   }
   physics::Workers one_thread(1);
   for (std::size_t tick = 0; tick <= ticks; ++tick) {
@@ -65,6 +75,18 @@ inline Recording record(physics::World world, std::size_t ticks) {
     }
   }
   return recording;
+}
+
+/// Of the bodies that have mechanics; none given: of no body.
+inline std::vector<codec::SimulatedMotionPtr> simulations_of(
+    const Recording& recording, const std::vector<std::optional<codec::Mechanics>>& mechanics, double grid_step_m) {
+  std::vector<codec::SimulatedMotionPtr> simulations(mechanics.size());
+  for (std::size_t i = 0; i < mechanics.size(); ++i) {
+    if (!mechanics[i]) continue;
+    simulations[i] = std::make_shared<codec::SimulatedMotion>(recording.orders[i], indices_of(*recording.meshes[i]),
+                                                              *mechanics[i], grid_step_m);
+  }
+  return simulations;
 }
 
 /// How far the last frame read, of this tick, puts the worst vertex from where it was.

@@ -18,7 +18,7 @@ function decode({ stream, payload, base, layer }: DecodeRequest & { kind: "decod
 
 self.onmessage = ({ data }: MessageEvent<DecodeRequest>) => {
   if (data.kind === "begin") {
-    readers.begin(data.stream, data.meshes, data.gridStep);
+    readers.begin(...data.layout);
   } else if (data.kind === "end") {
     readers.end(data.stream);
   } else {

@@ -1,12 +1,27 @@
 // Where frames are decoded: here, or in a worker (worker_decoder.ts).
 import { FrameReader } from "./codec/frame_reader.js";
 import { makeMeshOrder, type Triangles } from "./codec/mesh_order.js";
+import {
+  checkMechanics,
+  type Mechanics,
+  simulatedWork,
+  simulatedWorkMax,
+  SimulatedMotion,
+} from "./codec/simulated_motion.js";
 import { PneumaError } from "./errors.js";
 
 /** Decodes the frames of any number of streams, each in the order in which it is asked to. */
 export interface FrameDecoder {
-  /** Begins the frames of a layout: its meshes in order, and what a step of the grid is, in metres or metres a second. */
-  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void;
+  /**
+   * Begins the frames of a layout: its meshes in order, and what a step of the grid is, in metres or metres a second.
+   * @param mechanics of the bodies that are simulated, in order; none can be decoded where they cannot be
+   */
+  begin(
+    stream: number,
+    meshes: readonly Triangles[],
+    gridStep: number,
+    mechanics?: readonly (Mechanics | undefined)[],
+  ): void;
   /**
    * The vertices of all meshes, in the grid's unit: x y z of each vertex, mesh after mesh. Rejects with PneumaError
    * MALFORMED what is no frame, with another code where no later one can be decoded either.
@@ -23,22 +38,52 @@ export interface FrameDecoder {
 
 interface Decoding {
   readonly meshes: readonly Triangles[];
-  readonly reader: FrameReader;
+  /** Or why there is none. */
+  readonly reader: FrameReader | PneumaError;
   readonly gridStep: number;
+}
+
+/** Throws PneumaError MALFORMED for mechanics that cannot be, or that take too long. */
+function readerOf(
+  meshes: readonly Triangles[],
+  gridStep: number,
+  mechanics: readonly (Mechanics | undefined)[],
+): FrameReader {
+  let work = 0;
+  const orders = meshes.map(makeMeshOrder);
+  const simulations = orders.map((order, body) => {
+    const own = mechanics[body];
+    if (!own) return undefined;
+    checkMechanics(order, own);
+    work += simulatedWork(own, meshes[body]!);
+    if (work > simulatedWorkMax) {
+      throw new PneumaError("MALFORMED", "more to be simulated than any stream asks for", "mechanics");
+    }
+    return new SimulatedMotion(order, meshes[body]!, own, gridStep);
+  });
+  return new FrameReader(orders, simulations);
 }
 
 /** The decoder's work, done at once. */
 export class StreamReaders {
   private readonly streams = new Map<number, Decoding>();
 
-  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
-    this.streams.set(stream, { meshes, reader: new FrameReader(meshes.map(makeMeshOrder)), gridStep });
+  begin(...[stream, meshes, gridStep, mechanics = []]: Parameters<FrameDecoder["begin"]>): void {
+    let reader: FrameReader | PneumaError;
+    try {
+      reader = readerOf(meshes, gridStep, mechanics);
+    } catch (error) {
+      if (!(error instanceof PneumaError)) throw error;
+      reader = error;
+    }
+    this.streams.set(stream, { meshes, reader, gridStep });
   }
 
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Float64Array {
     const decoding = this.streams.get(stream);
     if (!decoding) throw new PneumaError("MALFORMED", "a frame before its layout");
     const { meshes, reader, gridStep } = decoding;
+    if (reader instanceof PneumaError) throw reader;
     reader.read(payload, base, layer);
     const positions = new Float64Array(3 * meshes.reduce((sum, mesh) => sum + mesh.vertexCount, 0));
     let begin = 0;
@@ -58,8 +103,8 @@ export class StreamReaders {
 export class InlineDecoder implements FrameDecoder {
   private readonly readers = new StreamReaders();
 
-  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
-    this.readers.begin(stream, meshes, gridStep);
+  begin(...layout: Parameters<FrameDecoder["begin"]>): void {
+    this.readers.begin(...layout);
   }
 
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {

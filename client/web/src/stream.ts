@@ -4,12 +4,14 @@ import type {
   Frame as FrameMessage,
   Gap,
   Layout as LayoutMessage,
+  Mechanics as MechanicsMessage,
   Scalars,
   Topology,
 } from "../proto/pneuma/v1/frame_pb.js";
 import { QuaternionSchema, type Quaternion, type Shape, type Vec3, Vec3Schema } from "../proto/pneuma/v1/scene_pb.js";
 import type { Applied, Subscribed, SubscribeSchema } from "../proto/pneuma/v1/session_pb.js";
 import type { Triangles } from "./codec/mesh_order.js";
+import type { Mechanics } from "./codec/simulated_motion.js";
 import type { FrameDecoder } from "./decoder.js";
 import { callUser, PneumaError } from "./errors.js";
 
@@ -155,8 +157,8 @@ function byBody(layout: Layout, all: Float64Array): Float64Array[] {
 
 /** What makes two subscriptions of a world one stream: all but the wishes. proto/WIRE.md, "Streams". */
 function kindOf(options: SubscribeOptions): string {
-  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, contacts, timeLayers } = options;
-  const marks = [velocities, scalars, contacts, timeLayers].map((mark) => mark ?? false);
+  const { rateHz, maxErrorM, bodies, levelOfDetail, velocities, scalars, contacts, timeLayers, simulated } = options;
+  const marks = [velocities, scalars, contacts, timeLayers, simulated].map((mark) => mark ?? false);
   return JSON.stringify([
     rateHz ?? 0,
     maxErrorM || maxErrorMDefault,
@@ -164,6 +166,29 @@ function kindOf(options: SubscribeOptions): string {
     levelOfDetail ?? 0,
     marks,
   ]);
+}
+
+function mechanicsOf(message: MechanicsMessage): Mechanics {
+  const { frameS, substeps, massesKg, restLengthsM, stiffnessesNM, dampingNSM, gas, gravityMS2, planes } = message;
+  const listOf = (vector: Vec3 | undefined) => [vector?.x ?? 0, vector?.y ?? 0, vector?.z ?? 0];
+  return {
+    frameS,
+    substeps,
+    massesKg,
+    restLengthsM,
+    stiffnessesNM,
+    dampingNSM,
+    gas: {
+      pressurePa: gas?.pressurePa ?? 0,
+      volumeM3: gas?.volumeM3 ?? 1,
+      exponent65536ths: gas?.exponent65536ths ?? 65536,
+      outsidePa: gas?.outsidePa ?? 0,
+    },
+    gravityMS2: listOf(gravityMS2),
+    planes: planes.map(({ normal, offsetM, restitution, friction }) => {
+      return { normal: listOf(normal), offsetM, restitution, friction };
+    }),
+  };
 }
 
 const noLayout: Layout = { softBodies: [], solids: [] };
@@ -244,11 +269,12 @@ export class Stream {
     this.posesAtFirst = solids.map(() => nowhere);
     const { gridStepM, velocityGridStepMS } = this.subscribed;
     const meshes = softBodies.map(({ mesh }) => mesh);
+    const mechanics = message.softBodies.map((body) => body.mechanics && mechanicsOf(body.mechanics));
     // The same again, of a stream that begins anew: its key frame alone sets the decoder right.
-    const begunWith = JSON.stringify([meshes.map(({ hash }) => hash), gridStepM, velocityGridStepMS]);
+    const begunWith = JSON.stringify([meshes.map(({ hash }) => hash), gridStepM, velocityGridStepMS, mechanics]);
     if (begunWith === this.begunWith) return;
     this.begunWith = begunWith;
-    this.decoder.begin(this.placesKey, meshes, gridStepM);
+    this.decoder.begin(this.placesKey, meshes, gridStepM, mechanics);
     if (this.options.velocities) this.decoder.begin(this.velocitiesKey, meshes, velocityGridStepMS);
   }
 

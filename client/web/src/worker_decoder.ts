@@ -1,11 +1,10 @@
 // Frames decoded in a web worker, off the page's own thread. decode_worker.ts is what runs there.
-import type { Triangles } from "./codec/mesh_order.js";
 import type { FrameDecoder } from "./decoder.js";
 import { type ErrorCode, PneumaError } from "./errors.js";
 
 /** To the worker, answered in order; only `decode` has an answer. */
 export type DecodeRequest =
-  | { kind: "begin"; stream: number; meshes: readonly Triangles[]; gridStep: number }
+  | { kind: "begin"; layout: Parameters<FrameDecoder["begin"]> }
   | { kind: "decode"; stream: number; payload: Uint8Array; base: number | undefined; layer: number }
   | { kind: "end"; stream: number };
 
@@ -47,8 +46,8 @@ export class WorkerDecoder implements FrameDecoder {
     return this.decodeMs_;
   }
 
-  begin(stream: number, meshes: readonly Triangles[], gridStep: number): void {
-    this.post({ kind: "begin", stream, meshes, gridStep });
+  begin(...layout: Parameters<FrameDecoder["begin"]>): void {
+    this.post({ kind: "begin", layout });
   }
 
   decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {

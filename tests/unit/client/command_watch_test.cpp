@@ -114,7 +114,7 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
       session.drain();
     });
     finished = run(server, {"watch", "--body", "ball", "--body", "second", "w", "--level", "2", "--velocities",
-                            "--scalars", "--contacts", "--json", "--frames", "1"});
+                            "--scalars", "--contacts", "--simulated", "--json", "--frames", "1"});
   }
   EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
   ASSERT_EQ(sent.bodies_size(), 2);
@@ -132,6 +132,7 @@ TEST(CommandWatch, AsksForBodiesLevelVelocitiesAndScalarsAndPrintsThem) {
   EXPECT_EQ(ball.fields().at("mean_velocity_m_s").list_value().values_size(), 3);
   EXPECT_GT(ball.fields().at("max_speed_m_s").number_value(), 0.0);
   EXPECT_TRUE(sent.contacts());
+  EXPECT_TRUE(sent.simulated());
   const auto& contact = frame.fields().at("contacts").list_value().values(0).struct_value();
   EXPECT_EQ(contact.fields().at("body").string_value(), "ball");
   EXPECT_EQ(contact.fields().at("vertex").number_value(), 2.0);

@@ -208,6 +208,58 @@ TEST_F(StreamDecoderTest, LayoutPastTheWorldsLimitsIsRefused) {
   EXPECT_FALSE(decoder.take_layout(layout).ok());
 }
 
+v1::Mechanics mechanics_of_tetrahedron() {
+  v1::Mechanics mechanics;
+  mechanics.set_frame_s(0.02);
+  mechanics.set_substeps(4);
+  mechanics.add_masses_kg(0.25F);
+  for (int edge = 0; edge < 6; ++edge) mechanics.add_rest_lengths_m(1.0F);
+  mechanics.add_stiffnesses_n_m(100.0F);
+  mechanics.mutable_gravity_m_s2()->set_y(-9.81);
+  return mechanics;
+}
+
+TEST_F(StreamDecoderTest, MechanicsThatCannotBeAreRefusedWithTheirLayout) {
+  const auto taken_with = [this](auto&& change) {
+    auto layout = layout_message(stream_id).layout();
+    v1::Mechanics& mechanics = *layout.mutable_soft_bodies(0)->mutable_mechanics();
+    mechanics = mechanics_of_tetrahedron();
+    change(mechanics);
+    return decoder.take_layout(layout);
+  };
+  EXPECT_TRUE(taken_with([](v1::Mechanics&) {}).ok());
+  ASSERT_TRUE(decoder.take_layout(layout_message(stream_id).layout()).ok());
+  ASSERT_TRUE(take(key_frame(stream_id, 1)).ok());
+  const auto status = taken_with([](v1::Mechanics& mechanics) { mechanics.add_rest_lengths_m(1.0F); });
+  EXPECT_EQ(status.code(), base::StatusCode::malformed);
+  EXPECT_EQ(status.message(), "soft_bodies.ball.mechanics.rest_lengths_m: must be one an edge, none below 0");
+  EXPECT_FALSE(taken_with([](v1::Mechanics& mechanics) { mechanics.set_substeps(65); }).ok());
+  EXPECT_FALSE(taken_with([](v1::Mechanics& mechanics) { mechanics.mutable_gas()->set_pressure_pa(1.0); }).ok());
+  EXPECT_FALSE(taken_with([](v1::Mechanics& mechanics) { mechanics.set_frame_s(0.0); }).ok());
+  EXPECT_FALSE(taken_with([](v1::Mechanics& mechanics) {
+                 for (int plane = 0; plane < 17; ++plane) mechanics.add_planes();
+               }).ok());
+  EXPECT_TRUE(take(delta_frame(stream_id, 2, 1, 3, 0)).ok()) << "the stream is as it was";
+}
+
+TEST_F(StreamDecoderTest, MoreThanMayBeSimulatedIsRefused) {
+  const std::uint32_t vertices = base::mesh_vertices_max;
+  v1::Topology topology;
+  topology.set_vertex_count(vertices);
+  topology.set_hash(codec::topology_hash(vertices, {}));
+  ASSERT_TRUE(decoder.take_topology(topology).ok());
+  auto layout = layout_message(stream_id).layout();
+  layout.mutable_soft_bodies(0)->set_topology_hash(topology.hash());
+  v1::Mechanics& mechanics = *layout.mutable_soft_bodies(0)->mutable_mechanics();
+  mechanics = mechanics_of_tetrahedron();
+  mechanics.clear_rest_lengths_m();
+  mechanics.set_substeps(16);
+  EXPECT_TRUE(decoder.take_layout(layout).ok());
+  mechanics.set_substeps(17);
+  const auto status = decoder.take_layout(layout);
+  EXPECT_EQ(status.message(), "soft_bodies.ball.mechanics: more to be simulated than any stream asks for");
+}
+
 TEST_F(StreamDecoderTest, GridStepThatIsNoLengthIsRefused) {
   for (const double step_m : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     v1::Subscribed subscribed;

@@ -1,6 +1,7 @@
 // Holds the frame reader and the topology hash to the golden vectors, which a script makes from the format's
 // description alone.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -8,52 +9,78 @@
 #include "codec/frame_codec.h"
 #include "codec/topology_hash.h"
 #include "support/golden.h"
-#include "unit/codec/meshes.h"
+#include "unit/codec/golden_bodies.h"
 
 namespace pneuma::codec {
 namespace {
 
-std::vector<MeshOrderPtr> orders(const support::GoldenRecord& record) {
-  std::vector<MeshOrderPtr> all;
-  for (const std::string& value : support::values_of(record, "mesh")) {
-    const std::vector<std::int64_t> numbers = support::parse_integers(value);
-    all.push_back(order_of(static_cast<std::uint32_t>(numbers.at(0)), {numbers.begin() + 1, numbers.end()}));
+/// A stream as its record has it, as far as it was read.
+class GoldenStream {
+ public:
+  explicit GoldenStream(const support::GoldenRecord& record) : bodies_(bodies_of(record)) {
+    const auto step = support::values_of(record, "grid_step_m");
+    if (!step.empty()) grid_step_m_ = std::stod(step[0]);
+    begin();
   }
-  return all;
-}
 
-std::vector<Lattice> points_of(const FrameReader& reader, const std::vector<MeshOrderPtr>& orders) {
-  std::vector<Lattice> all;
-  for (std::size_t i = 0; i < orders.size(); ++i) reader.points(i, all.emplace_back(3 * orders[i]->size()));
-  return all;
-}
+  /// A key frame must do without those before it.
+  void begin() {
+    std::vector<MeshOrderPtr> orders;
+    std::vector<SimulatedMotionPtr> simulations;
+    for (const GoldenBody& body : bodies_) {
+      orders.push_back(body.order);
+      simulations.push_back(simulation_of(body, grid_step_m_));
+    }
+    reader_ = FrameReader(std::move(orders), std::move(simulations));
+  }
+  [[nodiscard]] base::Status read(const std::string& hexadecimal, bool key) {
+    return reader_.read(support::parse_hex(hexadecimal), key);
+  }
+  [[nodiscard]] std::vector<Lattice> points() const {
+    std::vector<Lattice> all;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      reader_.points(i, all.emplace_back(3 * bodies_[i].order->size()));
+    }
+    return all;
+  }
 
-TEST(GoldenFrames, AreReadToTheirPointsOrRefused) {
-  const auto records = support::read_golden("frames.txt");
-  ASSERT_GE(records.size(), 5U);
+ private:
+  std::vector<GoldenBody> bodies_;
+  double grid_step_m_ = 1.0;
+  FrameReader reader_;
+};
+
+class GoldenFrames : public testing::TestWithParam<const char*> {};
+
+TEST_P(GoldenFrames, AreReadToTheirPointsOrRefused) {
+  const auto records = support::read_golden(GetParam());
+  ASSERT_GE(records.size(), 3U);
   for (const auto& record : records) {
-    const auto meshes = orders(record);
-    FrameReader reader(meshes);
+    GoldenStream stream(record);
     std::size_t body = 0;
     std::size_t frame = 0;
     for (const auto& [key, value] : record) {
       SCOPED_TRACE(std::string(record[0].second).append(", frame ").append(std::to_string(frame)));
       if (key == "key" || key == "delta") {
         ++frame;
-        const auto status = reader.read(support::parse_hex(value), key == "key");
+        if (key == "key") stream.begin();
+        const auto status = stream.read(value, key == "key");
         ASSERT_TRUE(status.ok()) << status.message();
         body = 0;
       } else if (key == "bad-key" || key == "bad-delta") {
-        const auto before = points_of(reader, meshes);
-        EXPECT_FALSE(reader.read(support::parse_hex(value), key == "bad-key").ok()) << value;
-        EXPECT_EQ(points_of(reader, meshes), before);
+        const auto before = stream.points();
+        EXPECT_FALSE(stream.read(value, key == "bad-key").ok()) << value;
+        EXPECT_EQ(stream.points(), before);
       } else if (key == "points") {
-        EXPECT_EQ(points_of(reader, meshes).at(body++), support::parse_integers(value));
+        EXPECT_EQ(stream.points().at(body++), support::parse_integers(value));
       }
     }
     EXPECT_GE(frame, 2U) << "a stream says something";
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(All, GoldenFrames, testing::Values("frames.txt", "simulated_frames.txt"),
+                         [](const auto& info) { return info.index == 0 ? "Plain" : "Simulated"; });
 
 TEST(GoldenTopologies, HaveTheirHashes) {
   const auto records = support::read_golden("topologies.txt");

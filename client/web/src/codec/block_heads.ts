@@ -12,15 +12,29 @@ export const levelOfRest = 255;
 export type BlockHead =
   | { readonly mode: "still" }
   /** `points`: of all slots, x y z of each; `moveLevels`: of its last four moves. */
-  | { readonly mode: "plain"; readonly points: Float64Array; readonly moveLevels: readonly number[] }
+  | {
+      readonly mode: "plain";
+      readonly points: Float64Array;
+      readonly moveLevels: readonly number[];
+      /** Of a body that has mechanics. */
+      readonly velocityLevel: number | undefined;
+    }
   /** `points`: of slot 0 alone. */
   | {
       readonly mode: "key";
       readonly points: Float64Array;
       readonly level: number;
       readonly moveLevels: readonly number[];
+      readonly velocityLevel: number | undefined;
     }
-  | { readonly mode: "moved"; readonly hasWeights: boolean; readonly level: number };
+  | { readonly mode: "moved"; readonly hasWeights: boolean; readonly level: number }
+  | { readonly mode: "simulated"; readonly level: number };
+
+/** A body, as far as its head depends on it. */
+export interface BlockBody {
+  readonly vertexCount: number;
+  readonly isSimulated: boolean;
+}
 
 export function malformed(what: string, body?: number): PneumaError {
   return new PneumaError("MALFORMED", what, body === undefined ? "payload" : `payload.bodies[${body}]`);
@@ -38,14 +52,19 @@ class HeadReader {
     return this.bytes.subarray(this.at);
   }
 
-  head(body: number, vertexCount: number, isKey: boolean): BlockHead {
+  head(body: number, { vertexCount, isSimulated }: BlockBody, isKey: boolean): BlockHead {
     this.need(1, body);
     const mode = this.view.getUint8(this.at++);
-    if (mode > 4) throw malformed(`mode ${mode} is none of 0 to 4`, body);
+    if (mode > (isSimulated ? 5 : 4)) throw malformed(`no such mode: ${mode}`, body);
     if (isKey && mode !== 1 && mode !== 2) throw malformed("a block of a key frame builds on a base", body);
     if (mode === 0) return { mode: "still" };
     if (mode === 1) {
-      return { mode: "plain", points: this.points(vertexCount, body), moveLevels: this.moveLevels(body) };
+      return {
+        mode: "plain",
+        points: this.points(vertexCount, body),
+        moveLevels: this.moveLevels(body),
+        velocityLevel: isSimulated ? this.levelOrRest(body) : undefined,
+      };
     }
     if (mode === 2) {
       return {
@@ -53,8 +72,10 @@ class HeadReader {
         points: this.points(1, body),
         level: this.level(body),
         moveLevels: this.moveLevels(body),
+        velocityLevel: isSimulated ? this.levelOrRest(body) : undefined,
       };
     }
+    if (mode === 5) return { mode: "simulated", level: this.level(body) };
     return { mode: "moved", hasWeights: mode === 3, level: this.level(body) };
   }
 
@@ -98,13 +119,13 @@ class HeadReader {
 export function takeHeads(
   payload: Uint8Array,
   isKey: boolean,
-  vertexCounts: readonly number[],
+  bodies: readonly BlockBody[],
 ): { heads: BlockHead[]; residuals: Uint8Array } {
   if (payload.length === 0) throw malformed("the payload is empty");
   if (payload[0] !== format) {
     throw new PneumaError("UNSUPPORTED", `format ${payload[0]}; this client reads ${format}`, "payload");
   }
   const reader = new HeadReader(payload);
-  const heads = vertexCounts.map((count, body) => reader.head(body, count, isKey));
+  const heads = bodies.map((body, place) => reader.head(place, body, isKey));
   return { heads, residuals: reader.rest() };
 }

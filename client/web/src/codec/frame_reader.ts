@@ -2,6 +2,7 @@
 import { type BlockHead, levelOfRest, malformed, pointMax, takeHeads } from "./block_heads.js";
 import type { MeshOrder } from "./mesh_order.js";
 import { type Moves, predictDrift, Scratch, takeMoves, takeWeights, type Weights } from "./move_reader.js";
+import { type SimulatedMotion, velocitiesOf } from "./simulated_motion.js";
 import { TripleReader } from "./triple_reader.js";
 
 /** Where a body's vertices are on the grid and how they came there; x y z of each slot. */
@@ -9,11 +10,18 @@ interface Motion {
   readonly points: Float64Array;
   readonly moves: Moves;
   readonly weights: Weights;
+  /** Of a body that has mechanics, in eighths of a step a frame. */
+  readonly velocities: Int32Array | undefined;
 }
 
-function motionOf(order: MeshOrder): Motion {
-  const none = new Int32Array(3 * order.size);
-  return { points: new Float64Array(3 * order.size), moves: [none, none, none, none], weights: new Int32Array(9) };
+function motionOf({ size }: MeshOrder): Motion {
+  const none = new Int32Array(3 * size);
+  return {
+    points: new Float64Array(3 * size),
+    moves: [none, none, none, none],
+    weights: new Int32Array(9),
+    velocities: none,
+  };
 }
 
 function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Array {
@@ -35,22 +43,43 @@ class BlockReader {
     private readonly scratch: Scratch,
   ) {}
 
-  take(order: MeshOrder, head: BlockHead, last: Motion, body: number): Motion {
+  take({ order, simulation }: Body, head: BlockHead, last: Motion, body: number): Motion {
     const { moves, points } = last;
     this.scratch.fit(order.size);
+    const next = (move: Int32Array): Moves => [move, moves[0], moves[1], moves[2]];
     if (head.mode === "still") {
       const none = new Int32Array(points.length);
-      return { ...last, moves: [none, moves[0], moves[1], moves[2]] };
+      return { ...last, moves: next(none), velocities: simulation && none };
+    }
+    if (head.mode === "simulated") {
+      simulation!.predict(points, last.velocities!, this.scratch.drift);
+      const move = takeMoves(order, head.level, this.scratch, this.triples);
+      const velocities = simulation!.correct(move);
+      return { points: sumOf(points, move, body), moves: next(move), weights: last.weights, velocities };
     }
     if (head.mode === "moved") {
       const weights = head.hasWeights ? takeWeights(this.triples) : last.weights;
       predictDrift(order, moves, weights, this.scratch);
       const move = takeMoves(order, head.level, this.scratch, this.triples);
-      return { points: sumOf(points, move, body), moves: [move, moves[0], moves[1], moves[2]], weights };
+      const velocities = simulation && velocitiesOf(move);
+      return { points: sumOf(points, move, body), moves: next(move), weights, velocities };
     }
     const weights = takeWeights(this.triples);
     const own = head.mode === "plain" ? head.points : this.takePoints(order, head.level, head.points, body);
-    return { points: own, moves: this.takeOwnMoves(order, head.moveLevels), weights };
+    const ownMoves = this.takeOwnMoves(order, head.moveLevels);
+    return {
+      points: own,
+      moves: ownMoves,
+      weights,
+      velocities: this.takeVelocities(order, head.velocityLevel, ownMoves[0]),
+    };
+  }
+
+  private takeVelocities(order: MeshOrder, level: number | undefined, move: Int32Array): Int32Array | undefined {
+    if (level === undefined) return undefined;
+    if (level === levelOfRest) return velocitiesOf(move);
+    for (let i = 0; i < move.length; ++i) this.scratch.drift[i] = move[i]! << 8;
+    return takeMoves(order, level, this.scratch, this.triples).map((twice) => twice >> 1);
   }
 
   private takePoints(order: MeshOrder, level: number, anchor: Float64Array, body: number): Float64Array {
@@ -74,6 +103,11 @@ class BlockReader {
   }
 }
 
+interface Body {
+  readonly order: MeshOrder;
+  readonly simulation: SimulatedMotion | undefined;
+}
+
 /** The soft bodies of one layout of a stream. Any bytes are safe to read: what cannot be read is refused. */
 export class FrameReader {
   // After the last frame of each time layer.
@@ -81,7 +115,11 @@ export class FrameReader {
   private last: Motion[];
   private readonly scratch = new Scratch();
 
-  constructor(private readonly orders: readonly MeshOrder[]) {
+  private readonly bodies: readonly Body[];
+
+  /** @param simulations one a body; undefined: it is not simulated */
+  constructor(orders: readonly MeshOrder[], simulations: readonly (SimulatedMotion | undefined)[] = []) {
+    this.bodies = orders.map((order, body) => ({ order, simulation: simulations[body] }));
     this.last = orders.map(motionOf);
     this.layers = [this.last];
   }
@@ -97,12 +135,12 @@ export class FrameReader {
     const { heads, residuals } = takeHeads(
       payload,
       base === undefined,
-      this.orders.map((order) => order.size),
+      this.bodies.map(({ order, simulation }) => ({ vertexCount: order.size, isSimulated: simulation !== undefined })),
     );
     const triples = new TripleReader(residuals);
     const blocks = new BlockReader(triples, this.scratch);
-    const motions = this.orders.map((order, body) => {
-      const motion = blocks.take(order, heads[body]!, motionsBefore[body]!, body);
+    const motions = this.bodies.map((own, body) => {
+      const motion = blocks.take(own, heads[body]!, motionsBefore[body]!, body);
       if (triples.failed()) throw malformed("the payload ends in this body's residuals", body);
       return motion;
     });
@@ -113,7 +151,7 @@ export class FrameReader {
 
   /** Writes, of the last frame read, the grid coordinates of a body's vertices times `step`, x y z of each, in the order of its mesh. */
   positions(body: number, step: number, out: Float64Array): void {
-    const { vertices } = this.orders[body]!;
+    const { vertices } = this.bodies[body]!.order;
     const { points } = this.last[body]!;
     for (let slot = 0; slot < vertices.length; ++slot) {
       const to = 3 * vertices[slot]!;

@@ -43,6 +43,32 @@ test("a stream begins with a key frame and goes on tick by tick", async () => {
   await client.unsubscribe(stream);
 });
 
+test("a stream whose bodies are simulated here shows the same world", async () => {
+  await client.createWorld({ name: "bounces", source: { case: "builtin", value: "bouncing-ball" }, paused: true });
+  const plain = new Frames();
+  const simulated = new Frames();
+  const maxErrorM = 1e-5;
+  let bytes = 0;
+  let simulatedBytes = 0;
+  const streams = await Promise.all([
+    client.subscribe("bounces", { maxErrorM }, plain),
+    client.subscribe("bounces", { maxErrorM, simulated: true }, simulated),
+  ]);
+  for (let tick = 2; tick <= 60; tick += 2) {
+    const isThere = (frame: Frame) => frame.tick === tick;
+    const both = Promise.all([plain.next(isThere), simulated.next(isThere)]);
+    await client.step("bounces", 2);
+    const [one, other] = await both;
+    bytes += one.bytes;
+    simulatedBytes += other.bytes;
+    const furthest = one.positions[0]!.reduce((most, x, i) => Math.max(most, Math.abs(x - other.positions[0]![i]!)), 0);
+    assert.ok(furthest <= 2 * maxErrorM, `tick ${tick}: ${furthest} m apart`);
+  }
+  assert.ok(simulatedBytes < 0.7 * bytes, `${simulatedBytes} of ${bytes} bytes`);
+  await Promise.all(streams.map((stream) => client.unsubscribe(stream)));
+  await client.destroyWorld("bounces");
+});
+
 test("a second stream of the same kind is refused, and the first goes on", async () => {
   const frames = new Frames();
   const stream = await client.subscribe("five-balls", { maxErrorM: 0.003 }, frames);

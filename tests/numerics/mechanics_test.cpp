@@ -1,0 +1,124 @@
+// Shows that the mechanics that a stream tells of a body are the body's own: from where its vertices are and as fast as
+// they move, they lead to where the simulation has them a tick later, in every built-in scene whose bodies have any.
+#include "app/mechanics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/recording.h"
+
+namespace pneuma {
+namespace {
+
+constexpr double frame_s = 1.0 / 60.0;
+constexpr double step_m = 1e-4;
+
+/// A body's vertices and velocities as the prediction takes them.
+struct Observed {
+  codec::Lattice points;
+  std::vector<codec::Lanes> velocities;
+};
+
+Observed observe(const physics::World& world, std::size_t body, const codec::MeshOrder& order) {
+  std::vector<double> at_m(3 * order.size());
+  std::vector<double> speed_m_s(at_m.size());
+  world.copy_positions(body, at_m);
+  world.copy_velocities(body, speed_m_s);
+  Observed seen{codec::Lattice(at_m.size()), std::vector<codec::Lanes>(order.size())};
+  for (std::size_t i = 0; i < at_m.size(); ++i) {
+    const std::size_t from = 3 * std::size_t{order.vertices[i / 3]} + i % 3;
+    seen.points[i] = std::llround(at_m[from] / step_m);
+    const long long eighths = std::llround(speed_m_s[from] * frame_s / (step_m * codec::velocity_unit));
+    seen.velocities[i / 3].v[i % 3] = static_cast<std::uint32_t>(eighths);
+  }
+  return seen;
+}
+
+/// How far the vertices move in the next tick, and how far that is off: the root of the mean square, in grid steps.
+struct Prediction {
+  double moved = 0.0;
+  double off = 0.0;
+};
+
+Prediction next_tick(physics::World& world, std::size_t body) {
+  const auto order = support::order_of(*world.soft_body(body).mesh);
+  const auto mechanics = app::mechanics_of(world, body, *order, frame_s);
+  if (!mechanics) throw std::runtime_error("the body has no mechanics");
+  codec::SimulatedMotion motion(order, support::indices_of(*world.soft_body(body).mesh), *mechanics, step_m);
+  const Observed before = observe(world, body, *order);
+  std::vector<codec::Lanes> drift;
+  motion.predict(before.points, before.velocities, drift);
+  physics::Workers one_thread(1);
+  world.step_tick(one_thread);
+  const Observed after = observe(world, body, *order);
+  Prediction sums;
+  for (std::size_t i = 0; i < before.points.size(); ++i) {
+    const auto moved = static_cast<double>(after.points[i] - before.points[i]);
+    const double off = moved - static_cast<double>(static_cast<std::int32_t>(drift[i / 3].v[i % 3])) / 16.0;
+    sums.moved += moved * moved;
+    sums.off += off * off;
+  }
+  const auto vertices = static_cast<double>(order->size());
+  return {std::sqrt(sums.moved / vertices), std::sqrt(sums.off / vertices)};
+}
+
+constexpr double rounding = 0.75;       // of points and moves: each is off by half a step at most
+constexpr double share_of_move = 0.02;  // what the fewer substeps of a prediction miss
+
+/// Of the bodies that have mechanics; false where none has.
+bool expect_predicted(const std::string& scene, const std::vector<std::string>& assignments = {}) {
+  physics::World world = support::world_of(scene, assignments);
+  bool any = false;
+  for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
+    const auto order = support::order_of(*world.soft_body(body).mesh);
+    if (!app::mechanics_of(world, body, *order, frame_s)) continue;
+    any = true;
+    for (int tick = 0; tick < 5; ++tick) {
+      const Prediction prediction = next_tick(world, body);
+      EXPECT_LE(prediction.off, rounding + share_of_move * prediction.moved)
+          << scene << ", body " << body << ", tick " << tick << ", moved " << prediction.moved;
+    }
+  }
+  return any;
+}
+
+TEST(MechanicsOfBuiltInScene, LeadWhereTheBodiesGo) {
+  std::vector<std::string> predicted;
+  for (const std::string& scene : scene_io::builtin_scene_names()) {
+    if (expect_predicted(scene)) predicted.push_back(scene);
+  }
+  // The hand's springs would take too many substeps, and the cloth is in the wind.
+  EXPECT_EQ(predicted, (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "hanging-ball"}));
+}
+
+TEST(Mechanics, KnowAnyGasMassesSpringsAndPlanes) {
+  EXPECT_TRUE(expect_predicted("bouncing-ball", {"soft_bodies[0].gas.law=ADIABATIC", "atmosphere.pressure_pa=60"}));
+  EXPECT_TRUE(expect_predicted("bouncing-ball", {"soft_bodies[0].velocity.y=-3", "soft_bodies[0].position.y=0.7",
+                                                 "soft_bodies[0].surface.thickness_m=0.1"}))
+      << "it hits the floor";
+  EXPECT_TRUE(expect_predicted("bouncing-ball", {"soft_bodies[0].gas.moles=0", "soft_bodies[0].pins=[3,8]"}));
+  std::string scales = "1";
+  for (int vertex = 1; vertex < 162; ++vertex) scales += vertex % 3 == 0 ? ",1.5" : ",0.75";
+  EXPECT_TRUE(expect_predicted("bouncing-ball", {"soft_bodies[0].springs.vertex_stiffness_scale=[" + scales + "]",
+                                                 "soft_bodies[0].vertex_mass_scale=[" + scales + "]"}));
+}
+
+TEST(Mechanics, AreNotToldWhereOtherForcesMoveTheBody) {
+  EXPECT_FALSE(
+      expect_predicted("bouncing-ball", {"soft_bodies[0].springs.bend_stiffness_n_m=0.1", "stepping.substeps=0"}));
+  EXPECT_FALSE(expect_predicted("bouncing-ball", {"soft_bodies[0].gas.flow_mol_s=0.001"}));
+  EXPECT_FALSE(expect_predicted("bouncing-ball", {"soft_bodies[0].drag.normal=1", "atmosphere.density_kg_m3=1.2"}));
+  EXPECT_FALSE(expect_predicted("bouncing-ball", {"soft_bodies[0].volume.method=BOX"}));
+  EXPECT_FALSE(expect_predicted("bouncing-ball", {"soft_bodies[0].pressure_spread=VERTEX_NORMALS"}));
+  EXPECT_FALSE(expect_predicted("bouncing-ball", {"stepping.integrator=XPBD"}));
+  EXPECT_FALSE(
+      expect_predicted("bouncing-ball", {"soft_bodies[0].springs.stiffness_n_m=20000", "stepping.substeps=0"}));
+}
+
+}  // namespace
+}  // namespace pneuma
