@@ -68,7 +68,7 @@ std::optional<int> marker_of(const Series& series) {
   switch (series.mark) {
     case Mark::line_and_points:
     case Mark::points:
-      return style_of(series.style).marker;
+      return line_style(series.style).marker;
     case Mark::circles:
       return 6;
     case Mark::crosses:
@@ -139,7 +139,7 @@ void run_gnuplot(const std::string& script, const std::filesystem::path& script_
 }  // namespace
 
 std::string colour(int style) {
-  return style_of(style).colour;
+  return line_style(style).colour;
 }
 
 void draw(const Plot& plot, const std::filesystem::path& folder, const std::string& name, bool png) {
