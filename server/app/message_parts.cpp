@@ -14,7 +14,7 @@ using base::StatusCode;
 
 namespace {
 
-constexpr double retry_hint_s = 1.0;
+constexpr double parts_retry_hint_s = 1.0;
 // More than a client has under way that takes its errors as they come.
 constexpr std::size_t given_up_max = 16;
 
@@ -76,7 +76,7 @@ MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_i
                    "comes too late: a message must come at " + std::to_string(message_bytes_max_) + " bytes in " +
                        std::to_string(base::parts_timeout.count()) + " s",
                    "part"},
-                  retry_hint_s);
+                  parts_retry_hint_s);
   }
   const std::string& data = part.data();
   if (data.empty()) return refuse(base::invalid("is empty", "part.data"));
@@ -88,7 +88,7 @@ MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_i
   const std::size_t held = sender.assembly ? sender.assembly->bytes.capacity() : 0;
   const std::size_t wanted = bytes <= held ? held : std::min(std::max(bytes, 2 * held), bytes_max_);
   if (!has_room(wanted - held, now)) {
-    return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, retry_hint_s);
+    return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, parts_retry_hint_s);
   }
   if (!sender.assembly) sender.assembly.emplace(request_id, now + base::parts_timeout);
   Assembly& assembly = *sender.assembly;

@@ -1,8 +1,10 @@
 // Little-endian numbers in byte strings.
 #pragma once
 
+#include <bit>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -11,6 +13,10 @@ namespace pneuma::base {
 template <std::unsigned_integral Number>
 void append_number(std::string& out, Number number) {
   for (std::size_t i = 0; i < sizeof(Number); ++i) out.push_back(static_cast<char>(number >> (8 * i) & 0xFF));
+}
+
+inline void append_number(std::string& out, float number) {
+  append_number(out, std::bit_cast<std::uint32_t>(number));
 }
 
 /// `offset + sizeof(Number)` is within `bytes`.

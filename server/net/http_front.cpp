@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
@@ -15,6 +14,7 @@
 #include <boost/beast/websocket/ssl.hpp>
 
 #include "base/limits.h"
+#include "net/error_into.h"
 #include "net/origin.h"
 
 namespace pneuma::net {
@@ -32,7 +32,7 @@ using Response = http::response<Body>;
 // A request line and headers are small; more is not for us.
 constexpr std::uint32_t header_bytes_max = 8 * 1024;
 // For the client to take the last reply and close; a close with bytes unread would reset the connection under it.
-constexpr std::chrono::seconds linger_timeout{1};
+constexpr std::chrono::seconds http_linger_timeout{1};
 // A WebSocket message goes out in parts of this size, so that a slow reader's progress shows.
 constexpr std::size_t websocket_part_bytes = 16 * 1024;
 
@@ -40,10 +40,6 @@ constexpr std::size_t websocket_part_bytes = 16 * 1024;
 constexpr const char* content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-auto into(error_code& error) {
-  return asio::redirect_error(asio::use_awaitable, error);
-}
 
 template <class Stream>
 class WebSocketTransport final : public Transport {
@@ -232,7 +228,7 @@ template <class Stream>
 asio::awaitable<void> linger(Stream& stream) {
   beast::tcp_stream& tcp = beast::get_lowest_layer(stream);
   error_code error;
-  tcp.expires_after(linger_timeout);
+  tcp.expires_after(http_linger_timeout);
   tcp.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
   std::array<char, 4 * 1024> unread;
   while (!error) co_await tcp.socket().async_read_some(asio::buffer(unread), into(error));

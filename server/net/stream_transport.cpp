@@ -5,12 +5,12 @@
 #include <utility>
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/ssl/error.hpp>
 #include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "net/error_into.h"
 #include "net/framing.h"
 #include "net/transport.h"
 
@@ -25,10 +25,6 @@ constexpr std::size_t read_bytes = 16 * 1024;
 
 // TLS, RFC 8446 5.1: the type of the record that a client begins with. No envelope within the limit before hello does.
 constexpr char tls_handshake_record = 22;
-
-auto into(error_code& error) {
-  return asio::redirect_error(asio::use_awaitable, error);
-}
 
 // Many TLS clients close without saying so in TLS; the length prefix tells whether a message is cut.
 bool is_end(const error_code& error) {

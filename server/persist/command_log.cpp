@@ -18,16 +18,16 @@ using base::number_at;
 
 namespace {
 
-constexpr std::string_view magic = "PNEUMALG";
-constexpr std::uint32_t version = 1;
-constexpr std::size_t header_bytes = magic.size() + 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t);
+constexpr std::string_view log_magic = "PNEUMALG";
+constexpr std::uint32_t log_version = 1;
+constexpr std::size_t log_header_bytes = log_magic.size() + 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t);
 constexpr std::size_t record_header_bytes = 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t);
 
 std::string make_header(std::uint64_t sequence) {
   std::string summed;
   append_number(summed, sequence);
-  std::string header(magic);
-  append_number(header, version);
+  std::string header(log_magic);
+  append_number(header, log_version);
   append_number(header, crc32c(summed));
   return header + summed;
 }
@@ -39,7 +39,7 @@ base::Status take_records(std::string_view bytes, std::uint64_t sequence, const 
     return base::Status(base::StatusCode::malformed, what + " at byte " + std::to_string(offset), path);
   };
   if (!bytes.starts_with(make_header(sequence))) return cut(0, "no header of this log");
-  std::size_t offset = header_bytes;
+  std::size_t offset = log_header_bytes;
   while (offset < bytes.size()) {
     const std::size_t left = bytes.size() - offset;
     if (left < record_header_bytes) return cut(offset, "a record is cut off");

@@ -13,10 +13,10 @@ namespace pneuma::physics {
 namespace {
 
 // A room's corner takes one pass a wall, three in all, and one that finds no more.
-constexpr int passes_max = 4;
+constexpr int corner_passes_max = 4;
 // Rounds over the colliders while a vertex that one pushed may be in another; a wedge too tight for it is left at the
 // last.
-constexpr int rounds_max = 3;
+constexpr int sweeps_max = 3;
 // How much of its overlap with a pinned vertex a rigid body gives up in a substep.
 constexpr double pin_push_share = 0.2;
 
@@ -29,7 +29,7 @@ bool stop_at(const SolidMove& solid, double offset_m, double skin_m, double dt_s
   Vec3d to = solid.end.to_local(end);
   double after_s = dt_s;
   bool touched = false;
-  for (int pass = 0; pass < passes_max; ++pass) {
+  for (int pass = 0; pass < corner_passes_max; ++pass) {
     const std::optional<SurfaceHit> hit = first_hit(*solid.shape, from, to, offset_m, skin_m);
     if (!hit) break;
     touched = true;
@@ -39,7 +39,7 @@ bool stop_at(const SolidMove& solid, double offset_m, double skin_m, double dt_s
     const Vec3d relative = answer(normal, Vec3d(solid.end.rotation * hit->point), gap_m, after_s);
     const Vec3d slide = relative - relative.dot(normal) * normal;
     from = hit->point;
-    to = pass + 1 < passes_max ? Vec3d(from + after_s * (solid.end.rotation.transpose() * slide)) : from;
+    to = pass + 1 < corner_passes_max ? Vec3d(from + after_s * (solid.end.rotation.transpose() * slide)) : from;
   }
   if (touched) end = solid.end.to_world(to);
   return touched;
@@ -304,7 +304,7 @@ void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const S
                     ContactNotes* notes) {
   bool begun = false;
   double work_j = 0.0;
-  for (int round = 0; round < rounds_max; ++round) {
+  for (int round = 0; round < sweeps_max; ++round) {
     bool touched = false;
     for (std::uint32_t c = 0; c < colliders.size(); ++c) {
       const SolidMove& solid = colliders[c];

@@ -66,12 +66,6 @@ double step_held_m_s(const Hold& hold, const Vec3d& step) {
   return (step - hold.free * step).norm();
 }
 
-double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
-  Vec3d sum = Vec3d::Zero();  // an axis each, so that not every addition waits for the last
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].cwiseProduct(b[i]);
-  return sum.sum();
-}
-
 }  // namespace
 
 double spread(std::span<const Vec3d> points) {

@@ -18,12 +18,6 @@ constexpr int iterations_a_hold = 3;
 // Of the inertia along a direction: the least resistance at which the system still counts as one.
 constexpr double inertia_share_min = 0.5;
 
-double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
-  Vec3d sum = Vec3d::Zero();  // an axis each, so that not every addition waits for the last
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].cwiseProduct(b[i]);
-  return sum.sum();
-}
-
 // The sum of the impulses, from each by its share of the mass.
 void remove_sum(std::vector<Vec3d>& impulses_n_s, std::span<const double> mass_shares) {
   Vec3d sum = Vec3d::Zero();
@@ -54,6 +48,12 @@ double enough_j(const ImplicitMatrix& matrix, const ImplicitSystem::Tolerance& t
 }
 
 }  // namespace
+
+double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
+  Vec3d sum = Vec3d::Zero();  // an axis each, so that not every addition waits for the last
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].cwiseProduct(b[i]);
+  return sum.sum();
+}
 
 template <class Real>
 void ImplicitSystem::linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings,

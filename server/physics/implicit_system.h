@@ -10,6 +10,9 @@
 
 namespace pneuma::physics {
 
+/// Over all vertices; the two are of one size.
+[[nodiscard]] double dot(std::span<const Vec3d> a, std::span<const Vec3d> b);
+
 /// A vertex whose velocity is given in some directions.
 struct Hold {
   std::uint32_t vertex = 0;

@@ -25,10 +25,6 @@ double radius_along(const BoxPose& box, const Vec3d& n) {
   return box.half_extents_m.dot((box.frame.rotation.transpose() * n).cwiseAbs());
 }
 
-double sign_of(double x) {
-  return x < 0.0 ? -1.0 : 1.0;
-}
-
 double separation_along(const BoxPose& a, const BoxPose& b, Vec3d& n) {
   const double along = n.dot(a.frame.origin - b.frame.origin);
   n *= sign_of(along);

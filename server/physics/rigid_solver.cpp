@@ -13,7 +13,7 @@ namespace {
 constexpr int velocity_rounds_max = 50;
 constexpr int push_rounds_max = 10;
 // Of a contact's size: a round whose impulses move less than this in the substep is the last.
-constexpr double settled_share = 2e-13;
+constexpr double settled_change = 2e-13;
 // Of a contact's size: an overlap this small is left, and of a larger one a fifth is undone in a substep: bodies at
 // rest keep their contacts.
 constexpr double overlap_kept_share = 1e-5;
@@ -27,7 +27,7 @@ constexpr double bend_share = 0.5;
 // something, loses spin.
 constexpr int pieces_max = 256;
 // Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
-constexpr int shortenings_max = 8;
+constexpr int piece_halvings_max = 8;
 // Of the length that would just do: the spin may be faster than the last one.
 constexpr double shortened = 0.9;
 // Of the time to a bounce: a piece ends before it, so that the next one begins with it.
@@ -237,7 +237,7 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
     }
     going_on = false;
     for (const RigidContact& c : contacts_) {
-      const bool settled = changes_[groups_[c.a]] < settled_share;
+      const bool settled = changes_[groups_[c.a]] < settled_change;
       settled_[groups_[c.a]] = settled ? 1 : 0;
       going_on |= !settled;
     }
@@ -316,7 +316,7 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
       solve_velocities(rigid, piece_s);
       double over = 0.0;
       for (const RigidContact& c : contacts_) over = std::max(over, bend_over(rigid, c, piece_s));
-      if (over <= 1.0 || piece_s <= least_s || shortening == shortenings_max) break;
+      if (over <= 1.0 || piece_s <= least_s || shortening == piece_halvings_max) break;
       piece_s = std::max(least_s, shortened * piece_s / std::sqrt(over));
     }
     for (const std::uint32_t i : members_) pressed_[i] = 0;

@@ -18,10 +18,6 @@ struct Overloaded : Fs... {
 template <class... Fs>
 Overloaded(Fs...) -> Overloaded<Fs...>;
 
-double sign_of(double x) {
-  return x < 0.0 ? -1.0 : 1.0;
-}
-
 SurfacePoint nearest_on_ball(const Vec3d& centre, double radius_m, const Vec3d& p) {
   const Vec3d d = p - centre;
   const double length = d.norm();

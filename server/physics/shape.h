@@ -9,6 +9,11 @@
 
 namespace pneuma::physics {
 
+/// -1 or 1, and 1 of a zero of either sign.
+[[nodiscard]] inline double sign_of(double x) {
+  return x < 0.0 ? -1.0 : 1.0;
+}
+
 /// The rotation and place of a solid's own frame in the world.
 struct Frame {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();

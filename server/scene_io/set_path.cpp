@@ -18,7 +18,7 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 
 /// The path's next word, up to a dot or bracket.
-std::string_view take_word(std::string_view& path) {
+std::string_view take_name(std::string_view& path) {
   const std::size_t end = std::min(path.find_first_of(".["), path.size());
   const std::string_view word = path.substr(0, end);
   path.remove_prefix(end);
@@ -43,7 +43,7 @@ Result<int> take_index(std::string_view& path, const Message& message, const Fie
   }
   path.remove_prefix(1);
   const FieldDescriptor* name_field = list.message_type()->FindFieldByName("name");
-  const std::string_view name = take_word(path);
+  const std::string_view name = take_name(path);
   std::string names;
   for (int i = 0; name_field != nullptr && i < count; ++i) {
     const Message& item = reflection.GetRepeatedMessage(message, &list, i);
@@ -63,7 +63,7 @@ base::Status set_field(Message& root, const std::string_view whole_path, const b
     return base::Status(status.code(), status.what(), escaped(read, shown_path_bytes_max));
   };
   while (true) {
-    const auto found = find_field(*message->GetDescriptor(), take_word(path));
+    const auto found = find_field(*message->GetDescriptor(), take_name(path));
     if (!found.ok()) return here(found.status());
     const FieldDescriptor& field = **found;
     if (path.empty()) {

@@ -123,7 +123,7 @@ bool expect_case(const std::string& name, const std::string& meaning, double bit
          expect({benchmark, "write_ns", Bound::at_most, 15.0, meaning + ": written, ns a vertex"}) &&
          expect({benchmark, "read_ns", Bound::at_most, 10.0, meaning + ": read, ns a vertex"});
 }
-[[maybe_unused]] const bool listed =
+[[maybe_unused]] const bool codec_listed =
     expect_case("ball_162_coarse", "ball of 162, 0.25 mm of 1 m", 9.5) &&
     expect_case("ball_162_fine", "ball of 162, 0.05 mm of 1 m", 14.0) &&
     expect_case("ball_162_2m_coarse", "ball of 162, 0.5 mm of 2 m", 9.5) &&

@@ -23,7 +23,7 @@ void five_balls(benchmark::State& bench) {
 }
 BENCHMARK(five_balls)->MinTime(2.0)->Repetitions(5)->Unit(benchmark::kMicrosecond);
 
-[[maybe_unused]] const bool listed =
+[[maybe_unused]] const bool five_balls_listed =
     expect({"five_balls/", "times_real_time", Bound::at_least, 15.0, "five-balls on one core: times real time"});
 
 }  // namespace

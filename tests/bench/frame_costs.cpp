@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bench/codec_peers.h"
+#include "bench/median.h"
 #include "codec/frame_codec.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -21,12 +22,6 @@ using support::Recording;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t length_prefix_bytes = 4;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 double since_ns(Clock::time_point start) {
   return std::chrono::duration<double, std::nano>(Clock::now() - start).count();

@@ -12,6 +12,7 @@
 #include <malloc.h>
 
 #include "bench/figures.h"
+#include "bench/median.h"
 #include "bench/peers.h"
 #include "physics/isa.h"
 #include "physics/soft_setup.h"
@@ -43,11 +44,6 @@ double cpu_s() {
 }
 double wall_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 /// Something to time: `run` does `count` vertex-substeps (or vertex-iterations).

@@ -11,6 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/figures.h"
+#include "bench/median.h"
 
 namespace pneuma::bench {
 
@@ -19,12 +20,6 @@ namespace {
 std::vector<Figure>& figures() {
   static std::vector<Figure> all;
   return all;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::sort(values);
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
 // Prints as the console reporter does, and keeps every counter of every single run.

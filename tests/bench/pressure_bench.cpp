@@ -92,10 +92,11 @@ void pressure_force_fit(benchmark::State& bench) {
 }
 BENCHMARK(pressure_force_fit)->Iterations(1)->Unit(benchmark::kMillisecond);
 
-[[maybe_unused]] const bool listed = expect({"pressure_force_fit/", "R2", Bound::at_least, 0.99,
-                                             "pressure force, 162..40,962 vertices: R^2 of a straight line"}) &&
-                                     expect({"pressure_force_fit/", "max_over_min", Bound::at_most, 1.5,
-                                             "pressure force: dearest over cheapest vertex of these sizes"});
+[[maybe_unused]] const bool pressure_listed =
+    expect({"pressure_force_fit/", "R2", Bound::at_least, 0.99,
+            "pressure force, 162..40,962 vertices: R^2 of a straight line"}) &&
+    expect({"pressure_force_fit/", "max_over_min", Bound::at_most, 1.5,
+            "pressure force: dearest over cheapest vertex of these sizes"});
 
 }  // namespace
 

@@ -20,7 +20,7 @@ namespace pneuma::bench {
 
 namespace {
 
-constexpr std::uint64_t ticks = 3'600;
+constexpr std::uint64_t recorded_ticks = 3'600;
 constexpr double rate_hz = 60.0;
 
 /// What a subscriber is sent who takes all at once.
@@ -53,7 +53,7 @@ base::Status record_minute(const std::string& path) {
   auto writer = client::RecordingWriter::create(path, header, client::RecordingWriter::IfThere::refuse);
   if (!writer.ok()) return writer.status();
   physics::Workers one_thread(1);
-  for (std::uint64_t tick = 1; tick <= ticks; ++tick) {
+  for (std::uint64_t tick = 1; tick <= recorded_ticks; ++tick) {
     live->physics().step_tick(one_thread);
     app::Outbox outbox;
     hub.encode_tick(app::LiveFrames(live->physics()), tick, false, outbox);
@@ -85,8 +85,8 @@ void recording_seek(benchmark::State& bench) {
 }
 BENCHMARK(recording_seek)->Iterations(500)->Unit(benchmark::kMillisecond);
 
-[[maybe_unused]] const bool listed = expect({"recording_seek/", "slowest_ms", Bound::at_most, 50.0,
-                                             "a seek in a minute of five-balls, the slowest of 500, ms"});
+[[maybe_unused]] const bool recording_listed = expect({"recording_seek/", "slowest_ms", Bound::at_most, 50.0,
+                                                       "a seek in a minute of five-balls, the slowest of 500, ms"});
 
 }  // namespace
 

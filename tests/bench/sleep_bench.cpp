@@ -74,7 +74,7 @@ void resting_balls(benchmark::State& bench) {
 }
 BENCHMARK(resting_balls)->MinTime(0.5)->Repetitions(3)->Unit(benchmark::kMicrosecond);
 
-[[maybe_unused]] const bool listed =
+[[maybe_unused]] const bool sleep_listed =
     expect({"resting_balls/", "share", Bound::at_most, 0.03, "32 balls at rest: cost asleep over cost awake"});
 
 }  // namespace

@@ -108,7 +108,7 @@ void stiff_memory(benchmark::State& bench) {
 }
 BENCHMARK(stiff_memory)->Iterations(1);
 
-[[maybe_unused]] const bool listed =
+[[maybe_unused]] const bool stiff_listed =
     expect({"stiff_ball/", "us", Bound::at_most, 35.0,
             "ball of 162 vertices, k = 1e4 N/m, nRT = 100 J, one step a frame: us a frame"}) &&
     expect({"stiff_ball/", "fleet_us", Bound::at_most, 10.0, "the same among sixteen: us a ball a frame"}) &&

@@ -41,7 +41,7 @@ bool list() {
   return true;
 }
 
-[[maybe_unused]] const bool listed = list();
+[[maybe_unused]] const bool volume_listed = list();
 
 }  // namespace
 

@@ -19,19 +19,6 @@ using base::StatusCode;
 using namespace std::chrono_literals;
 using namespace std::string_literals;
 
-// A busy machine makes anyone slow: no time-out strikes but those that a test is about.
-base::Limits patient_limits() {
-  base::Limits limits;
-  limits.message_bytes_max = 64 * 1024;
-  limits.hello_timeout = 600s;
-  limits.partial_message_timeout = 600s;
-  limits.ping_interval = 600s;
-  limits.write_stall_timeout = 600s;
-  limits.output_queue_bytes_max = 1024 * 1024;
-  limits.drain_timeout = 200ms;
-  return limits;
-}
-
 base::Limits impatient_limits() {
   base::Limits limits = patient_limits();
   limits.partial_message_timeout = 200ms;

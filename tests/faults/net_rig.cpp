@@ -13,6 +13,8 @@
 
 namespace pneuma::net {
 
+using namespace std::chrono_literals;
+
 namespace {
 
 constexpr std::chrono::seconds wait_max{60};
@@ -26,6 +28,18 @@ std::uint16_t port_of(const std::string& address) {
 }
 
 }  // namespace
+
+base::Limits patient_limits() {
+  base::Limits limits;
+  limits.message_bytes_max = 64 * 1024;
+  limits.hello_timeout = 600s;
+  limits.partial_message_timeout = 600s;
+  limits.ping_interval = 600s;
+  limits.write_stall_timeout = 600s;
+  limits.output_queue_bytes_max = 1024 * 1024;
+  limits.drain_timeout = 200ms;
+  return limits;
+}
 
 EchoServer::EchoServer(const base::Limits& limits, const std::optional<Tls>& tls)
     : late_after_(limits.partial_message_timeout + std::chrono::milliseconds(100)), server_(limits, callbacks()) {

@@ -19,6 +19,9 @@ namespace pneuma::net {
 
 constexpr std::size_t late_page_bytes = 16 * 1024 * 1024;  // more than goes at once
 
+/// A busy machine makes anyone slow: no time-out strikes but those that a test is about.
+[[nodiscard]] base::Limits patient_limits();
+
 /// Echoes each message; the first one authenticates. "end" closes the session. Everything that it says by itself is
 /// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late,
 /// which comes when the time for its request is over.

@@ -29,19 +29,7 @@ using boost::system::error_code;
 using Tcp = asio::ip::tcp;
 using namespace std::chrono_literals;
 
-// A busy machine makes anyone slow: no time-out strikes but those that a test is about.
-base::Limits patient_limits() {
-  base::Limits limits;
-  limits.message_bytes_max = 64 * 1024;
-  limits.hello_timeout = 600s;
-  limits.partial_message_timeout = 600s;
-  limits.ping_interval = 600s;
-  limits.write_stall_timeout = 600s;
-  limits.drain_timeout = 200ms;
-  return limits;
-}
-
-base::Limits impatient_limits() {
+base::Limits impatient_web_limits() {
   base::Limits limits = patient_limits();
   limits.partial_message_timeout = 1s;
   return limits;
@@ -74,7 +62,7 @@ class Web : public testing::Test {
 
 class SlowWeb : public Web {
  public:
-  SlowWeb() : Web(impatient_limits()) {}
+  SlowWeb() : Web(impatient_web_limits()) {}
 };
 
 // A WebSocket client, connected.

@@ -35,13 +35,13 @@ BreathingBall ball_of(const Extreme& extreme) {
           .nrt_j = extreme.nrt_j};
 }
 
-struct Method {
+struct SolvedBy {
   std::string name;
   Integrator integrator;
   std::uint32_t newton_iterations = 1;
 };
 
-class StiffMethod : public testing::TestWithParam<Method> {
+class StiffMethod : public testing::TestWithParam<SolvedBy> {
  protected:
   // One step a tick, but for XPBD, whose way is small ones.
   [[nodiscard]] static Scene scene(const BreathingBall& ball, double scale, double rate_hz) {
@@ -184,17 +184,17 @@ TEST(XpbdBall, LetGoOutOfBalanceDoesNotBeginToTurn) {
   }
 }
 
-std::string name_of_method(const testing::TestParamInfo<Method>& param) {
+std::string name_of_method(const testing::TestParamInfo<SolvedBy>& param) {
   return param.param.name;
 }
-std::vector<Method> solved_methods() {
+std::vector<SolvedBy> solved_methods() {
   return {{"ImplicitEuler", Integrator::implicit_euler},
           {"Newton", Integrator::implicit_euler, 8},
           {"TrBdf2", Integrator::tr_bdf2}};
 }
 INSTANTIATE_TEST_SUITE_P(Solved, StiffMethod, testing::ValuesIn(solved_methods()), name_of_method);
 INSTANTIATE_TEST_SUITE_P(Solved, SolvedMethod, testing::ValuesIn(solved_methods()), name_of_method);
-INSTANTIATE_TEST_SUITE_P(SmallSteps, StiffMethod, testing::Values(Method{"Xpbd", Integrator::xpbd}), name_of_method);
+INSTANTIATE_TEST_SUITE_P(SmallSteps, StiffMethod, testing::Values(SolvedBy{"Xpbd", Integrator::xpbd}), name_of_method);
 
 TEST(Newton, MoreIterationsComeNearerToTheStepsOwnEquation) {
   // Implicit Euler solved in full is what many iterations give; one is the linearised method.

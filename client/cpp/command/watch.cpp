@@ -154,7 +154,7 @@ std::string frame_json(const DecodedFrame& frame, bool with_contacts) {
   return object.text();
 }
 
-base::Status write_obj(const DecodedFrame& frame, const std::string& folder) {
+base::Status write_objs(const DecodedFrame& frame, const std::string& folder) {
   std::array<char, 40> name{};
   std::snprintf(name.data(), name.size(), "/frame-%09llu.obj", static_cast<unsigned long long>(frame.tick));
   return write_obj(frame.bodies, folder + name.data());
@@ -226,7 +226,7 @@ base::Status Watch::take(const DecodedFrame& frame) {
   bytes_ += frame.bytes;
   vertices_ += vertex_count(frame);
   if (!arguments_.obj_folder.empty()) {
-    if (base::Status written = write_obj(frame, arguments_.obj_folder); !written.ok()) return written;
+    if (base::Status written = write_objs(frame, arguments_.obj_folder); !written.ok()) return written;
   }
   return session_.output.line(session_.json ? frame_json(frame, arguments_.stream.contacts) : frame_text(frame));
 }

@@ -72,10 +72,6 @@ class GltfExporter final : public Exporter {
   std::size_t weights_ = 0;  // accessor
 };
 
-void append_float(std::string& out, float value) {
-  base::append_number(out, std::bit_cast<std::uint32_t>(value));
-}
-
 base::Status GltfExporter::append(const std::string& bytes) {
   bytes_ += bytes.size();
   // Its header counts the file's bytes in 32 bits; what else is in it is far less than half.
@@ -108,7 +104,7 @@ base::Result<std::size_t> GltfExporter::add_positions(const std::vector<float>& 
   for (std::size_t i = 0; i < coordinates_m.size(); ++i) {
     least[i % 3] = std::min(least[i % 3], static_cast<double>(coordinates_m[i]));
     most[i % 3] = std::max(most[i % 3], static_cast<double>(coordinates_m[i]));
-    append_float(bytes, coordinates_m[i]);
+    base::append_number(bytes, coordinates_m[i]);
   }
   JsonObject accessor;
   accessor.add("bufferView", std::uint64_t{add_view(bytes.size(), target_vertices)})
@@ -166,10 +162,10 @@ base::Status GltfExporter::add_weights() {
   std::string places;
   std::string ones;
   for (std::size_t sample = 0; sample <= targets; ++sample) {
-    append_float(times, static_cast<float>(static_cast<double>(sample) / plan_.rate_hz));
+    base::append_number(times, static_cast<float>(static_cast<double>(sample) / plan_.rate_hz));
     if (sample == 0) continue;
     base::append_number(places, static_cast<std::uint32_t>(sample * targets + sample - 1));
-    append_float(ones, 1.0F);
+    base::append_number(ones, 1.0F);
   }
   const double end_s = static_cast<float>(static_cast<double>(targets) / plan_.rate_hz);
   times_ = add_accessor(JsonObject()

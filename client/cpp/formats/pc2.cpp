@@ -9,10 +9,6 @@ namespace pneuma::client {
 
 namespace {
 
-void append_float(std::string& out, float value) {
-  base::append_number(out, std::bit_cast<std::uint32_t>(value));
-}
-
 class Pc2Exporter final : public Exporter {
  public:
   explicit Pc2Exporter(const ExportPlan& plan) : plan_(plan) {}
@@ -26,7 +22,7 @@ class Pc2Exporter final : public Exporter {
     for (std::size_t body = 0; body < files_.size(); ++body) {
       std::string bytes;
       for (const double coordinate_m : sample.bodies[body].positions_m) {
-        append_float(bytes, static_cast<float>(coordinate_m));
+        base::append_number(bytes, static_cast<float>(coordinate_m));
       }
       if (!(files_[body].out << bytes)) return write_failure(files_[body].path);
     }
@@ -56,8 +52,8 @@ class Pc2Exporter final : public Exporter {
       std::string header("POINTCACHE2\0", 12);
       base::append_number(header, std::uint32_t{1});  // version
       base::append_number(header, static_cast<std::uint32_t>(first_[body].positions_m.size() / 3));
-      append_float(header, 0.0F);  // first frame
-      append_float(header, 1.0F);  // frames a sample
+      base::append_number(header, 0.0F);  // first frame
+      base::append_number(header, 1.0F);  // frames a sample
       base::append_number(header, static_cast<std::uint32_t>(plan_.samples));
       File& file = files_.emplace_back(stem + ".pc2", std::ofstream(stem + ".pc2", std::ios::binary));
       if (!(file.out << header)) return write_failure(file.path);

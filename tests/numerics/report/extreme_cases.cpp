@@ -31,7 +31,7 @@ std::string summary(std::size_t cases, const std::vector<std::string>& failing, 
          (quick ? " This is a quick page: long cases ran for some seconds, not for all the time that they name." : "");
 }
 
-void run(Context& context) {
+void run_extreme_cases(Context& context) {
   Csv csv = context.csv("extreme_cases", {"number", "case", "criterion", "outcome", "figure", "bullet"});
   const std::vector<ExtremeCase>& cases = extremes::extreme_cases();
   std::vector<std::vector<std::string>> rows;
@@ -55,7 +55,8 @@ void run(Context& context) {
 }  // namespace
 
 Part extreme_cases() {
-  return {.name = "extreme-cases", .title = "Extreme cases", .quick_s = 30.0, .full_s = 240.0, .run = run};
+  return {
+      .name = "extreme-cases", .title = "Extreme cases", .quick_s = 30.0, .full_s = 240.0, .run = run_extreme_cases};
 }
 
 }  // namespace pneuma::report

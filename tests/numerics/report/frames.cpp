@@ -12,13 +12,13 @@ using bench::FrameCost;
 using bench::PeerBits;
 using support::Recording;
 
-struct Subject {
+struct Streamed {
   std::string name;   // of a built-in scene
   std::string title;  // "a bouncing ball of 162 vertices, 1 m across"
 };
 
 // By plot style: ours first, as in every plot of the page.
-enum Style { ours, zstd, meshoptimizer, draco };
+enum PeerStyle { ours, zstd, meshoptimizer, draco };
 
 struct Rung {
   double max_error_m = 0.0;
@@ -32,13 +32,13 @@ std::vector<double> bounds_m(bool quick) {
   return {1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5};
 }
 
-Plot plot_of(const Subject& subject, const std::vector<Rung>& rungs) {
+Plot plot_of(const Streamed& subject, const std::vector<Rung>& rungs) {
   Plot plot;
   plot.title = std::string("Frames of ").append(subject.name).append(" at 60 Hz");
   plot.x = {.label = "error bound (mm)", .log = true};
   plot.y = {.label = "bits / vertex / frame"};
   plot.commands = {"set yrange [0:*]", "set key maxcols 1 width 0", "set title noenhanced"};
-  const auto series = [&](const std::string& label, Style style, const auto& bits_of) {
+  const auto series = [&](const std::string& label, PeerStyle style, const auto& bits_of) {
     Series line{.label = label, .style = style, .points = {}};
     for (const Rung& rung : rungs) line.points.emplace_back(1e3 * rung.max_error_m, bits_of(rung));
     plot.series.push_back(std::move(line));
@@ -50,14 +50,14 @@ Plot plot_of(const Subject& subject, const std::vector<Rung>& rungs) {
   return plot;
 }
 
-void write_sizes(Context& context, const std::vector<Subject>& subjects) {
+void write_sizes(Context& context, const std::vector<Streamed>& subjects) {
   context.page.subheading("Bits against error");
   Csv csv = context.csv("frames", {"scene", "max_error_m", "bits", "zstd_bits", "meshoptimizer_bits", "draco_bits",
                                    "write_ns", "read_ns", "error_max_m"});
   std::vector<std::vector<std::string>> rows;
   const std::size_t ticks = context.quick ? 60 : 300;
   double done = 0.0;
-  for (const Subject& subject : subjects) {
+  for (const Streamed& subject : subjects) {
     const Recording recording = support::record(support::world_of(subject.name), ticks);
     std::vector<Rung> rungs;
     for (const double max_error_m : bounds_m(context.quick)) {
@@ -116,7 +116,7 @@ void write_times(Context& context) {
   context.page.table({"vertices", "write (ns a vertex)", "read (ns a vertex)", "bits a vertex"}, rows);
 }
 
-void run(Context& context) {
+void run_frames(Context& context) {
   context.page.heading("Frames");
   context.page.paragraph(
       "What a delta frame of the stream takes on the wire, everything in it counted, over recorded built-in scenes; "
@@ -124,7 +124,7 @@ void run(Context& context) {
       "general and mesh compressors make of the same motion, quantised to the same bound and less where linear motion "
       "would have taken it (without what would carry them). Every vertex of every frame is read back and "
       "compared with where it was: the last column is the largest distance, which may not pass the bound.");
-  std::vector<Subject> subjects{{"bouncing-ball", "a ball of 162 vertices, 1 m across, dropped on a floor"}};
+  std::vector<Streamed> subjects{{"bouncing-ball", "a ball of 162 vertices, 1 m across, dropped on a floor"}};
   if (!context.quick) {
     subjects.push_back({"five-balls", "five such balls in a rotating room"});
     subjects.push_back({"hand", "1,159 vertices, 0.2 m long, hit by a rigid ball"});
@@ -136,7 +136,7 @@ void run(Context& context) {
 }  // namespace
 
 Part frames() {
-  return {.name = "frames", .title = "Frames", .quick_s = 3.0, .full_s = 60.0, .run = run};
+  return {.name = "frames", .title = "Frames", .quick_s = 3.0, .full_s = 60.0, .run = run_frames};
 }
 
 }  // namespace pneuma::report

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double seconds_to_sleep_max = 30.0;
 
-struct Case {
+struct LeftOutCase {
   std::string name;
   physics::Scene scene;
   bool to_sleep = false;  // profiled once all of it sleeps
@@ -72,8 +72,8 @@ physics::Scene bending_cloth() {
   return scene;
 }
 
-std::vector<Case> all_cases() {
-  std::vector<Case> cases;
+std::vector<LeftOutCase> left_out_cases() {
+  std::vector<LeftOutCase> cases;
   for (const std::string& name : scene_io::builtin_scene_names()) cases.push_back({name, builtin(name)});
   cases.push_back({"pinned cloth, no wind", pinned_cloth()});
   cases.push_back({"pinned cloth that bends", bending_cloth()});
@@ -98,7 +98,7 @@ bool all_asleep(const physics::World& world) {
   return true;
 }
 
-physics::Profile profile_of(const Case& each, std::uint64_t ticks) {
+physics::Profile profile_of(const LeftOutCase& each, std::uint64_t ticks) {
   physics::World world = physics::make_world(each.scene);
   physics::Workers one_thread(1);
   if (each.grabbed) {
@@ -125,7 +125,7 @@ std::string cell_of(const physics::StageRow& row, std::uint64_t ticks) {
 }
 
 /// Three scenes a table: more are too wide for a phone.
-void write_stages(Page& page, const std::vector<Case>& cases, const std::vector<physics::Profile>& profiles,
+void write_stages(Page& page, const std::vector<LeftOutCase>& cases, const std::vector<physics::Profile>& profiles,
                   std::uint64_t ticks) {
   constexpr std::size_t scenes_a_table = 3;
   for (std::size_t first = 0; first < cases.size(); first += scenes_a_table) {
@@ -142,11 +142,11 @@ void write_stages(Page& page, const std::vector<Case>& cases, const std::vector<
 }
 
 void add_stages(Context& context) {
-  const std::vector<Case> cases = all_cases();
+  const std::vector<LeftOutCase> cases = left_out_cases();
   const std::uint64_t ticks = context.quick ? 10 : 60;
   std::vector<physics::Profile> profiles;
   Csv csv = context.csv("left-out-stages", {"scene", "stage", "time_us_per_tick", "calls_per_tick", "bytes"});
-  for (const Case& each : cases) {
+  for (const LeftOutCase& each : cases) {
     const physics::Profile& profile = profiles.emplace_back(profile_of(each, ticks));
     std::string used;
     for (std::size_t stage = 0; stage < physics::stage_count; ++stage) {
@@ -204,7 +204,7 @@ void add_hand_written(Context& context) {
       {"features", "scene, a step (\u00b5s)", "by hand, a step (\u00b5s)", "scene over hand", "same bits"}, rows);
 }
 
-void run(Context& context) {
+void run_left_out(Context& context) {
   context.page.heading("What a scene leaves out");
   context.page.paragraph(
       "A scene is compiled to the stages that it needs. Each scene below ran on one thread, its stages counted. A "
@@ -227,7 +227,7 @@ void run(Context& context) {
 }  // namespace
 
 Part left_out() {
-  return {.name = "left-out", .title = "What a scene leaves out", .quick_s = 6.0, .full_s = 15.0, .run = run};
+  return {.name = "left-out", .title = "What a scene leaves out", .quick_s = 6.0, .full_s = 15.0, .run = run_left_out};
 }
 
 }  // namespace pneuma::report

@@ -13,20 +13,20 @@ namespace {
 
 using physics::Integrator;
 
-constexpr double duration_s = 1.0 / 30.0;
+constexpr double ladder_s = 1.0 / 30.0;
 constexpr std::uint32_t substeps_min = 4;
 constexpr std::uint32_t substeps_max = 2048;
 constexpr std::uint32_t reference_substeps = 4096;
 constexpr std::size_t fitted = 4;          // rungs of a ladder, its finest
 constexpr double above_round_off = 100.0;  // times the reference's own error
 
-struct Case {
+struct OrderCase {
   std::string name;    // in words
   std::string figure;  // its plot and CSV file
   physics::Scene scene;
 };
 
-std::array<Case, 3> all_cases() {
+std::array<OrderCase, 3> order_cases() {
   const auto icosahedron = [](double damping_n_s_m) {
     return physics::BreathingBall{.damping_n_s_m = damping_n_s_m}.scene(1.0, Integrator::rk4, 30, 1);
   };
@@ -67,7 +67,7 @@ struct CaseResult {
   double reference_error_m = 0.0;
 };
 
-CaseResult measure(const Case& each, physics::Workers& workers) {
+CaseResult measure(const OrderCase& each, physics::Workers& workers) {
   const std::vector<physics::Vec3d> exact = physics::after_a_thirtieth(each.scene, Integrator::rk4, reference_substeps);
   CaseResult result;
   result.reference_error_m =
@@ -76,7 +76,7 @@ CaseResult measure(const Case& each, physics::Workers& workers) {
     Ladder& ladder = result.ladders[i];
     for (std::uint32_t substeps = substeps_min; substeps <= substeps_max; substeps *= 2) {
       ladder.points.emplace_back(
-          duration_s / substeps,
+          ladder_s / substeps,
           physics::distance_m(physics::after_a_thirtieth(each.scene, every_integrator[i], substeps), exact));
     }
     ladder.order = order_of(ladder.points, above_round_off * result.reference_error_m);
@@ -84,7 +84,7 @@ CaseResult measure(const Case& each, physics::Workers& workers) {
   return result;
 }
 
-void draw(Context& context, const Case& each, const CaseResult& result, const std::string& caption) {
+void draw(Context& context, const OrderCase& each, const CaseResult& result, const std::string& caption) {
   Plot plot;
   plot.title = std::string("Error after 1/30 s, ").append(each.name);
   plot.x = {.label = "step (s)", .log = true, .range = {1e-5, 1e-2}};
@@ -113,7 +113,7 @@ void draw(Context& context, const Case& each, const CaseResult& result, const st
   context.figure(each.figure, plot, caption);
 }
 
-void run(Context& context) {
+void run_observed_order(Context& context) {
   context.page.heading("Observed order");
   context.page.paragraph(
       "An integrator of order p divides its error by 2^p when the step is halved. Here each one moves a ball for 1/30 "
@@ -124,7 +124,7 @@ void run(Context& context) {
       "together, and a line can be read on to other steps: for a tenth of the error, a method of order 1 needs 10 "
       "times "
       "the steps, one of order 2 needs 3.2 times, RK4 1.8 times.");
-  const std::array<Case, 3> cases = all_cases();
+  const std::array<OrderCase, 3> cases = order_cases();
   std::array<CaseResult, 3> results;
   for (std::size_t c = 0; c < cases.size(); ++c) {
     results[c] = measure(cases[c], context.workers);
@@ -167,7 +167,8 @@ void run(Context& context) {
 }  // namespace
 
 Part observed_order() {
-  return {.name = "observed-order", .title = "Observed order", .quick_s = 4.0, .full_s = 4.0, .run = run};
+  return {
+      .name = "observed-order", .title = "Observed order", .quick_s = 4.0, .full_s = 4.0, .run = run_observed_order};
 }
 
 }  // namespace pneuma::report

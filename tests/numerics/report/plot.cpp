@@ -11,23 +11,23 @@
 namespace pneuma::report {
 namespace {
 
-struct Style {
+struct LineStyle {
   const char* colour;
   int marker;  // of gnuplot: filled and open ones in turn
   int dash;
 };
-constexpr std::array<Style, 10> styles{{{"#000000", 7, 1},
-                                        {"#0072B2", 5, 1},
-                                        {"#D55E00", 9, 1},
-                                        {"#009E73", 11, 1},
-                                        {"#CC79A7", 13, 1},
-                                        {"#E69F00", 6, 2},
-                                        {"#56B4E9", 4, 2},
-                                        {"#7A5C00", 8, 2},
-                                        {"#606060", 10, 2},
-                                        {"#8B2FC9", 12, 2}}};
+constexpr std::array<LineStyle, 10> styles{{{"#000000", 7, 1},
+                                            {"#0072B2", 5, 1},
+                                            {"#D55E00", 9, 1},
+                                            {"#009E73", 11, 1},
+                                            {"#CC79A7", 13, 1},
+                                            {"#E69F00", 6, 2},
+                                            {"#56B4E9", 4, 2},
+                                            {"#7A5C00", 8, 2},
+                                            {"#606060", 10, 2},
+                                            {"#8B2FC9", 12, 2}}};
 
-const Style& style_of(int style) {
+const LineStyle& line_style(int style) {
   return styles.at(static_cast<std::size_t>(style) % styles.size());
 }
 
@@ -68,7 +68,7 @@ std::optional<int> marker_of(const Series& series) {
   switch (series.mark) {
     case Mark::line_and_points:
     case Mark::points:
-      return style_of(series.style).marker;
+      return line_style(series.style).marker;
     case Mark::circles:
       return 6;
     case Mark::crosses:
@@ -89,7 +89,7 @@ void write_series(std::ostream& script, const Plot& plot) {
   script << "plot ";
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& series = plot.series[i];
-    const Style& style = style_of(series.style);
+    const LineStyle& style = line_style(series.style);
     script << (i == 0 ? "" : ", \\\n     ") << "$series" << i << " with " << with(series.mark) << " lc rgb '"
            << style.colour << "' lw 2";
     const std::optional<int> marker = marker_of(series);
@@ -139,7 +139,7 @@ void run_gnuplot(const std::string& script, const std::filesystem::path& script_
 }  // namespace
 
 std::string colour(int style) {
-  return style_of(style).colour;
+  return line_style(style).colour;
 }
 
 void draw(const Plot& plot, const std::filesystem::path& folder, const std::string& name, bool png) {

@@ -18,7 +18,7 @@ constexpr double ran_away = 1e6;
 
 class DisplacedBall {
  public:
-  DisplacedBall(const LinearBall& ball, const Run& run, const Eigen::VectorXd& direction)
+  DisplacedBall(const LinearBall& ball, const SmallRun& run, const Eigen::VectorXd& direction)
       : ball_(ball), world_(physics::make_world(scene(ball, run, direction))) {}
 
   [[nodiscard]] double tick_s() const { return world_.tick_period_s(); }
@@ -36,7 +36,7 @@ class DisplacedBall {
   }
 
  private:
-  static physics::Scene scene(const LinearBall& ball, const Run& run, const Eigen::VectorXd& direction) {
+  static physics::Scene scene(const LinearBall& ball, const SmallRun& run, const Eigen::VectorXd& direction) {
     physics::Scene scene = ball.scene(run.stiffness_n_m, run.damping_n_s_m, direction, displacement_m);
     const double substeps = std::max(1.0, std::ceil(1e-3 / run.step_s * (1.0 - 1e-12)));
     scene.stepping.integrator = run.integrator;
@@ -53,7 +53,7 @@ class DisplacedBall {
 
 }  // namespace
 
-double growth_1_s(const LinearBall& ball, const Run& run, const Eigen::VectorXd& direction, double duration_s) {
+double growth_1_s(const LinearBall& ball, const SmallRun& run, const Eigen::VectorXd& direction, double duration_s) {
   DisplacedBall displaced(ball, run, direction);
   const int ticks = std::max(8, static_cast<int>(std::lround(duration_s / displaced.tick_s())));
   const int quarter = ticks / 4;
@@ -71,7 +71,7 @@ double growth_1_s(const LinearBall& ball, const Run& run, const Eigen::VectorXd&
   return 0.5 * std::log(last_j / first_j) / apart_s;
 }
 
-double breathing_left(const LinearBall& ball, const Run& run) {
+double breathing_left(const LinearBall& ball, const SmallRun& run) {
   const LinearBall::Mode mode = ball.breathing(run.stiffness_n_m);
   DisplacedBall displaced(ball, run, mode.direction);
   const double before_j = displaced.energy_along_j(mode);

@@ -18,7 +18,7 @@ constexpr double damping_n_s_m = 0.1;
 constexpr double steps_max = 5000.0;  // of a run, which takes a second at most
 constexpr double bracket = 4.0;       // the search begins at so many times the theory's step, and ends at its inverse
 constexpr int halvings = 9;           // to 0.5 %
-constexpr double agreement = 0.1;
+constexpr double agreement_max = 0.1;
 
 struct Limit {
   Integrator integrator = Integrator::rk4;
@@ -42,7 +42,7 @@ void measure(const LinearBall& ball, Limit& limit) {
                                                   ball.breathing(limit.stiffness_n_m).direction};
   for (int i = 0; i < halvings; ++i) {
     const double step_s = std::sqrt(below_s * above_s);
-    const Run run{limit.integrator, limit.stiffness_n_m, limit.damping_n_s_m, step_s};
+    const SmallRun run{limit.integrator, limit.stiffness_n_m, limit.damping_n_s_m, step_s};
     const bool grows = std::ranges::any_of(directions, [&](const Eigen::VectorXd& direction) {
       return growth_1_s(ball, run, direction, std::min(1.0, steps_max * step_s)) > growth_max_1_s;
     });
@@ -140,7 +140,7 @@ void add_stability_limits(Context& context, const LinearBall& ball, double begun
                                     .append(stiffness_text(limit.stiffness_n_m))
                                     .append(" damping=")
                                     .append(damping),
-                                std::abs(ratio - 1.0) <= agreement ? "within 10 %" : fixed(ratio, 2)});
+                                std::abs(ratio - 1.0) <= agreement_max ? "within 10 %" : fixed(ratio, 2)});
   }
   context.page.paragraph("Measured over theoretical step:");
   context.page.table(columns, rows);

@@ -42,7 +42,7 @@ constexpr auto xpbd_column =
 /// [stiffness][rate]
 using Map = std::vector<std::vector<Cell>>;
 
-Cell find(const LinearBall& ball, const Run& run) {
+Cell find(const LinearBall& ball, const SmallRun& run) {
   const Eigen::VectorXd direction =
       physics::is_explicit(run.integrator) ? ball.fastest(run.stiffness_n_m).direction : every_motion(ball);
   if (growth_1_s(ball, run, direction, duration_s) > growth_max_1_s) return Cell::unstable;
@@ -205,7 +205,7 @@ void write_xpbd(Page& page, const Map& map) {
   }
 }
 
-void run(Context& context) {
+void run_stability_map(Context& context) {
   context.page.heading("Stability map");
   context.page.paragraph(
       "A ball of 162 vertices and 1 kg, undamped, with gas of 100 Pa in air of 100 Pa, is displaced by some "
@@ -257,7 +257,8 @@ void run(Context& context) {
 }  // namespace
 
 Part stability_map() {
-  return {.name = "stability-map", .title = "Stability map", .quick_s = 12.0, .full_s = 100.0, .run = run};
+  return {
+      .name = "stability-map", .title = "Stability map", .quick_s = 12.0, .full_s = 100.0, .run = run_stability_map};
 }
 
 }  // namespace pneuma::report

@@ -167,7 +167,7 @@ void write_motions(Context& context, const std::array<Moved, 2>& moved) {
       rows);
 }
 
-void run(Context& context) {
+void run_volume_methods(Context& context) {
   context.page.heading("Volume methods");
   context.page.paragraph(
       "Six ways to find the volume that the gas fills (`volume.method`): exactly, by the faces; by a bounding box, "
@@ -200,7 +200,8 @@ void run(Context& context) {
 }  // namespace
 
 Part volume_methods() {
-  return {.name = "volume-methods", .title = "Volume methods", .quick_s = 6.0, .full_s = 9.0, .run = run};
+  return {
+      .name = "volume-methods", .title = "Volume methods", .quick_s = 6.0, .full_s = 9.0, .run = run_volume_methods};
 }
 
 }  // namespace pneuma::report

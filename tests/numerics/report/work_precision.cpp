@@ -152,7 +152,7 @@ void add_outcomes(const Measured& measured, const Judged& judged, std::vector<Ou
   outcomes.push_back({"precision " + judged.name + " AUTO", choice});
 }
 
-void run(Context& context) {
+void run_work_precision(Context& context) {
   std::vector<Measured> all = begin(context.quick);
   measure_errors(all, context);
   add_peers(all);
@@ -199,7 +199,11 @@ void run(Context& context) {
 }  // namespace
 
 Part work_precision() {
-  return {.name = "work-precision", .title = "Error against run time", .quick_s = 30.0, .full_s = 250.0, .run = run};
+  return {.name = "work-precision",
+          .title = "Error against run time",
+          .quick_s = 30.0,
+          .full_s = 250.0,
+          .run = run_work_precision};
 }
 
 }  // namespace pneuma::report

@@ -13,19 +13,12 @@
 
 #include "app/message_memory.h"
 #include "app/session_gate.h"
+#include "unit/app/gate_requests.h"
 
 namespace pneuma::app {
 namespace {
 
-const SessionGate::TimePoint start = SessionGate::TimePoint() + std::chrono::hours(1);
 constexpr std::uint64_t upload = 5;  // a request id
-
-std::string list_worlds(std::uint64_t request_id) {
-  v1::ClientMessage message;
-  message.set_request_id(request_id);
-  message.mutable_list_worlds();
-  return message.SerializeAsString();
-}
 
 std::string edit(std::uint64_t request_id, std::size_t text_bytes) {
   v1::ClientMessage message;

@@ -17,7 +17,7 @@ constexpr double asked_bytes_s = 100'000.0;  // what the quality asked for takes
 constexpr double frame_bytes = 1'000.0;
 constexpr double queue_bytes_max = 4 * frame_bytes;
 constexpr std::chrono::milliseconds report_interval{250};
-constexpr net::TimePoint start{1000s};
+constexpr net::TimePoint ladder_start{1000s};
 
 /// A reader on a connection of the capacity, in bytes a second, that is told for each second.
 class Simulation {
@@ -27,7 +27,7 @@ class Simulation {
   void run(std::chrono::seconds length) {
     for (const auto end = now_ + length; now_ < end; now_ += report_interval) {
       const double dt = std::chrono::duration<double>(report_interval).count();
-      const double seconds = std::chrono::duration<double>(now_ - start).count();
+      const double seconds = std::chrono::duration<double>(now_ - ladder_start).count();
       const double offered = asked_bytes_s * quality_rungs[ladder_.rung()].bytes_share * dt;
       const double taken = std::min(queued_ + offered, capacity_(seconds) * dt);
       queued_ += offered - taken;
@@ -51,7 +51,7 @@ class Simulation {
  private:
   std::function<double(double)> capacity_;
   QualityLadder ladder_;
-  net::TimePoint now_ = start;
+  net::TimePoint now_ = ladder_start;
   net::FrameTotals totals_;
   double queued_ = 0.0;
   std::vector<std::size_t> moves_;
@@ -93,7 +93,7 @@ TEST(QualityLadder, OneThatRecoversComesBackToWhatItAskedFor) {
 
 TEST(QualityLadder, AFrameThatWaitsTooLongIsStrain) {
   QualityLadder ladder;
-  net::ReaderReport report{start, asked_bytes_s, {}};
+  net::ReaderReport report{ladder_start, asked_bytes_s, {}};
   EXPECT_EQ(ladder.advise(report), std::nullopt);
   report.at += 2s;
   report.stream.queue_age = QualityLadder::queue_age_max;
@@ -105,7 +105,7 @@ TEST(QualityLadder, AFrameThatWaitsTooLongIsStrain) {
 
 TEST(QualityLadder, NothingHappensBeforeAMoveHasShown) {
   QualityLadder ladder;
-  net::ReaderReport report{start, 0.0, {}};
+  net::ReaderReport report{ladder_start, 0.0, {}};
   (void)ladder.advise(report);
   report.at += 999ms;
   report.stream.totals.frames_dropped = 5;

@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "unit/app/gate_requests.h"
+
 namespace pneuma::app {
 namespace {
-
-const SessionGate::TimePoint start = SessionGate::TimePoint() + std::chrono::hours(1);
 
 MessageParts& no_parts() {
   static MessageParts parts{base::Limits()};
@@ -21,13 +21,6 @@ std::string hello(std::uint32_t version, const std::string& token = {}) {
   message.set_request_id(1);
   message.mutable_hello()->set_protocol_version(version);
   message.mutable_hello()->set_token(token);
-  return message.SerializeAsString();
-}
-
-std::string list_worlds(std::uint64_t request_id) {
-  v1::ClientMessage message;
-  message.set_request_id(request_id);
-  message.mutable_list_worlds();
   return message.SerializeAsString();
 }
 

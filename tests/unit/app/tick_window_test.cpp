@@ -9,10 +9,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
-const TickWindow::TimePoint start = TickWindow::TimePoint() + std::chrono::hours(1);
+const TickWindow::TimePoint window_start = TickWindow::TimePoint() + std::chrono::hours(1);
 
 TEST(TickWindow, EmptyIsOnTime) {
-  const TickSummary summary = TickWindow().summary(start);
+  const TickSummary summary = TickWindow().summary(window_start);
   EXPECT_EQ(summary.time_ratio, 1.0);
   EXPECT_EQ(summary.step_ms_median, 0.0);
 }
@@ -25,9 +25,9 @@ TEST(TickWindow, MedianMaximumAndPercentileOfOneToAHundred) {
     sample.due_error_ms = i;
     sample.encode_ms = 2 * i;
     sample.period_s = 0.01;
-    window.add(start + milliseconds(i), sample);
+    window.add(window_start + milliseconds(i), sample);
   }
-  const TickSummary summary = window.summary(start + milliseconds(101));
+  const TickSummary summary = window.summary(window_start + milliseconds(101));
   EXPECT_EQ(summary.step_ms_median, 51.0);
   EXPECT_EQ(summary.step_ms_max, 101.0);
   EXPECT_EQ(summary.encode_ms_median, 102.0);
@@ -41,13 +41,13 @@ TEST(TickWindow, OldTicksLeave) {
   slow.step_ms = 500.0;
   slow.period_s = 0.1;
   slow.slipped_s = 0.4;
-  window.add(start, slow);
+  window.add(window_start, slow);
   TickSample quick;
   quick.step_ms = 1.0;
   quick.period_s = 0.1;
-  window.add(start + milliseconds(2000), quick);
-  EXPECT_EQ(window.summary(start + milliseconds(2000)).step_ms_max, 1.0);
-  EXPECT_EQ(window.summary(start + milliseconds(2000)).time_ratio, 1.0);
+  window.add(window_start + milliseconds(2000), quick);
+  EXPECT_EQ(window.summary(window_start + milliseconds(2000)).step_ms_max, 1.0);
+  EXPECT_EQ(window.summary(window_start + milliseconds(2000)).time_ratio, 1.0);
 }
 
 TEST(TickWindow, TheLastTickCountsUntilTheNext) {
@@ -57,8 +57,8 @@ TEST(TickWindow, TheLastTickCountsUntilTheNext) {
   slow.period_s = 0.1;
   slow.slipped_s = 29.9;
   slow.due_error_ms = 29'900.0;
-  window.add(start, slow);
-  const TickSummary summary = window.summary(start + std::chrono::seconds(20));
+  window.add(window_start, slow);
+  const TickSummary summary = window.summary(window_start + std::chrono::seconds(20));
   EXPECT_NEAR(summary.time_ratio, 0.1 / 30.0, 1e-12);
   EXPECT_EQ(summary.step_ms_max, 30'000.0);
   EXPECT_EQ(summary.due_error_ms_p99, 29'900.0);
@@ -69,8 +69,8 @@ TEST(TickWindow, ATickThatSlippedLowersTheRatio) {
   TickSample sample;
   sample.period_s = 0.1;
   sample.slipped_s = 0.1;
-  window.add(start, sample);
-  EXPECT_DOUBLE_EQ(window.summary(start).time_ratio, 0.5);
+  window.add(window_start, sample);
+  EXPECT_DOUBLE_EQ(window.summary(window_start).time_ratio, 0.5);
 }
 
 }  // namespace

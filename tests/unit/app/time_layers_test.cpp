@@ -19,7 +19,7 @@
 namespace pneuma::app {
 namespace {
 
-constexpr double max_error_m = 1e-4;
+constexpr double layers_error_m = 1e-4;
 constexpr std::size_t everything = 1U << 30;
 
 /// What stands between a hub and a client: a queue, and a decoder behind it.
@@ -29,7 +29,7 @@ class Reader {
     v1::Subscribe request;
     request.set_world("w");
     request.set_rate_hz(rate_hz);
-    request.set_max_error_m(max_error_m);
+    request.set_max_error_m(layers_error_m);
     request.set_time_layers(true);
     const auto subscribed = hub.subscribe(session_, request, 60.0);
     EXPECT_TRUE(subscribed.ok());
@@ -116,7 +116,7 @@ class TimeLayers : public testing::Test {
     const std::vector<double>& decoded = frame.bodies.at(0).positions_m;
     for (std::size_t i = 0; i < exact.size(); i += 3) {
       EXPECT_LE(std::hypot(decoded[i] - exact[i], decoded[i + 1] - exact[i + 1], decoded[i + 2] - exact[i + 2]),
-                max_error_m);
+                layers_error_m);
     }
   }
 

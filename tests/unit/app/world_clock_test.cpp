@@ -10,45 +10,45 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-const WorldClock::TimePoint start = WorldClock::TimePoint() + std::chrono::hours(1);
+const WorldClock::TimePoint clock_start = WorldClock::TimePoint() + std::chrono::hours(1);
 
 TEST(WorldClock, OnTimeTheDueTimesDoNotDrift) {
   WorldClock clock;
-  clock.start(start);
+  clock.start(clock_start);
   for (int tick = 0; tick < 1000; ++tick) {
-    EXPECT_EQ(clock.due(), start + tick * milliseconds(16));
+    EXPECT_EQ(clock.due(), clock_start + tick * milliseconds(16));
     EXPECT_EQ(clock.tick_ended(clock.due() + milliseconds(5), milliseconds(16)), WorldClock::Duration::zero());
   }
 }
 
 TEST(WorldClock, AStallIsMadeGood) {
   WorldClock clock;
-  clock.start(start);
-  EXPECT_EQ(clock.tick_ended(start + milliseconds(116), milliseconds(16)), WorldClock::Duration::zero());
-  EXPECT_EQ(clock.due(), start + milliseconds(16));
+  clock.start(clock_start);
+  EXPECT_EQ(clock.tick_ended(clock_start + milliseconds(116), milliseconds(16)), WorldClock::Duration::zero());
+  EXPECT_EQ(clock.due(), clock_start + milliseconds(16));
 }
 
 TEST(WorldClock, LaterItSlipsByWhatItIsLate) {
   WorldClock clock;
-  clock.start(start);
-  EXPECT_EQ(clock.tick_ended(start + milliseconds(300), milliseconds(16)), milliseconds(284));
-  EXPECT_EQ(clock.due(), start + milliseconds(300));
+  clock.start(clock_start);
+  EXPECT_EQ(clock.tick_ended(clock_start + milliseconds(300), milliseconds(16)), milliseconds(284));
+  EXPECT_EQ(clock.due(), clock_start + milliseconds(300));
 }
 
 TEST(WorldClock, ASlowWorldMayBeLateByItsPeriod) {
   WorldClock clock;
-  clock.start(start);
-  EXPECT_EQ(clock.tick_ended(start + milliseconds(1900), seconds(1)), WorldClock::Duration::zero());
-  EXPECT_EQ(clock.due(), start + seconds(1));
+  clock.start(clock_start);
+  EXPECT_EQ(clock.tick_ended(clock_start + milliseconds(1900), seconds(1)), WorldClock::Duration::zero());
+  EXPECT_EQ(clock.due(), clock_start + seconds(1));
 }
 
 TEST(WorldClock, AWorldTwiceTooHeavySlipsHalfTheTimeAndDoesNotSpiral) {
   WorldClock clock;
-  clock.start(start);
-  auto now = start;
+  clock.start(clock_start);
+  auto now = clock_start;
   WorldClock::Duration slipped{};
   int ticks = 0;
-  while (now < start + seconds(10)) {
+  while (now < clock_start + seconds(10)) {
     now = std::max(now, clock.due()) + milliseconds(20);  // each tick takes 20 ms of a 10 ms period
     slipped += clock.tick_ended(now, milliseconds(10));
     ++ticks;

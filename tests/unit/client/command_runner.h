@@ -1,7 +1,6 @@
 // Runs the `pneuma` command against a scripted server, and reads what it prints.
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
@@ -11,9 +10,6 @@
 #include "unit/client/fake_server.h"
 
 namespace pneuma::client {
-
-/// No command of a test takes this long unless it hangs.
-constexpr std::chrono::seconds long_enough{60};
 
 support::Finished run(const FakeServer& server, std::vector<std::string> arguments, const std::string& input = {});
 

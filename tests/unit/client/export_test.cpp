@@ -20,13 +20,6 @@ namespace {
 constexpr std::uint64_t frames = 13;
 constexpr double step_m = 1e-3;  // that every coordinate goes a frame
 
-std::string contents(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  return bytes.str();
-}
-
 template <class Number>
 Number number_at(const std::string& bytes, std::size_t offset) {
   Number number{};

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -12,6 +14,11 @@
 namespace pneuma::client {
 
 constexpr std::uint32_t recorded_stream = 3;
+
+inline std::string contents(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
 
 inline v1::RecordingHeader recording_header() {
   v1::RecordingHeader header;

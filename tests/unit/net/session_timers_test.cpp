@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using TimePoint = SessionTimers::TimePoint;
 
 const base::Limits limits;  // the defaults: hello 2 s, partial message 10 s, ping 15 s, write stall 10 s
-const TimePoint start{1000s};
+const TimePoint opened_at{1000s};
 
 bool does_nothing(const SessionTimers::Action& action) {
   return std::holds_alternative<SessionTimers::Nothing>(action);
@@ -26,81 +26,81 @@ std::uint64_t ping_in(const SessionTimers::Action& action) {
 }
 
 TEST(SessionTimers, HelloHasTwoSeconds) {
-  SessionTimers timers(limits, start);
-  EXPECT_TRUE(does_nothing(timers.poll(start + 1999ms)));
-  EXPECT_TRUE(closes(timers.poll(start + 2000ms)));
+  SessionTimers timers(limits, opened_at);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 1999ms)));
+  EXPECT_TRUE(closes(timers.poll(opened_at + 2000ms)));
 }
 
 TEST(SessionTimers, HelloEndsItsTimeOut) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start + 1s);
-  EXPECT_TRUE(does_nothing(timers.poll(start + 3s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at + 1s);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 3s)));
 }
 
 TEST(SessionTimers, APartialMessageHasTenSecondsFromItsFirstByte) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  timers.received(start + 1s, true);
-  timers.received(start + 10s, true);  // a byte more wins no time
-  EXPECT_TRUE(does_nothing(timers.poll(start + 10999ms)));
-  EXPECT_TRUE(closes(timers.poll(start + 11s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  timers.received(opened_at + 1s, true);
+  timers.received(opened_at + 10s, true);  // a byte more wins no time
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 10999ms)));
+  EXPECT_TRUE(closes(timers.poll(opened_at + 11s)));
 }
 
 TEST(SessionTimers, AMessageThatEndsIsNoLongerPartial) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  timers.received(start + 1s, true);
-  timers.received(start + 9s, false);
-  EXPECT_TRUE(does_nothing(timers.poll(start + 14s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  timers.received(opened_at + 1s, true);
+  timers.received(opened_at + 9s, false);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 14s)));
 }
 
 TEST(SessionTimers, AnsweredPingsGoOnForEver) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
   for (int i = 1; i <= 100; ++i) {
-    EXPECT_TRUE(does_nothing(timers.poll(start + i * 15s - 1ms)));
-    timers.pong(ping_in(timers.poll(start + i * 15s)));
+    EXPECT_TRUE(does_nothing(timers.poll(opened_at + i * 15s - 1ms)));
+    timers.pong(ping_in(timers.poll(opened_at + i * 15s)));
   }
 }
 
 TEST(SessionTimers, TheSecondUnansweredPingCloses) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  ping_in(timers.poll(start + 15s));
-  ping_in(timers.poll(start + 30s));
-  EXPECT_TRUE(does_nothing(timers.poll(start + 45s - 1ms)));
-  EXPECT_TRUE(closes(timers.poll(start + 45s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  ping_in(timers.poll(opened_at + 15s));
+  ping_in(timers.poll(opened_at + 30s));
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 45s - 1ms)));
+  EXPECT_TRUE(closes(timers.poll(opened_at + 45s)));
 }
 
 TEST(SessionTimers, AWrongNonceIsNoAnswer) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  for (int i = 1; i <= 2; ++i) timers.pong(ping_in(timers.poll(start + i * 15s)) + 1);
-  EXPECT_TRUE(closes(timers.poll(start + 45s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  for (int i = 1; i <= 2; ++i) timers.pong(ping_in(timers.poll(opened_at + i * 15s)) + 1);
+  EXPECT_TRUE(closes(timers.poll(opened_at + 45s)));
 }
 
 TEST(SessionTimers, AWriteMustGetOnWithinTenSeconds) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  timers.write_progressed(start);
-  timers.write_progressed(start + 4s);
-  EXPECT_TRUE(does_nothing(timers.poll(start + 14s - 1ms)));
-  EXPECT_TRUE(closes(timers.poll(start + 14s)));
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  timers.write_progressed(opened_at);
+  timers.write_progressed(opened_at + 4s);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 14s - 1ms)));
+  EXPECT_TRUE(closes(timers.poll(opened_at + 14s)));
 }
 
 TEST(SessionTimers, ADoneWriteCannotStall) {
-  SessionTimers timers(limits, start);
-  timers.authenticated(start);
-  timers.write_progressed(start);
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  timers.write_progressed(opened_at);
   timers.write_done();
-  EXPECT_TRUE(does_nothing(timers.poll(start + 14s)));
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 14s)));
 }
 
 TEST(SessionTimers, AClosingSessionHasTheTimeForItsGoodbyeAlone) {
-  SessionTimers timers(limits, start);
-  timers.closing_until(start + 30s);
-  EXPECT_TRUE(does_nothing(timers.poll(start + 29s))) << "no hello, but that does not count any more";
-  EXPECT_TRUE(closes(timers.poll(start + 30s)));
+  SessionTimers timers(limits, opened_at);
+  timers.closing_until(opened_at + 30s);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 29s))) << "no hello, but that does not count any more";
+  EXPECT_TRUE(closes(timers.poll(opened_at + 30s)));
 }
 
 }  // namespace

@@ -13,17 +13,12 @@
 #include "base/limits.h"
 #include "scene_io/load.h"
 #include "scene_io/mesh_library.h"
+#include "unit/physics/built_mesh.h"
 
 namespace pneuma::physics {
 namespace {
 
 using Eigen::Vector3d;
-using MeshPtr = std::shared_ptr<const Mesh>;
-
-MeshPtr built(base::Result<MeshPtr> result) {
-  EXPECT_TRUE(result.ok()) << result.status().message();
-  return result.ok() ? *result : nullptr;
-}
 
 MeshPtr hand() {
   const auto scene = scene_io::builtin_scene("hand");
@@ -61,11 +56,6 @@ std::vector<Vector3d> positions_of(const Mesh& mesh, const CoarseMesh& coarse) {
 /// As a mesh of its own, which make_mesh() checks: no edge of three faces, none that is run through twice one way.
 MeshPtr as_mesh(const Mesh& mesh, const CoarseMesh& coarse) {
   return built(make_mesh(positions_of(mesh, coarse), coarse.faces));
-}
-
-long euler_characteristic(const Mesh& mesh) {
-  return static_cast<long>(mesh.positions_m.size()) - static_cast<long>(mesh.edges.size()) +
-         static_cast<long>(mesh.faces.size());
 }
 
 void expect_a_quarter_each_level(const MeshPtr& mesh) {

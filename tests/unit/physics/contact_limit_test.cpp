@@ -17,8 +17,8 @@ constexpr double speed_m_s = 6.0;
 constexpr double depth_m = 0.05;
 
 /// A ball of 1 kg that flew down by a step, and contact that stops its lowest vertices there, one by one.
-struct Hit {
-  explicit Hit(double stiffness_n_m, double restitution = 0.0) {
+struct WallHit {
+  explicit WallHit(double stiffness_n_m, double restitution = 0.0) {
     SoftBody body;
     body.name = "ball";
     body.mesh = *make_icosphere(2, 0.5);
@@ -60,7 +60,7 @@ struct Hit {
 };
 
 TEST(ContactLimit, LeavesWhatAddsNoEnergyAsItIs) {
-  Hit hit(1.0);
+  WallHit hit(1.0);
   ASSERT_GT(hit.touched, 0);
   const std::vector<Vec3d> v = hit.state.v;
   const std::vector<Vec3d> dr = hit.state.dr;
@@ -72,7 +72,7 @@ TEST(ContactLimit, LeavesWhatAddsNoEnergyAsItIs) {
 TEST(ContactLimit, HoldsTheBodyToWhatItHad) {
   for (const double stiffness_n_m : {1e6, 1e7, 1e9}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
-      Hit hit(stiffness_n_m, restitution);
+      WallHit hit(stiffness_n_m, restitution);
       const double had_j = 0.5 * speed_m_s * speed_m_s;
       ASSERT_GT(hit.energy_j(), 1.2 * had_j);
       (void)hit.limit.end(hit.state, {}, 0.0, hit.energy);
@@ -82,7 +82,7 @@ TEST(ContactLimit, HoldsTheBodyToWhatItHad) {
 }
 
 TEST(ContactLimit, HoldsSoManyTouchesOfABodyAndNoMore) {
-  Hit hit(1e9);
+  WallHit hit(1e9);
   const auto note = [&](std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) hit.limit.note({});
   };
@@ -94,7 +94,7 @@ TEST(ContactLimit, HoldsSoManyTouchesOfABodyAndNoMore) {
 
 TEST(ContactLimit, SpringsFarTooStiffMakeItARigidBodysHit) {
   for (const double restitution : {0.0, 0.5, 1.0}) {
-    Hit hit(1e12, restitution);
+    WallHit hit(1e12, restitution);
     const Exchange got = hit.limit.end(hit.state, {}, 0.0, hit.energy);
     for (std::size_t i = 0; i < hit.state.x.size(); ++i) {
       EXPECT_NEAR(hit.state.v[i].y(), restitution * speed_m_s, 0.02 * speed_m_s) << restitution;
@@ -107,7 +107,7 @@ TEST(ContactLimit, SpringsFarTooStiffMakeItARigidBodysHit) {
 TEST(ContactLimit, CountsWhatThePartnerGetsAndKeepsTheMomentumOfBoth) {
   for (const double mass_kg : {0.1, 1.0, 10.0}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
-      Hit hit(1e6, restitution);
+      WallHit hit(1e6, restitution);
       RigidPart other;
       other.mass_kg = mass_kg;
       other.centre = {0.1, -1.0, 0.0};
@@ -129,7 +129,7 @@ TEST(ContactLimit, CountsWhatThePartnerGetsAndKeepsTheMomentumOfBoth) {
 }
 
 TEST(ContactLimit, ABodyThatStretchedInAStepKeepsItsMotionAndAsMuchOfItsShapeAsItCanAfford) {
-  Hit hit(1e6);
+  WallHit hit(1e6);
   const Vec3d momentum(0.0, -speed_m_s, 0.0);
   hit.state.v = hit.start;
   hit.state.dr.assign(hit.state.x.size(), {0.0, -dt_s * speed_m_s, 0.0});

@@ -14,7 +14,7 @@
 namespace pneuma::physics {
 namespace {
 
-SoftBody ball(double radius_m = 0.5) {
+SoftBody gas_ball(double radius_m = 0.5) {
   SoftBody body;
   body.name = "ball";
   body.mesh = *make_icosphere(1, radius_m);
@@ -24,7 +24,7 @@ SoftBody ball(double radius_m = 0.5) {
 }
 
 SoftBody ball_of_gas(GasLaw law) {
-  SoftBody body = ball();
+  SoftBody body = gas_ball();
   body.gas = Gas{.moles = 0.02, .law = law};
   return body;
 }
@@ -49,7 +49,7 @@ TEST(Measures, VerticesCountByTheirMass) {
 }
 
 TEST(Measures, RigidMotionHasItsMomentaAndKineticEnergy) {
-  SoftBody body = ball();
+  SoftBody body = gas_ball();
   body.position = {1.0, 2.0, -3.0};
   body.velocity = {0.5, -1.5, 2.0};
   body.angular_velocity = {3.0, 1.0, -2.0};
@@ -71,7 +71,7 @@ TEST(Measures, RigidMotionHasItsMomentaAndKineticEnergy) {
 }
 
 TEST(Measures, UniformScalingHasItsElasticEnergyVolumeAndArea) {
-  SoftState<double> state = make_soft_state<double>(ball());
+  SoftState<double> state = make_soft_state<double>(gas_ball());
   const BodyMeasures before = measure(state, 0.0, Vec3d::Zero());
   const double factor = 1.3;
   scale(state, factor);
@@ -84,7 +84,7 @@ TEST(Measures, UniformScalingHasItsElasticEnergyVolumeAndArea) {
 }
 
 TEST(Measures, RestScaleCountsInTheElasticEnergy) {
-  SoftBody body = ball();
+  SoftBody body = gas_ball();
   body.springs.rest_scale = 0.8;
   SoftState<double> state = make_soft_state<double>(body);
   EXPECT_GT(measure(state, 0.0, Vec3d::Zero()).elastic_j, 1.0);
@@ -119,7 +119,7 @@ TEST(Measures, AdiabaticWorkIsTheDifferenceOfPressureTimesVolume) {
 
 TEST(Measures, FreeFallTradesHeightForSpeed) {
   const Vec3d gravity(0.0, -9.81, 1.0);
-  SoftState<double> state = make_soft_state<double>(ball());
+  SoftState<double> state = make_soft_state<double>(gas_ball());
   const double at_start_j = measure(state, 0.0, gravity).gravity_j;
   const double time_s = 0.7;
   for (std::size_t i = 0; i < state.x.size(); ++i) {
@@ -141,7 +141,7 @@ TEST(Measures, VolumeIsExactWhateverTheBodyStepsBy) {
 }
 
 TEST(Measures, AnOpenMeshHasAreaButNoVolume) {
-  SoftBody body = ball();
+  SoftBody body = gas_ball();
   body.mesh = *make_grid(4, 4, 2.0, 1.0);
   const BodyMeasures sums = measure(make_soft_state<double>(body), 0.0, Vec3d::Zero());
   EXPECT_EQ(sums.volume_m3, 0.0);

@@ -29,7 +29,7 @@ struct Triangles {
 Triangles list_of(const Mesh& mesh) {
   return {mesh.positions_m, mesh.faces};
 }
-Triangles ball(std::uint32_t subdivisions = 2) {
+Triangles sound_ball(std::uint32_t subdivisions = 2) {
   return list_of(**make_icosphere(subdivisions, 1.0));
 }
 /// 2 m wide; each side has 4 x 4 cells of two triangles.
@@ -47,7 +47,7 @@ std::string refusal(const Triangles& list, const MeshMend& mend = {}) {
   return made.ok() ? "mended: " + describe(made->report) : made.status().message();
 }
 
-double volume_m3(const Mesh& mesh) {
+double volume_of(const Mesh& mesh) {
   return signed_volume_m3(mesh.positions_m, mesh.faces);
 }
 
@@ -77,7 +77,7 @@ void cut_side(Triangles& list, const Within& within) {
 }
 
 TEST(MendMesh, LeavesAGoodMeshAsItIs) {
-  const Triangles good = ball();
+  const Triangles good = sound_ball();
   const MendedMesh after = mended(good);
   EXPECT_EQ(after.report, MendReport{});
   EXPECT_EQ(describe(after.report), "nothing to mend");
@@ -86,7 +86,7 @@ TEST(MendMesh, LeavesAGoodMeshAsItIs) {
 }
 
 TEST(MendMesh, WeldsASoupOfTrianglesIntoTheirBall) {
-  const Triangles good = ball();
+  const Triangles good = sound_ball();
   std::mt19937 random(7);
   std::uniform_real_distribution<double> jitter_m(-2e-7, 2e-7);
   Triangles soup;
@@ -103,12 +103,12 @@ TEST(MendMesh, WeldsASoupOfTrianglesIntoTheirBall) {
   EXPECT_EQ(after.report, (MendReport{.vertices_welded = soup.positions_m.size() - good.positions_m.size()}));
   EXPECT_TRUE(after.mesh->closed);
   EXPECT_EQ(after.mesh->faces.size(), good.faces.size());
-  EXPECT_NEAR(volume_m3(*after.mesh), signed_volume_m3(good.positions_m, good.faces), 1e-5);
+  EXPECT_NEAR(volume_of(*after.mesh), signed_volume_m3(good.positions_m, good.faces), 1e-5);
   EXPECT_EQ(refusal(soup, {.weld_m = 0.0}), "mended: 320 holes closed with 320 faces");
 }
 
 TEST(MendMesh, AVertexIsWeldedAsFarAsTheDistanceAndNoFurther) {
-  Triangles list = ball(0);
+  Triangles list = sound_ball(0);
   list.positions_m.emplace_back(list.positions_m[5] * 1.01);
   for (Face& face : list.faces) {
     const auto corner = std::ranges::find(face, 5U);
@@ -121,7 +121,7 @@ TEST(MendMesh, AVertexIsWeldedAsFarAsTheDistanceAndNoFurther) {
 }
 
 TEST(MendMesh, DropsFacesWithoutAreaDoublesAndLooseVertices) {
-  Triangles list = ball();
+  Triangles list = sound_ball();
   const std::vector<Face> good = list.faces;
   list.faces.push_back({4, 4, 9});
   list.faces.push_back(good[17]);
@@ -134,7 +134,7 @@ TEST(MendMesh, DropsFacesWithoutAreaDoublesAndLooseVertices) {
 }
 
 TEST(MendMesh, TurnsFlippedFacesBack) {
-  const Triangles good = ball();
+  const Triangles good = sound_ball();
   for (const std::size_t count : {1U, 40U, 160U, 300U, 320U}) {
     Triangles list = good;
     std::vector<std::size_t> order(list.faces.size());
@@ -148,16 +148,16 @@ TEST(MendMesh, TurnsFlippedFacesBack) {
 }
 
 TEST(MendMesh, TurnsEachPartByItself) {
-  Triangles two = ball(1);
+  Triangles two = sound_ball(1);
   const auto count = static_cast<std::uint32_t>(two.positions_m.size());
-  for (const Vector3d& position : ball(1).positions_m) two.positions_m.emplace_back(position + Vector3d(3, 0, 0));
-  for (Face face : ball(1).faces) {
+  for (const Vector3d& position : sound_ball(1).positions_m) two.positions_m.emplace_back(position + Vector3d(3, 0, 0));
+  for (Face face : sound_ball(1).faces) {
     for (std::uint32_t& vertex : face) vertex += count;
     flip(face);
     two.faces.push_back(face);
   }
   const MendedMesh after = mended(two);
-  EXPECT_EQ(after.report, (MendReport{.faces_turned = ball(1).faces.size()}));
+  EXPECT_EQ(after.report, (MendReport{.faces_turned = sound_ball(1).faces.size()}));
   EXPECT_TRUE(check_holds_gas(*after.mesh).ok());
 }
 
@@ -171,7 +171,7 @@ TEST(MendMesh, AnOpenSheetRunsAsMostOfItDoes) {
 }
 
 TEST(MendMesh, AMissingFaceComesBack) {
-  const Triangles good = ball();
+  const Triangles good = sound_ball();
   for (std::size_t missing = 0; missing < good.faces.size(); missing += 29) {
     Triangles list = good;
     list.faces.erase(list.faces.begin() + static_cast<std::ptrdiff_t>(missing));
@@ -199,7 +199,7 @@ TEST(MendMesh, HolesInAFlatSideAreFilledFlat) {
     EXPECT_EQ(after.report.holes_closed, 1U) << hole.what;
     EXPECT_EQ(after.report.faces_added, hole.corners - 2) << hole.what;
     EXPECT_TRUE(check_holds_gas(*after.mesh).ok()) << hole.what;
-    EXPECT_NEAR(volume_m3(*after.mesh), 8.0, 1e-12) << hole.what;
+    EXPECT_NEAR(volume_of(*after.mesh), 8.0, 1e-12) << hole.what;
     double area_m2 = 0.0;
     for (const Face& face : after.mesh->faces) area_m2 += face_area_m2(after.mesh->positions_m, face);
     EXPECT_NEAR(area_m2, 24.0, 1e-12) << hole.what;  // no face lies over another
@@ -212,7 +212,7 @@ TEST(MendMesh, HolesThatTouchAtAVertexAreTwo) {
   cut_side(list, [](double y, double z) { return (y >= 0 && y <= 0.5 && z >= 0 && z <= 0.5); });
   const MendedMesh after = mended(list);
   EXPECT_EQ(after.report, (MendReport{.holes_closed = 2, .faces_added = 4}));
-  EXPECT_NEAR(volume_m3(*after.mesh), 8.0, 1e-12);
+  EXPECT_NEAR(volume_of(*after.mesh), 8.0, 1e-12);
 }
 
 TEST(MendMesh, ALargeRoundHoleIsClosed) {
@@ -229,7 +229,7 @@ TEST(MendMesh, ALargeRoundHoleIsClosed) {
   }
   const MendedMesh after = mended(tube);
   EXPECT_EQ(after.report, (MendReport{.holes_closed = 2, .faces_added = 2 * (sides - 2)}));
-  EXPECT_NEAR(volume_m3(*after.mesh), 0.5 * sides * std::sin(2.0 * std::numbers::pi / sides), 1e-9);
+  EXPECT_NEAR(volume_of(*after.mesh), 0.5 * sides * std::sin(2.0 * std::numbers::pi / sides), 1e-9);
 }
 
 TEST(MendMesh, MendedTwiceItIsTheSame) {
@@ -246,7 +246,7 @@ TEST(MendMesh, WhatIsMendedOfARandomWreckHoldsGas) {
   std::size_t mended_count = 0;
   for (std::uint32_t seed = 0; seed < 300; ++seed) {
     std::mt19937 random(seed);
-    Triangles list = seed % 2 == 0 ? ball() : crate();
+    Triangles list = seed % 2 == 0 ? sound_ball() : crate();
     const double share = 0.002 * (seed % 50);
     std::bernoulli_distribution happens(share);
     std::erase_if(list.faces, [&](const Face&) { return happens(random); });
@@ -270,7 +270,7 @@ TEST(MendMesh, WhatIsMendedOfARandomWreckHoldsGas) {
 }
 
 TEST(MendMesh, AnEdgeOfThreeFacesIsRefusedByTheNumbersAsGiven) {
-  Triangles list = ball();
+  Triangles list = sound_ball();
   const Face face = list.faces.back();
   list.faces.insert(list.faces.begin(), {3, 3, 3});  // dropped, and still counted
   list.positions_m.emplace_back(5, 5, 5);
@@ -297,10 +297,10 @@ TEST(MendMesh, ASurfaceWithOneSideIsRefused) {
 }
 
 TEST(MendMesh, WhatMayNotBeDoneIsNotDone) {
-  Triangles flipped = ball();
+  Triangles flipped = sound_ball();
   flip(flipped.faces[7]);
   EXPECT_NE(refusal(flipped, {.orient = false}).find("mend.orient is off"), std::string::npos);
-  Triangles open = ball();
+  Triangles open = sound_ball();
   open.faces.pop_back();
   EXPECT_FALSE(mended(open, {.close = false}).mesh->closed);
 }
@@ -350,7 +350,7 @@ TEST(MendMesh, AHoleThatIsTooLargeIsNamedWithTheLimit) {
 
 TEST(MendMesh, NothingLeftIsSaid) {
   EXPECT_NE(refusal({{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}}).find("no face is left"), std::string::npos);
-  EXPECT_NE(refusal(ball(), {.weld_m = 10.0}).find("no face is left"), std::string::npos);
+  EXPECT_NE(refusal(sound_ball(), {.weld_m = 10.0}).find("no face is left"), std::string::npos);
   EXPECT_NE(refusal({{{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {{0, 1, 2}}}).find("no face is left"), std::string::npos);
 }
 

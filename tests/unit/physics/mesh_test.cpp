@@ -13,30 +13,20 @@
 #include <gtest/gtest.h>
 
 #include "base/limits.h"
+#include "unit/physics/built_mesh.h"
 
 namespace pneuma::physics {
 namespace {
 
 using Eigen::Vector3d;
-using MeshPtr = std::shared_ptr<const Mesh>;
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double nan_m = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<Vector3d> tetrahedron_positions() {
   return {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 }
 std::vector<Face> tetrahedron_faces() {
   return {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-}
-
-MeshPtr built(base::Result<MeshPtr> result) {
-  EXPECT_TRUE(result.ok()) << result.status().message();
-  return result.ok() ? *result : nullptr;
-}
-
-long euler_characteristic(const Mesh& mesh) {
-  return static_cast<long>(mesh.positions_m.size()) - static_cast<long>(mesh.edges.size()) +
-         static_cast<long>(mesh.faces.size());
 }
 
 TEST(Icosphere, HasTheCountsOfASplitIcosahedron) {
@@ -81,7 +71,7 @@ TEST(Icosphere, VolumeNearsTheBallsFromBelowWithOrderTwo) {
 TEST(Icosphere, RefusesSizesThatItCannotMake) {
   EXPECT_EQ(make_icosphere(base::icosphere_subdivisions_max + 1, 1.0).status().where(), "subdivisions");
   EXPECT_EQ(make_icosphere(~std::uint32_t{0}, 1.0).status().code(), base::StatusCode::limit_exceeded);
-  for (const double radius_m : {0.0, -1.0, not_a_number, 2e7, std::numeric_limits<double>::infinity()}) {
+  for (const double radius_m : {0.0, -1.0, nan_m, 2e7, std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(make_icosphere(1, radius_m).status().where(), "radius_m") << radius_m;
   }
 }
@@ -117,7 +107,7 @@ TEST(Grid, RefusesSizesThatItCannotMake) {
   EXPECT_EQ(make_grid(256, 256, 1, 1).status().code(), base::StatusCode::limit_exceeded);
   EXPECT_TRUE(make_grid(255, 255, 1, 1).ok());
   EXPECT_EQ(make_grid(1, 1, 0, 1).status().where(), "width_m");
-  EXPECT_EQ(make_grid(1, 1, 1, not_a_number).status().where(), "height_m");
+  EXPECT_EQ(make_grid(1, 1, 1, nan_m).status().where(), "height_m");
 }
 
 TEST(Box, HasTheExactVolumeAndCounts) {
@@ -134,7 +124,7 @@ TEST(Box, HasTheExactVolumeAndCounts) {
 
 TEST(Box, RefusesSizesThatItCannotMake) {
   EXPECT_EQ(make_box({1, 0, 1}, 1).status().where(), "half_extents.y");
-  EXPECT_EQ(make_box({1, 1, not_a_number}, 1).status().where(), "half_extents.z");
+  EXPECT_EQ(make_box({1, 1, nan_m}, 1).status().where(), "half_extents.z");
   EXPECT_EQ(make_box({1, 1, 1}, 105).status().where(), "subdivisions");
   EXPECT_EQ(make_box({1, 1, 1}, ~std::uint32_t{0}).status().code(), base::StatusCode::limit_exceeded);
 }
@@ -193,8 +183,7 @@ INSTANTIATE_TEST_SUITE_P(
                         [](BadMesh& m) { m.positions_m.resize(base::mesh_vertices_max + 1, Vector3d::Zero()); }),
         tetrahedron_but("TooManyFaces", "indices", "at most",
                         [](BadMesh& m) { m.faces.resize(base::mesh_faces_max + 1, Face{0, 1, 2}); }),
-        tetrahedron_but("NotFinite", "positions[2]", "not finite",
-                        [](BadMesh& m) { m.positions_m[2].y() = not_a_number; }),
+        tetrahedron_but("NotFinite", "positions[2]", "not finite", [](BadMesh& m) { m.positions_m[2].y() = nan_m; }),
         tetrahedron_but("TooFar", "positions[3]", "further than", [](BadMesh& m) { m.positions_m[3].z() = 1.1e7; }),
         tetrahedron_but("IndexOutOfRange", "indices[3..5]", "face 1 names vertex 4 of a mesh of 4",
                         [](BadMesh& m) { m.faces[1][2] = 4; }),

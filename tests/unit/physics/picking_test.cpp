@@ -28,7 +28,7 @@ class Random {
   std::mt19937_64 engine_{7};
 };
 
-std::shared_ptr<const Mesh> ball() {
+std::shared_ptr<const Mesh> picked_ball() {
   return *make_icosphere(2, 1.0);
 }
 std::shared_ptr<const Mesh> brick() {
@@ -92,7 +92,7 @@ TEST(FirstHit, IsWhereARayFromOutsideEntersABox) {
 }
 
 TEST(FirstHit, FindsTheWayOutFromInside) {
-  const auto mesh = ball();
+  const auto mesh = picked_ball();
   Random random;
   for (int i = 0; i < 100; ++i) {
     const auto hit = first_hit(mesh->positions_m, mesh->faces, {Vector3d::Zero(), random.vector(1.0)});
@@ -103,7 +103,7 @@ TEST(FirstHit, FindsTheWayOutFromInside) {
 }
 
 TEST(FirstHit, IsNothingBehindBesideOrWithoutADirection) {
-  const auto mesh = ball();
+  const auto mesh = picked_ball();
   EXPECT_FALSE(first_hit(mesh->positions_m, mesh->faces, {{0, 0, 3}, {0, 0, 1}}));
   EXPECT_FALSE(first_hit(mesh->positions_m, mesh->faces, {{0, 1.5, 3}, {0, 0, -1}}));
   EXPECT_FALSE(first_hit(mesh->positions_m, mesh->faces, {{0, 0, 3}, {0, 0, 0}}));
@@ -135,7 +135,7 @@ TEST(NearestVertex, IsTheLowestOfTheNearest) {
 }
 
 TEST(WeightsNear, SumToOneAndFallToZeroAtTheRadius) {
-  const auto mesh = ball();
+  const auto mesh = picked_ball();
   const Vector3d point(0, 1, 0);
   const double radius_m = 0.6;
   const std::vector<VertexWeight> weights = weights_near(mesh->positions_m, point, radius_m);
@@ -162,7 +162,7 @@ TEST(WeightsNear, SumToOneAndFallToZeroAtTheRadius) {
 }
 
 TEST(WeightsNear, AreTheNearestVertexAloneWhereNoneIsInside) {
-  const auto mesh = ball();
+  const auto mesh = picked_ball();
   for (const double radius_m : {0.0, 0.1}) {
     const std::vector<VertexWeight> weights = weights_near(mesh->positions_m, {0, 0, 3}, radius_m);
     ASSERT_EQ(weights.size(), 1U);

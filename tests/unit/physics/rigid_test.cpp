@@ -133,7 +133,7 @@ TEST(Rigid, StackOfBoxesStands) {
     EXPECT_LT((rig.rigid[static_cast<std::size_t>(i)].position - Vec3d(0, 0.2 + 0.4 * i, 0)).norm(), 5e-3);
 }
 
-double slide_m(double slope_rad, double friction) {
+double box_slide_m(double slope_rad, double friction) {
   Rig<double> rig;
   rig.gravity_m_s2 = earth_gravity;
   const Quatd tilt(Eigen::AngleAxisd(-slope_rad, Vec3d::UnitZ()));
@@ -147,8 +147,8 @@ double slide_m(double slope_rad, double friction) {
 
 TEST(Rigid, SlopeHoldsIffItsTangentIsWithinFriction) {
   for (const double slope_rad : {0.1, 0.3, 0.5}) {
-    EXPECT_LT(slide_m(slope_rad, 1.02 * std::tan(slope_rad)), 1e-3);
-    EXPECT_GT(slide_m(slope_rad, 0.98 * std::tan(slope_rad)), 0.01);
+    EXPECT_LT(box_slide_m(slope_rad, 1.02 * std::tan(slope_rad)), 1e-3);
+    EXPECT_GT(box_slide_m(slope_rad, 0.98 * std::tan(slope_rad)), 0.01);
   }
 }
 

@@ -30,7 +30,7 @@ Skin skin_of(const base::Result<std::shared_ptr<const Mesh>>& mesh) {
 }
 
 // Of revolution about y: a ring's hole and outside are seen along every line.
-Skin torus(std::uint32_t around, std::uint32_t across) {
+Skin torus_skin(std::uint32_t around, std::uint32_t across) {
   Skin skin;
   for (std::uint32_t i = 0; i < around; ++i) {
     for (std::uint32_t j = 0; j < across; ++j) {
@@ -66,7 +66,7 @@ Eigen::Matrix3d random_rotation(std::mt19937& random) {
   return turn.normalized().toRotationMatrix();
 }
 
-struct Method {
+struct SamplingMethod {
   std::string name;
   double (*volume_m3)(std::span<const Vec3d>, std::span<const Face>, std::uint32_t);
   double (*volume_m3_single)(std::span<const Vec3<float>>, std::span<const Face>, std::uint32_t);
@@ -79,22 +79,25 @@ struct Method {
   }
 };
 
-class SampledVolume : public testing::TestWithParam<Method> {
+class SampledVolume : public testing::TestWithParam<SamplingMethod> {
  protected:
-  const Method& volume_m3 = GetParam();
+  const SamplingMethod& volume_m3 = GetParam();
 };
 
-INSTANTIATE_TEST_SUITE_P(
-    Methods, SampledVolume,
-    testing::Values(
-        Method{"subdivided", &subdivided_volume_m3<double>, &subdivided_volume_m3<float>, {8, 16, 32, 64}, 1.0, 0.001},
-        Method{"monte_carlo",
-               &monte_carlo_volume_m3<double>,
-               &monte_carlo_volume_m3<float>,
-               {256, 1024, 4096, 65536},
-               0.5,
-               0.003}),
-    [](const auto& param) { return param.param.name; });
+INSTANTIATE_TEST_SUITE_P(Methods, SampledVolume,
+                         testing::Values(SamplingMethod{"subdivided",
+                                                        &subdivided_volume_m3<double>,
+                                                        &subdivided_volume_m3<float>,
+                                                        {8, 16, 32, 64},
+                                                        1.0,
+                                                        0.001},
+                                         SamplingMethod{"monte_carlo",
+                                                        &monte_carlo_volume_m3<double>,
+                                                        &monte_carlo_volume_m3<float>,
+                                                        {256, 1024, 4096, 65536},
+                                                        0.5,
+                                                        0.003}),
+                         [](const auto& param) { return param.param.name; });
 
 TEST_P(SampledVolume, OfABoxAlongTheAxesIsExact) {
   const Skin box = skin_of(make_box({0.3, 1.7, 0.9}, 3));
@@ -108,7 +111,8 @@ TEST_P(SampledVolume, ConvergesOnBodiesTurnedAndShearedAtRandom) {
   Eigen::Matrix3d shear = Eigen::Matrix3d::Identity();
   shear(0, 1) = 0.7;
   shear(2, 0) = -0.4;
-  for (const Skin& skin : {skin_of(make_icosphere(3, 1.0)), skin_of(make_box({1.0, 0.4, 0.7}, 1)), torus(40, 20)}) {
+  for (const Skin& skin :
+       {skin_of(make_icosphere(3, 1.0)), skin_of(make_box({1.0, 0.4, 0.7}, 1)), torus_skin(40, 20)}) {
     std::vector<Skin> skins;
     for (int i = 0; i < 40; ++i) skins.push_back(moved(skin, random_rotation(random) * shear, Vec3d(1, 2, 3)));
     std::vector<double> errors;  // relative, root mean square
@@ -177,7 +181,7 @@ TEST_P(SampledVolume, OfASkinInTooManyLayersIsNotFound) {
 }
 
 TEST_P(SampledVolume, InSinglePrecisionAgrees) {
-  const Skin skin = torus(40, 20);
+  const Skin skin = torus_skin(40, 20);
   std::vector<Vec3<float>> x;
   for (const Vec3d& p : skin.x) x.push_back(p.cast<float>());
   for (const std::uint32_t resolution : volume_m3.ladder) {

@@ -11,7 +11,7 @@
 namespace pneuma::physics {
 namespace {
 
-SoftBody ball(const std::string& name, const Vec3d& position) {
+SoftBody resting_ball(const std::string& name, const Vec3d& position) {
   SoftBody body;
   body.name = name;
   body.mesh = *make_icosphere(1, 0.5);
@@ -36,7 +36,8 @@ Scene still_life() {
   Scene scene;
   scene.gravity = {0.0, -9.81, 0.0};
   scene.stepping.integrator = Integrator::symplectic_euler;
-  scene.soft_bodies = {ball("low", {0.0, 0.5, 0.0}), ball("high", {0.0, 1.5, 0.0}), ball("apart", {5.0, 0.5, 0.0})};
+  scene.soft_bodies = {resting_ball("low", {0.0, 0.5, 0.0}), resting_ball("high", {0.0, 1.5, 0.0}),
+                       resting_ball("apart", {5.0, 0.5, 0.0})};
   scene.rigid_bodies = {stone("under", {-4.0, 0.2, 0.0}), stone("over", {-4.0, 0.6, 0.0})};
   const auto add = [&](const std::string& name, const Shape& shape, const Vec3d& position) {
     Collider collider;
@@ -54,18 +55,18 @@ Scene still_life() {
   return scene;
 }
 
-World make(Scene scene) {
+World make_awake(Scene scene) {
   auto world = World::create(std::move(scene));
   EXPECT_TRUE(world.ok()) << world.status().message();
   return std::move(*world);
 }
 
-void run(World& world, int ticks, std::size_t threads = 1) {
+void run_on(World& world, int ticks, std::size_t threads = 1) {
   Workers workers(threads);
   for (int i = 0; i < ticks; ++i) world.step_tick(workers);
 }
 
-std::vector<double> positions(const World& world, std::size_t body) {
+std::vector<double> positions_of_body(const World& world, std::size_t body) {
   std::vector<double> x(3 * world.soft_body(body).mesh->positions_m.size());
   world.copy_positions(body, x);
   return x;
@@ -82,7 +83,7 @@ std::size_t count_asleep(const World& world) {
 int run_until_asleep(World& world, int ticks_max = 3000) {
   const std::size_t bodies = world.soft_body_count() + world.rigid_bodies().size();
   int ticks = 0;
-  for (; count_asleep(world) < bodies && ticks < ticks_max; ++ticks) run(world, 1);
+  for (; count_asleep(world) < bodies && ticks < ticks_max; ++ticks) run_on(world, 1);
   EXPECT_LT(ticks, ticks_max) << count_asleep(world) << " of " << bodies << " sleep";
   return ticks;
 }
@@ -90,7 +91,7 @@ int run_until_asleep(World& world, int ticks_max = 3000) {
 /// The still life asleep, made once.
 const std::string& sleeping_snapshot() {
   static const std::string snapshot = [] {
-    World world = make(still_life());
+    World world = make_awake(still_life());
     run_until_asleep(world);
     return world.snapshot();
   }();
@@ -98,7 +99,7 @@ const std::string& sleeping_snapshot() {
 }
 
 World asleep() {
-  World world = make(still_life());
+  World world = make_awake(still_life());
   EXPECT_TRUE(world.restore(sleeping_snapshot()).ok());
   EXPECT_EQ(count_asleep(world), 5U);
   return world;
@@ -112,7 +113,7 @@ bool sleeps(const World& world, std::size_t body) {
 
 /// After one tick these are awake, and the others still sleep.
 void expect_awake(World& world, const std::vector<std::size_t>& awake) {
-  run(world, 1);
+  run_on(world, 1);
   for (const std::size_t body : {low, high, apart, under, over}) {
     EXPECT_EQ(sleeps(world, body), std::ranges::find(awake, body) == awake.end()) << "body " << body;
   }
@@ -121,14 +122,14 @@ void expect_awake(World& world, const std::vector<std::size_t>& awake) {
 TEST(Sleep, SleepersKeepTheirPlaceToTheBitAndCostNothing) {
   World world = asleep();
   std::vector<std::vector<double>> before;
-  for (std::size_t i = 0; i < 3; ++i) before.push_back(positions(world, i));
+  for (std::size_t i = 0; i < 3; ++i) before.push_back(positions_of_body(world, i));
   const Vec3d stone_before = world.rigid_bodies()[1].position;
   const std::uint64_t tick = world.tick();
   world.set_profiling(true);
-  run(world, 200);
+  run_on(world, 200);
   EXPECT_EQ(world.tick(), tick + 200);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(positions(world, i), before[i]);
+    EXPECT_EQ(positions_of_body(world, i), before[i]);
     EXPECT_EQ(world.measure(i).max_speed_m_s, 0.0);
   }
   EXPECT_EQ(world.rigid_bodies()[1].position, stone_before);
@@ -137,11 +138,11 @@ TEST(Sleep, SleepersKeepTheirPlaceToTheBitAndCostNothing) {
 }
 
 TEST(Sleep, FallingAsleepTakesNoMoreEnergyThanStated) {
-  World world = make(still_life());
+  World world = make_awake(still_life());
   double kinetic_j = 0.0;
   while (!world.is_asleep(apart)) {
     kinetic_j = world.measure(apart).kinetic_j;
-    run(world, 1);
+    run_on(world, 1);
     ASSERT_LT(world.tick(), 3000U);
   }
   const double length_m = 1.0 * std::sqrt(3.0);  // no more than the diagonal of the box about the ball
@@ -153,18 +154,18 @@ TEST(Sleep, NothingSleepsBeforeItsTime) {
   Scene scene = still_life();
   scene.gravity.setZero();  // at rest from the start, but for the gas
   scene.soft_bodies.clear();
-  World world = make(scene);
-  run(world, 30);
+  World world = make_awake(scene);
+  run_on(world, 30);
   EXPECT_EQ(count_asleep(world), 0U);
-  run(world, 2);
+  run_on(world, 2);
   EXPECT_EQ(count_asleep(world), 2U);
 }
 
 TEST(Sleep, OffIsOff) {
   Scene scene = still_life();
   scene.stepping.sleep = false;
-  World world = make(scene);
-  run(world, 150);
+  World world = make_awake(scene);
+  run_on(world, 150);
   EXPECT_EQ(count_asleep(world), 0U);
 }
 
@@ -174,14 +175,14 @@ TEST(Sleep, AThrownBodyDoesNotSleepAtTheTopOfItsFlight) {
     Scene scene;
     scene.gravity = {0.0, -gravity_m_s2, 0.0};
     scene.stepping.integrator = Integrator::symplectic_euler;
-    scene.soft_bodies = {ball("soft", {0.0, 0.0, 0.0})};
+    scene.soft_bodies = {resting_ball("soft", {0.0, 0.0, 0.0})};
     scene.soft_bodies[0].gas.reset();
     scene.soft_bodies[0].velocity = {0.0, 2.0 * gravity_m_s2, 0.0};
     scene.rigid_bodies = {stone("stone", {5.0, 0.0, 0.0})};
     scene.rigid_bodies[0].velocity = {0.0, 2.0 * gravity_m_s2, 0.0};
-    World world = make(scene);
+    World world = make_awake(scene);
     for (int tick = 0; tick < 240; ++tick) {
-      run(world, 1);
+      run_on(world, 1);
       ASSERT_EQ(count_asleep(world), 0U) << gravity_m_s2 << ", tick " << tick;
     }
     EXPECT_NEAR(world.measure(0).centre_of_mass.y(), 0.0, 0.05 * gravity_m_s2);
@@ -192,11 +193,11 @@ TEST(Sleep, WhatSomethingActsOnDoesNotSleep) {
   const auto after_ten_seconds = [](const std::function<void(SoftBody&)>& change) {
     Scene scene = still_life();
     scene.atmosphere = {.density_kg_m3 = 1.2, .wind = {0.1, 0.0, 0.0}};
-    scene.soft_bodies = {ball("ball", {5.0, 0.5, 0.0})};
+    scene.soft_bodies = {resting_ball("ball", {5.0, 0.5, 0.0})};
     scene.rigid_bodies.clear();
     change(scene.soft_bodies[0]);
-    World world = make(scene);
-    run(world, 600);
+    World world = make_awake(scene);
+    run_on(world, 600);
     return world.is_asleep(0);
   };
   EXPECT_TRUE(after_ten_seconds([](SoftBody&) {}));
@@ -207,11 +208,11 @@ TEST(Sleep, WhatSomethingActsOnDoesNotSleep) {
 }
 
 TEST(Sleep, APileSleepsTogetherAndWakesTogether) {
-  World world = make(still_life());
+  World world = make_awake(still_life());
   for (int tick = 0; tick < 3000 && !world.is_asleep(low); ++tick) {
     EXPECT_EQ(world.is_asleep(low), world.is_asleep(high));
     EXPECT_EQ(world.rigid_bodies()[0].rest.asleep, world.rigid_bodies()[1].rest.asleep);
-    run(world, 1);
+    run_on(world, 1);
   }
   EXPECT_TRUE(world.is_asleep(high));
   world = asleep();
@@ -226,11 +227,12 @@ TEST(Sleep, AnImpulseOrAHandWakes) {
 
   world = asleep();
   EXPECT_FALSE(world.apply_impulse("apart", std::uint32_t{99}, Vec3d::UnitX()).ok());  // refused: changes nothing
-  const Vec3d at = {positions(world, apart)[0], positions(world, apart)[1], positions(world, apart)[2]};
+  const Vec3d at = {positions_of_body(world, apart)[0], positions_of_body(world, apart)[1],
+                    positions_of_body(world, apart)[2]};
   EXPECT_EQ(count_asleep(world), 5U);
   ASSERT_TRUE(world.add_grab(1, "apart", std::uint32_t{0}, at, 10.0, 0.0).ok());
   expect_awake(world, {apart});
-  run(world, 600);
+  run_on(world, 600);
   EXPECT_FALSE(world.is_asleep(apart));  // as long as it is held
   ASSERT_TRUE(world.release_grab(1).ok());
   run_until_asleep(world);
@@ -277,7 +279,7 @@ TEST(Sleep, WhatStoodOnARemovedBodyFalls) {
   scene.rigid_bodies.erase(scene.rigid_bodies.begin());
   const double high_m = world.measure(high).centre_of_mass.y();
   ASSERT_TRUE(world.apply(scene).ok());
-  run(world, 30);
+  run_on(world, 30);
   EXPECT_LT(world.measure(0).centre_of_mass.y(), high_m - 0.3);
   EXPECT_LT(world.rigid_bodies()[0].position.y(), 0.4);
   EXPECT_TRUE(world.is_asleep(1));
@@ -292,14 +294,14 @@ TEST(Sleep, ATouchWakesAndHandsOnTheMomentum) {
       scene.rigid_bodies.push_back(stone("thrown", from));
       scene.rigid_bodies.back().velocity = {0.0, 1.0, -4.0};
     } else {
-      scene.soft_bodies.push_back(ball("thrown", from));
+      scene.soft_bodies.push_back(resting_ball("thrown", from));
       scene.soft_bodies.back().velocity = {0.0, 1.0, -4.0};
     }
     ASSERT_TRUE(world.apply(scene).ok());
     const double before_m = world.measure(apart).centre_of_mass.z();
-    run(world, 5);
+    run_on(world, 5);
     EXPECT_TRUE(world.is_asleep(apart)) << rigid;  // it is not there yet
-    run(world, 60);
+    run_on(world, 60);
     EXPECT_FALSE(world.is_asleep(apart)) << rigid;
     EXPECT_LT(world.measure(apart).centre_of_mass.z(), before_m - 0.2) << rigid;
     for (const std::size_t body : {low, high}) EXPECT_TRUE(world.is_asleep(body));
@@ -314,11 +316,11 @@ TEST(Sleep, ASoftOrRigidBodyWakesASleepingStone) {
       scene.rigid_bodies.push_back(stone("thrown", {-4.0, 0.9, 1.5}));
       scene.rigid_bodies.back().velocity = {0.0, 0.5, -4.0};
     } else {
-      scene.soft_bodies.push_back(ball("thrown", {-4.0, 0.9, 1.5}));
+      scene.soft_bodies.push_back(resting_ball("thrown", {-4.0, 0.9, 1.5}));
       scene.soft_bodies.back().velocity = {0.0, 0.5, -4.0};
     }
     ASSERT_TRUE(world.apply(scene).ok());
-    run(world, 40);
+    run_on(world, 40);
     EXPECT_FALSE(world.rigid_bodies()[1].rest.asleep) << rigid;
     EXPECT_LT(world.rigid_bodies()[1].position.z(), -0.05) << rigid;
     EXPECT_TRUE(world.is_asleep(apart)) << rigid;
@@ -337,7 +339,7 @@ TEST(Sleep, AMovingColliderWakesWhatItComesNearTo) {
   ASSERT_TRUE(world.apply(scene).ok());
   run_until_asleep(world, 90);  // an edit of the colliders wakes all; the paddle is 1.3 m away by then
   const double before_m = world.measure(apart).centre_of_mass.z();
-  run(world, 120);
+  run_on(world, 120);
   EXPECT_FALSE(world.is_asleep(apart));
   EXPECT_LT(world.measure(apart).centre_of_mass.z(), before_m - 0.2);
   EXPECT_TRUE(world.is_asleep(low));
@@ -351,16 +353,16 @@ TEST(Sleep, TheAwakeHaveTheSameBitsWhoeverSleeps) {
       scene.stepping.precision = precision;
       // Undamped, or never still: these stay awake, and never come near the others.
       for (int i = 0; i < 3; ++i) {
-        scene.soft_bodies.push_back(
-            ball(std::string("lively-").append(1, static_cast<char>('a' + i)), {40.0 + 0.9 * i, 0.6 + 0.7 * i, 0.0}));
+        scene.soft_bodies.push_back(resting_ball(std::string("lively-").append(1, static_cast<char>('a' + i)),
+                                                 {40.0 + 0.9 * i, 0.6 + 0.7 * i, 0.0}));
         scene.soft_bodies.back().springs.damping_n_s_m = 0.0;
         scene.soft_bodies.back().surface.restitution = 0.9;
       }
       scene.rigid_bodies.push_back(stone("tumbling", {-40.0, 1.0, 0.0}));
       scene.rigid_bodies.back().angular_velocity = {1.0, 2.0, 3.0};
       scene.rigid_bodies.back().surface = {.restitution = 0.99, .friction = 0.0};
-      World world = make(scene);
-      run(world, 240);
+      World world = make_awake(scene);
+      run_on(world, 240);
       return world;
     };
     const World with = run_beside(true);
@@ -369,7 +371,7 @@ TEST(Sleep, TheAwakeHaveTheSameBitsWhoeverSleeps) {
     EXPECT_EQ(count_asleep(without), 0U);
     for (const std::size_t body : {3U, 4U, 5U}) {
       EXPECT_FALSE(with.is_asleep(body));
-      EXPECT_EQ(positions(with, body), positions(without, body));
+      EXPECT_EQ(positions_of_body(with, body), positions_of_body(without, body));
     }
     const RigidState& stone_with = with.rigid_bodies()[2];
     const RigidState& stone_without = without.rigid_bodies()[2];
@@ -380,19 +382,19 @@ TEST(Sleep, TheAwakeHaveTheSameBitsWhoeverSleeps) {
 
 // At each tick: before anything rests, while rest is counted, asleep, and awake again.
 TEST(Sleep, ASnapshotAtAnyTimeGoesOnWithTheSameBits) {
-  World world = make(still_life());
+  World world = make_awake(still_life());
   const int ticks = run_until_asleep(world);
   for (const int at : {ticks / 2, ticks - 20, ticks - 1, ticks, ticks + 5}) {
-    World one = make(still_life());
-    run(one, at);
+    World one = make_awake(still_life());
+    run_on(one, at);
     if (at > ticks) {
       ASSERT_TRUE(one.apply_impulse("high", WholeBody{}, {0.1, 0.0, 0.0}).ok());
     }
-    World other = make(one.scene());
+    World other = make_awake(one.scene());
     ASSERT_TRUE(other.restore(one.snapshot()).ok());
     EXPECT_EQ(other.state_hash(), one.state_hash());
-    run(one, 60);
-    run(other, 60, 2);
+    run_on(one, 60);
+    run_on(other, 60, 2);
     EXPECT_EQ(other.state_hash(), one.state_hash()) << "from tick " << at;
     EXPECT_EQ(count_asleep(other), count_asleep(one));
   }
@@ -400,12 +402,12 @@ TEST(Sleep, ASnapshotAtAnyTimeGoesOnWithTheSameBits) {
 
 TEST(Sleep, ARestoredWorldForgetsWhereOthersSlept) {
   World world = asleep();
-  run(world, 3);
-  World moving = make(still_life());
-  run(moving, 5);
+  run_on(world, 3);
+  World moving = make_awake(still_life());
+  run_on(moving, 5);
   ASSERT_TRUE(world.restore(moving.snapshot()).ok());
-  run(world, 200);
-  run(moving, 200);
+  run_on(world, 200);
+  run_on(moving, 200);
   EXPECT_EQ(world.state_hash(), moving.state_hash());
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double stiffness_n_m = 40.0;
 
-SoftBody ball(double radius_m = 0.5) {
+SoftBody plain_ball(double radius_m = 0.5) {
   SoftBody body;
   body.name = "ball";
   body.mesh = *make_icosphere(2, radius_m);
@@ -47,7 +47,7 @@ World world_of(const SoftBody& body) {
 }
 
 TEST(StartPositions, ArePlacedAsTheBodyIs) {
-  SoftBody body = started(ball(), 0.5);
+  SoftBody body = started(plain_ball(), 0.5);
   body.position = {1, 2, 3};
   body.orientation = Quatd(Eigen::AngleAxisd(0.7, Vec3d(1, 1, 0).normalized()));
   body.velocity = {0, 1, 0};
@@ -61,7 +61,7 @@ TEST(StartPositions, ArePlacedAsTheBodyIs) {
 }
 
 TEST(StartPositions, OfTheMeshItselfChangeNothing) {
-  SoftBody body = ball();
+  SoftBody body = plain_ball();
   body.gas = Gas{.moles = 0.01};
   World plain = world_of(body);
   World placed = world_of(started(body, 1.0));
@@ -74,7 +74,7 @@ TEST(StartPositions, OfTheMeshItselfChangeNothing) {
 }
 
 TEST(StartPositions, LeaveSpringsTheirRestLengths) {
-  const SoftBody body = started(ball(), 0.5);
+  const SoftBody body = started(plain_ball(), 0.5);
   double squares_m2 = 0.0;
   for (const double length_m : body.mesh->edge_lengths_m) squares_m2 += length_m * length_m;
   EXPECT_NEAR(world_of(body).measure(0).elastic_j, 0.5 * stiffness_n_m * 0.25 * squares_m2, 1e-12);
@@ -82,7 +82,7 @@ TEST(StartPositions, LeaveSpringsTheirRestLengths) {
 
 TEST(StartPositions, GasHasItsTemperatureInThemAndIsMeasuredByTheMesh) {
   for (const GasLaw law : {GasLaw::isothermal, GasLaw::adiabatic}) {
-    SoftBody body = ball();
+    SoftBody body = plain_ball();
     body.gas = Gas{.moles = 0.01, .temperature_k = 300.0, .law = law};
     const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
     const SoftState<double> state = make_soft_state<double>(started(body, 0.5));
@@ -94,7 +94,7 @@ TEST(StartPositions, GasHasItsTemperatureInThemAndIsMeasuredByTheMesh) {
 }
 
 TEST(StartPositions, InsideOutIsToldOfAndStaysFinite) {
-  SoftBody body = ball();
+  SoftBody body = plain_ball();
   body.gas = Gas{.moles = 0.01};
   World world = world_of(started(body, -1.0));
   Workers workers(1);
@@ -107,13 +107,13 @@ TEST(StartPositions, InsideOutIsToldOfAndStaysFinite) {
 }
 
 TEST(StartPositions, OtherOnesBeginTheBodyAnew) {
-  EXPECT_TRUE(continues(started(ball(), 0.5), started(ball(), 0.5)));
-  EXPECT_FALSE(continues(started(ball(), 0.5), started(ball(), 0.6)));
-  EXPECT_FALSE(continues(started(ball(), 0.5), ball()));
+  EXPECT_TRUE(continues(started(plain_ball(), 0.5), started(plain_ball(), 0.5)));
+  EXPECT_FALSE(continues(started(plain_ball(), 0.5), started(plain_ball(), 0.6)));
+  EXPECT_FALSE(continues(started(plain_ball(), 0.5), plain_ball()));
 }
 
 TEST(VertexMasses, ShareTheBodysMassByTheirFactors) {
-  SoftBody body = ball();
+  SoftBody body = plain_ball();
   body.mass_kg = 3.0;
   double sum = 0.0;
   for (std::size_t i = 0; i < 162; ++i) body.vertex_mass_scale.push_back(1.0 + 0.5 * static_cast<double>(i % 5));
@@ -130,7 +130,7 @@ TEST(VertexMasses, ShareTheBodysMassByTheirFactors) {
 }
 
 TEST(VertexMasses, KeepTheirSharesWhereTheBodysMassChanges) {
-  SoftBody body = ball();
+  SoftBody body = plain_ball();
   body.vertex_mass_scale.assign(162, 1.0);
   body.vertex_mass_scale[7] = 10.0;
   SoftState<double> state = make_soft_state<double>(body);
@@ -142,7 +142,7 @@ TEST(VertexMasses, KeepTheirSharesWhereTheBodysMassChanges) {
 
 TEST(VertexMasses, ChangeInARunningWorldWhereTheVerticesAre) {
   Scene scene;
-  scene.soft_bodies = {ball()};
+  scene.soft_bodies = {plain_ball()};
   scene.soft_bodies[0].velocity = {1.0, 0.0, 0.0};
   World world = std::move(*World::create(scene));
   Workers workers(1);

@@ -13,12 +13,12 @@
 namespace pneuma::physics {
 namespace {
 
-base::Result<SubstepChoice> choose(const Scene& scene) {
+base::Result<SubstepChoice> substeps_for(const Scene& scene) {
   FrequencyTable none_known;
   return choose_substeps(scene, none_known);
 }
 
-SoftBody ball(std::uint32_t subdivisions, double stiffness_n_m, double nrt_j) {
+SoftBody springy_ball(std::uint32_t subdivisions, double stiffness_n_m, double nrt_j) {
   SoftBody body;
   body.name = "ball";
   body.mesh = *make_icosphere(subdivisions, 1.0);
@@ -34,14 +34,14 @@ double spring_eigenvalue(const SoftBody& body) {
 
 TEST(Frequencies, LargestSpringEigenvalueOfAnIcosphereIsSixToSixPointThreeK) {
   for (const std::uint32_t subdivisions : {2U, 3U, 4U}) {
-    const double eigenvalue = spring_eigenvalue(ball(subdivisions, 1000.0, 0.0));
+    const double eigenvalue = spring_eigenvalue(springy_ball(subdivisions, 1000.0, 0.0));
     EXPECT_GT(eigenvalue, 6.0);
     EXPECT_LT(eigenvalue, 6.3 * 1.06);  // the estimate's own margin is 5 %
   }
 }
 
 TEST(Frequencies, BreathingOfTheIcosahedronMeetsItsClosedForm) {
-  const SoftBody body = ball(0, 500.0, 80.0);
+  const SoftBody body = springy_ball(0, 500.0, 80.0);
   double spring_sum = 0.0;
   for (const double length : body.mesh->edge_lengths_m) spring_sum += 500.0 * length * length;
   // At rest lengths, where the gas adds 3 nRT less what it would at its equilibrium: gradV gradV^T alone gives 9 nRT.
@@ -50,7 +50,7 @@ TEST(Frequencies, BreathingOfTheIcosahedronMeetsItsClosedForm) {
 }
 
 TEST(Frequencies, DampingFollowsTheSpringsPattern) {
-  SoftBody body = ball(2, 1000.0, 0.0);
+  SoftBody body = springy_ball(2, 1000.0, 0.0);
   body.springs.damping_n_s_m = 5.0;
   const Frequencies frequencies = estimate_frequencies(body, {});
   EXPECT_NEAR(frequencies.fastest_decay_1_s, std::pow(frequencies.fastest_rad_s, 2.0) * 5.0 / 1000.0, 1e-9);
@@ -132,7 +132,7 @@ double dense_fastest_rad_s(const SoftBody& body) {
 TEST(Frequencies, WithGasAreAboveTheMatrixsOwnByAFewPerCent) {
   for (const bool box : {false, true}) {
     for (const double nrt_j : {1.0, 100.0, 500.0, 2e3, 1e4, 1e6}) {
-      SoftBody body = ball(1, 1e3, nrt_j);
+      SoftBody body = springy_ball(1, 1e3, nrt_j);
       if (box) body.mesh = *make_box(Vec3d(1.0, 0.4, 0.2), 2);
       const double dense_rad_s = dense_fastest_rad_s(body);
       const double estimate_rad_s = estimate_frequencies(body, {}).fastest_rad_s;
@@ -144,7 +144,7 @@ TEST(Frequencies, WithGasAreAboveTheMatrixsOwnByAFewPerCent) {
 
 /// A hemisphere `ratio` times stiffer.
 SoftBody half_stiff_ball(double ratio) {
-  SoftBody body = ball(1, 200.0, 20.0);
+  SoftBody body = springy_ball(1, 200.0, 20.0);
   for (const Vec3d& x : body.mesh->positions_m) {
     body.springs.vertex_stiffness_scale.push_back(x.y() > 0.1 ? ratio : 1.0);
   }
@@ -173,7 +173,7 @@ TEST(Frequencies, BreathingIsThatOfTheSofterPart) {
 
 TEST(Frequencies, AreWithinTheirBounds) {
   for (const double nrt_j : {0.0, 50.0, 1e5}) {
-    SoftBody body = ball(2, 1000.0, nrt_j);
+    SoftBody body = springy_ball(2, 1000.0, nrt_j);
     body.springs.damping_n_s_m = 3.0;
     body.springs.bend_stiffness_n_m = 0.5;
     const Frequencies estimate = estimate_frequencies(body, {});
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, ChosenSubsteps,
 // Damping is not scaled: the fastest motion, of the stiff vertex, has less of it than the most damped one.
 TEST(Substeps, AtTheLimitHoldAStiffVertexAmongSoftOnes) {
   for (const Integrator integrator : {Integrator::explicit_euler, Integrator::midpoint}) {
-    SoftBody body = ball(2, 20.0, 0.0);
+    SoftBody body = springy_ball(2, 20.0, 0.0);
     body.springs.damping_n_s_m = 0.05;
     body.springs.vertex_stiffness_scale.assign(body.mesh->positions_m.size(), 1.0);
     body.springs.vertex_stiffness_scale[3] = 20.0;
@@ -240,7 +240,7 @@ TEST(Substeps, AtTheLimitHoldAStiffVertexAmongSoftOnes) {
 TEST(Substeps, AtTheLimitHoldAGasThatItsSkinHardlyDamps) {
   for (const Integrator integrator : {Integrator::explicit_euler, Integrator::midpoint}) {
     Scene scene;
-    SoftBody body = ball(2, 1.0, 52.0);
+    SoftBody body = springy_ball(2, 1.0, 52.0);
     body.springs.damping_n_s_m = 0.1;
     scene.soft_bodies.push_back(body);
     const double limit_s = stability_limit_s(integrator, estimate_frequencies(body, {}));
@@ -282,8 +282,8 @@ TEST(Substeps, HoldALightClothInAStrongWind) {
 TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
   Scene scene;
   scene.stepping.substeps = 130;
-  scene.soft_bodies.push_back(ball(2, 1e3, 0.0));
-  const auto choice = choose(scene);
+  scene.soft_bodies.push_back(springy_ball(2, 1e3, 0.0));
+  const auto choice = substeps_for(scene);
   ASSERT_TRUE(choice.ok()) << choice.status().message();
   EXPECT_EQ(choice->substeps, 130U);
   EXPECT_EQ(choice->integrator, Integrator::midpoint);
@@ -292,20 +292,20 @@ TEST(Substeps, AreAsTheSceneSaysWhereItSays) {
 Scene three_substeps_of(double stiffness_n_m) {
   Scene scene;
   scene.stepping = {.substeps = 3, .integrator = Integrator::symplectic_euler};
-  scene.soft_bodies.push_back(ball(2, stiffness_n_m, 0.0));
+  scene.soft_bodies.push_back(springy_ball(2, stiffness_n_m, 0.0));
   return scene;
 }
 
 TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   Scene scene = three_substeps_of(1e6);
   // w^2 = 6.2 k / m: 2 / w is 63 us, a tick of 1/60 s is 264 of these.
-  const auto refused = choose(scene);
+  const auto refused = substeps_for(scene);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.status().where(), "stepping.substeps");
   EXPECT_NE(refused.status().what().find("stable up to a step of 6."), std::string::npos) << refused.status().what();
 
   scene.stepping.on_unstable = OnUnstable::substep;
-  const auto raised = choose(scene);
+  const auto raised = substeps_for(scene);
   ASSERT_TRUE(raised.ok());
   EXPECT_GT(raised->substeps, 264U);
   EXPECT_LT(raised->substeps, 2 * 264U * 1.1);
@@ -313,39 +313,39 @@ TEST(Substeps, TooFewToBeStableAreRefusedWithTheLimitOrRaisedOrAllowed) {
   EXPECT_NE(refused.status().what().find(taken), std::string::npos) << refused.status().what();
 
   scene.stepping.on_unstable = OnUnstable::allow;
-  EXPECT_EQ(choose(scene)->substeps, 3U);
-  EXPECT_NE(choose(scene)->reason.find("unstable"), std::string::npos);
+  EXPECT_EQ(substeps_for(scene)->substeps, 3U);
+  EXPECT_NE(substeps_for(scene)->reason.find("unstable"), std::string::npos);
 }
 
 TEST(Substeps, OfXpbdThatLeaveTheGasTooLargeAVolumeAreRefused) {
   Scene scene;
   scene.stepping = {.integrator = Integrator::xpbd};
-  scene.soft_bodies.push_back(ball(2, 100.0, 0.0));
+  scene.soft_bodies.push_back(springy_ball(2, 100.0, 0.0));
   scene.soft_bodies[0].gas = Gas{.moles = 4.0};
-  const std::uint32_t within_1_percent = choose(scene)->substeps;
+  const std::uint32_t within_1_percent = substeps_for(scene)->substeps;
   // The error falls with the square of the step: within 5 % it takes the square root of a fifth as many.
   const auto within_5_percent = static_cast<std::uint32_t>(std::ceil(within_1_percent / std::sqrt(5.0)));
   scene.stepping.substeps = within_5_percent + 1;
-  EXPECT_TRUE(choose(scene).ok());
+  EXPECT_TRUE(substeps_for(scene).ok());
   scene.stepping.substeps = within_5_percent - 1;
-  const auto refused = choose(scene);
+  const auto refused = substeps_for(scene);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.status().what().find("rests within 5 % of its volume"), std::string::npos)
       << refused.status().what();
   scene.stepping.on_unstable = OnUnstable::substep;
-  EXPECT_EQ(choose(scene)->substeps, within_1_percent);
+  EXPECT_EQ(substeps_for(scene)->substeps, within_1_percent);
   scene.stepping.on_unstable = OnUnstable::allow;
-  EXPECT_EQ(choose(scene)->substeps, within_5_percent - 1);
+  EXPECT_EQ(substeps_for(scene)->substeps, within_5_percent - 1);
 }
 
 TEST(Substeps, TooFewAreRefusedWithWhatIsPastTheirLimitToo) {
   // Stable at 2,640; a margin more is past substeps_max.
   Scene scene = three_substeps_of(1e8);
-  const auto refused = choose(scene);
+  const auto refused = substeps_for(scene);
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.status().what().find("past the limit of 4096"), std::string::npos) << refused.status().what();
   scene.stepping.on_unstable = OnUnstable::substep;
-  EXPECT_FALSE(choose(scene).ok());
+  EXPECT_FALSE(substeps_for(scene).ok());
 }
 
 TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
@@ -363,13 +363,13 @@ TEST(Substeps, TheLimitOfSymplecticEulerIsThatOfItsAmplificationFactor) {
 TEST(Automatic, TakesAnExplicitMethodForASoftSceneAndAnImplicitOneForAStiffOne) {
   Scene scene;
   scene.stepping.integrator = Integrator::automatic;
-  scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
-  const auto soft = choose(scene);
+  scene.soft_bodies.push_back(springy_ball(2, 20.0, 5.0));
+  const auto soft = substeps_for(scene);
   ASSERT_TRUE(soft.ok());
   EXPECT_LE(soft->integrator, Integrator::symplectic_euler);
-  scene.soft_bodies.push_back(ball(2, 1e6, 5.0));
+  scene.soft_bodies.push_back(springy_ball(2, 1e6, 5.0));
   scene.soft_bodies.back().collision.soft = SoftCollision::none;
-  const auto stiff = choose(scene);
+  const auto stiff = substeps_for(scene);
   ASSERT_TRUE(stiff.ok());
   EXPECT_GE(stiff->integrator, Integrator::implicit_euler);
   EXPECT_LE(stiff->substeps, 4U);
@@ -382,8 +382,8 @@ TEST(Automatic, SaysHowItsBodyMovesToThreeDigits) {
   const auto reason = [](double nrt_j) {
     Scene scene;
     scene.stepping.integrator = Integrator::automatic;
-    scene.soft_bodies.push_back(ball(0, 80.0, nrt_j));
-    return choose(scene)->reason;
+    scene.soft_bodies.push_back(springy_ball(0, 80.0, nrt_j));
+    return substeps_for(scene)->reason;
   };
   EXPECT_NE(reason(0.0).find(" rad/s and stretches as a whole at 51.5 rad/s: "), std::string::npos) << reason(0.0);
   EXPECT_NE(reason(24.0).find(" rad/s and breathes at 53.6 rad/s: "), std::string::npos) << reason(24.0);
@@ -392,7 +392,7 @@ TEST(Automatic, SaysHowItsBodyMovesToThreeDigits) {
 Scene stiff_ball(double stiffness_n_m) {
   Scene scene;
   scene.stepping.integrator = Integrator::automatic;
-  scene.soft_bodies.push_back(ball(2, stiffness_n_m, 5.0));
+  scene.soft_bodies.push_back(springy_ball(2, stiffness_n_m, 5.0));
   return scene;
 }
 
@@ -402,7 +402,7 @@ Collider floor() {
 
 TEST(Automatic, TakesAnExplicitMethodWhereAStiffBodyCanTouchSomething) {
   const Scene alone = stiff_ball(1e6);
-  EXPECT_FALSE(is_explicit(choose(alone)->integrator));
+  EXPECT_FALSE(is_explicit(substeps_for(alone)->integrator));
   Scene on_floor = alone;
   on_floor.colliders.push_back(floor());
   Scene with_stone = alone;
@@ -410,7 +410,7 @@ TEST(Automatic, TakesAnExplicitMethodWhereAStiffBodyCanTouchSomething) {
   Scene with_other = alone;
   with_other.soft_bodies.push_back(alone.soft_bodies.front());
   for (const Scene& scene : {on_floor, with_stone, with_other}) {
-    const auto choice = choose(scene);
+    const auto choice = substeps_for(scene);
     ASSERT_TRUE(choice.ok());
     EXPECT_TRUE(is_explicit(choice->integrator)) << choice->reason;
     EXPECT_NE(choice->reason.find("contact"), std::string::npos) << choice->reason;
@@ -420,7 +420,7 @@ TEST(Automatic, TakesAnExplicitMethodWhereAStiffBodyCanTouchSomething) {
 TEST(Automatic, SaysThatAnImplicitMethodMayAddEnergyAtContact) {
   Scene scene = stiff_ball(1e12);
   scene.colliders.push_back(floor());
-  const auto choice = choose(scene);
+  const auto choice = substeps_for(scene);
   ASSERT_TRUE(choice.ok());
   EXPECT_FALSE(is_explicit(choice->integrator));
   EXPECT_NE(choice->reason.find("at contact it may take stiff bodies for rigid ones"), std::string::npos)
@@ -432,8 +432,8 @@ TEST(Automatic, TakesTheCheapestStableMethodWhereTheGivenSubstepsAllowNoAccurate
   // Stable at 2 substeps; a millionth takes RK4 8 of them.
   Scene scene;
   scene.stepping = {.substeps = 3, .integrator = Integrator::automatic, .error_target = 1e-6};
-  scene.soft_bodies.push_back(ball(2, 20.0, 5.0));
-  const auto choice = choose(scene);
+  scene.soft_bodies.push_back(springy_ball(2, 20.0, 5.0));
+  const auto choice = substeps_for(scene);
   ASSERT_TRUE(choice.ok());
   EXPECT_EQ(choice->substeps, 3U);
   EXPECT_EQ(choice->integrator, Integrator::symplectic_euler) << choice->reason;
@@ -442,7 +442,7 @@ TEST(Automatic, TakesTheCheapestStableMethodWhereTheGivenSubstepsAllowNoAccurate
 
 TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
   // A wind's drag is added to what is remembered, and nothing else than the numbers that matter is looked at.
-  std::vector<SoftBody> bodies{ball(2, 1e3, 5.0), ball(2, 1e3, 5.0), ball(2, 2e3, 5.0)};
+  std::vector<SoftBody> bodies{springy_ball(2, 1e3, 5.0), springy_ball(2, 1e3, 5.0), springy_ball(2, 2e3, 5.0)};
   bodies[1].mesh = bodies[0].mesh;
   bodies[1].position = {5.0, 0.0, 0.0};
   bodies[0].drag = bodies[1].drag = {1.0, 0.1};
@@ -463,7 +463,7 @@ TEST(FrequencyTable, GivesEachBodyItsOwnEstimateWhateverItRemembers) {
 }
 
 TEST(FrequencyTable, FindsTheModesOfASkinOnceWhateverItsGasAndMass) {
-  std::vector<SoftBody> bodies{ball(2, 1e3, 5.0), ball(2, 1e3, 5.0)};
+  std::vector<SoftBody> bodies{springy_ball(2, 1e3, 5.0), springy_ball(2, 1e3, 5.0)};
   bodies[1].mesh = bodies[0].mesh;
   bodies[1].gas->moles *= 3.0;
   FrequencyTable table;
@@ -482,9 +482,9 @@ TEST(FrequencyTable, FindsTheModesOfASkinOnceWhateverItsGasAndMass) {
 
 TEST(Substeps, PastTheLimitAreRefusedNamingTheBody) {
   Scene scene;
-  scene.soft_bodies.push_back(ball(1, 1.0, 0.0));
-  scene.soft_bodies.push_back(ball(2, 1e12, 0.0));
-  const auto choice = choose(scene);
+  scene.soft_bodies.push_back(springy_ball(1, 1.0, 0.0));
+  scene.soft_bodies.push_back(springy_ball(2, 1e12, 0.0));
+  const auto choice = substeps_for(scene);
   ASSERT_FALSE(choice.ok());
   EXPECT_EQ(choice.status().where(), "soft_bodies[1]");
 }
