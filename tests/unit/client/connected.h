@@ -1,4 +1,4 @@
-// A client of a FakeServer, and how long tests wait.
+// A client of a FakeServer, and how long a test waits for what must not come.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,6 @@
 namespace pneuma::client {
 
 inline constexpr std::chrono::milliseconds soon{50};  // for what must not come
-inline constexpr std::chrono::seconds long_enough{60};
 
 /// A client of `server`, which the test cannot do without.
 inline Client connected(const FakeServer& server, ConnectOptions options = {}) {

@@ -1,6 +1,7 @@
 // A server of one connection that does what a test's script says, good or bad. On loopback, bounded in time.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,6 +10,9 @@
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::client {
+
+/// Nothing takes this long unless it hangs.
+inline constexpr std::chrono::seconds long_enough{60};
 
 /// The server's end of the connection, for the script.
 class FakeSession {
