@@ -13,8 +13,6 @@ namespace pneuma::codec {
 
 namespace {
 
-// Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
-constexpr double rounding_shift = 0x1.8p52;
 static_assert(2.0 * base::coordinate_max_m / base::max_error_min_m < 0x1p51);
 
 std::int64_t shifted_integer(double shifted) {

@@ -6,6 +6,9 @@
 
 namespace pneuma::codec {
 
+/// Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
+inline constexpr double rounding_shift = 0x1.8p52;
+
 using LaneVector [[gnu::vector_size(16)]] = std::uint32_t;
 using SignedLaneVector [[gnu::vector_size(16)]] = std::int32_t;
 

@@ -72,8 +72,6 @@ inline LaneVector divided(LaneVector lanes, std::uint32_t count) {
     }
     return all;
   }();
-  // Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
-  constexpr double rounding_shift = 0x1.8p52;
   const Division division = divisions[count];
   const auto wide = __builtin_convertvector(std::bit_cast<SignedLaneVector>(lanes), DoubleLanes);
   const auto halves = reinterpret_cast<HalfLanes>((wide * division.factor + division.shift) + rounding_shift);

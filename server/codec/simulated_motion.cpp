@@ -32,8 +32,6 @@ constexpr double square_length_min = 0x1p-10;
 constexpr double volume_share_min = 0x1p-6;
 // So many times the way that is free before a plane counts in a frame.
 constexpr double reach = 2.0;
-// Added to a double below 2^51 in size, it leaves the nearest integer in the low bits of the mantissa.
-constexpr double rounding_shift = 0x1.8p52;
 
 double sum(const FourDoubles& v) {
   return (v[0] + v[1]) + (v[2] + v[3]);

@@ -17,11 +17,11 @@
 namespace pneuma::app {
 namespace {
 
-constexpr double max_error_m = 1e-4;
+constexpr double simulated_error_m = 1e-4;
 
 /// A subscriber with its decoder, and what came.
-struct Watcher {
-  explicit Watcher(net::SessionId id) : viewer(id) {}
+struct Simulator {
+  explicit Simulator(net::SessionId id) : viewer(id) {}
 
   Viewer viewer;
   client::StreamDecoder decoder;
@@ -36,10 +36,10 @@ class SimulatedStream : public testing::Test {
       : world_(std::move(*LiveWorld::create(ball_scene()))),
         hub_([this] { return ++last_stream_id_; }, [](std::uint32_t) {}) {}
 
-  void subscribe(Watcher& watcher, bool simulated, bool time_layers = false) {
+  void subscribe(Simulator& watcher, bool simulated, bool time_layers = false) {
     v1::Subscribe request;
     request.set_world("w");
-    request.set_max_error_m(max_error_m);
+    request.set_max_error_m(simulated_error_m);
     request.set_simulated(simulated);
     request.set_time_layers(time_layers);
     const auto subscribed = hub_.subscribe(watcher.viewer.session(), request, 60.0);
@@ -53,16 +53,16 @@ class SimulatedStream : public testing::Test {
     if (message.has_edit()) hub_.edited();
   }
 
-  void run(int ticks, const std::vector<Watcher*>& watchers) {
+  void run(int ticks, const std::vector<Simulator*>& watchers) {
     for (int tick = 0; tick < ticks; ++tick) {
       world_.physics().step_tick(workers_);
       Outbox outbox;
       hub_.encode_tick(LiveFrames(world_.physics()), world_.tick(), false, outbox);
-      for (Watcher* const watcher : watchers) see(*watcher, outbox);
+      for (Simulator* const watcher : watchers) see(*watcher, outbox);
     }
   }
 
-  static void see(Watcher& watcher, const Outbox& outbox) {
+  static void see(Simulator& watcher, const Outbox& outbox) {
     for (const std::string& bytes : watcher.viewer.take(outbox)) {
       v1::ServerMessage message;
       ASSERT_TRUE(message.ParseFromString(bytes));
@@ -81,7 +81,7 @@ class SimulatedStream : public testing::Test {
     }
   }
 
-  void expect_true_places(const Watcher& watcher) const {
+  void expect_true_places(const Simulator& watcher) const {
     ASSERT_TRUE(watcher.last);
     const physics::World& world = world_.physics();
     for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
@@ -91,7 +91,7 @@ class SimulatedStream : public testing::Test {
       for (std::size_t i = 0; i < seen_m.size(); i += 3) {
         const double off_m =
             std::hypot(seen_m[i] - true_m[i], seen_m[i + 1] - true_m[i + 1], seen_m[i + 2] - true_m[i + 2]);
-        ASSERT_LE(off_m, max_error_m);
+        ASSERT_LE(off_m, simulated_error_m);
       }
     }
   }
@@ -103,8 +103,8 @@ class SimulatedStream : public testing::Test {
 };
 
 TEST_F(SimulatedStream, TakesFewerBytesThanAnyOther) {
-  Watcher plain(1);
-  Watcher simulated(2);
+  Simulator plain(1);
+  Simulator simulated(2);
   subscribe(plain, false);
   subscribe(simulated, true);
   EXPECT_EQ(hub_.class_count(), 2U);
@@ -121,7 +121,7 @@ TEST_F(SimulatedStream, TakesFewerBytesThanAnyOther) {
 }
 
 TEST_F(SimulatedStream, IsWithinItsBoundWhateverMovesTheBodies) {
-  Watcher watcher(1);
+  Simulator watcher(1);
   subscribe(watcher, true);
   for (int round = 0; round < 6; ++round) {
     if (round == 1) change(impulse_up("ball", 3.0));
@@ -136,8 +136,8 @@ TEST_F(SimulatedStream, IsWithinItsBoundWhateverMovesTheBodies) {
 }
 
 TEST_F(SimulatedStream, TellsMechanicsAgainWhereTheyAreEdited) {
-  Watcher plain(1);
-  Watcher simulated(2);
+  Simulator plain(1);
+  Simulator simulated(2);
   subscribe(plain, false);
   subscribe(simulated, true);
   run(3, {&plain, &simulated});
@@ -154,8 +154,8 @@ TEST_F(SimulatedStream, TellsMechanicsAgainWhereTheyAreEdited) {
 }
 
 TEST_F(SimulatedStream, InTimeLayersIsAsAnyOther) {
-  Watcher watcher(1);
-  Watcher other(2);
+  Simulator watcher(1);
+  Simulator other(2);
   subscribe(watcher, true, true);
   subscribe(other, false, true);
   EXPECT_EQ(hub_.class_count(), 1U);
