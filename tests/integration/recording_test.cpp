@@ -25,18 +25,19 @@ class RecordingPrograms : public Served {
   /// Positions of all bodies by tick, as a client sees them at the recording's own bound.
   using Seen = std::map<std::uint64_t, std::vector<client::SoftBodyFrame>>;
 
-  /// Records a paused world from tick 0 to `ticks`; a hit comes after 10 ticks, an edit after 20.
-  Seen record(client::Client& client, std::uint32_t ticks, const std::vector<std::string>& flags = {}) {
+  /// Records a paused world from tick 0 to `ticks`, and subscribes to the same; a hit comes after 10 ticks, an edit
+  /// after 20.
+  Seen record(client::Client& client, std::uint32_t ticks, bool simulated = false) {
     create(client, two_balls(), "w", true);
     std::vector<std::string> arguments{"--server", server_->tcp_address(),    "record",      "w",  file_,
                                        "--frames", std::to_string(ticks + 2), "--key-every", "0.2"};
-    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    if (simulated) arguments.emplace_back("--simulated");
     auto recorder = Program::start(support::program_path("pneuma"), arguments);
     EXPECT_TRUE(recorder.ok());
     // The file is made once the recorder has subscribed.
     while (recorder->is_running() && !std::ifstream(file_).good()) {
     }
-    EXPECT_TRUE(client.subscribe("w").ok());
+    EXPECT_TRUE(client.subscribe("w", {.simulated = simulated}).ok());
     Seen seen;
     const auto step = [&](std::uint32_t count) {
       EXPECT_TRUE(client.step("w", count).ok());
@@ -88,18 +89,11 @@ class RecordingPrograms : public Served {
   std::string file_ = folder_ / "w.pneuma";
 };
 
-class RecordingsOfAnyStream : public RecordingPrograms, public testing::WithParamInterface<bool> {
- protected:
-  Seen record_any(client::Client& client, std::uint32_t ticks) {
-    std::vector<std::string> flags;
-    if (GetParam()) flags.emplace_back("--simulated");
-    return record(client, ticks, flags);
-  }
-};
+class RecordingsOfAnyStream : public RecordingPrograms, public testing::WithParamInterface<bool> {};
 
 TEST_P(RecordingsOfAnyStream, HoldWhatASubscriberSees) {
   client::Client client = connect();
-  const Seen seen = record_any(client, 60);
+  const Seen seen = record(client, 60, GetParam());
   auto playback = client::Playback::open(file_);
   ASSERT_TRUE(playback.ok()) << playback.status().message();
   EXPECT_TRUE(playback->damage().ok());
@@ -165,7 +159,7 @@ TEST_F(RecordingPrograms, TheLogOfChangesMakesTheSameWorldAgain) {
 
 TEST_P(RecordingsOfAnyStream, AreTakenForTheWorldWherePlayed) {
   client::Client client = connect();
-  record_any(client, 60);
+  record(client, 60, GetParam());
   std::map<std::uint64_t, client::DecodedFrame> recorded;
   auto playback = client::Playback::open(file_);
   ASSERT_TRUE(playback.ok());

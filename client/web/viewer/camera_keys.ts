@@ -31,10 +31,12 @@ export function steered({ position, target }: View, key: string, isShift: boolea
   const away = position.clone().sub(target);
   if (key === "+" || key === "=") return { position: away.multiplyScalar(nearerFactor).add(target), target };
   if (key === "-") return { position: away.divideScalar(nearerFactor).add(target), target };
-  const way = wayOf({ position, target }, key);
+  if (isShift) {
+    const way = wayOf({ position, target }, key);
+    return way && { position: position.clone().add(way), target: target.clone().add(way) };
+  }
   const arrow = arrows[key];
-  if (!way || !arrow) return undefined;
-  if (isShift) return { position: position.clone().add(way), target: target.clone().add(way) };
+  if (!arrow) return undefined;
   const [right, upwards] = arrow;
   const place = new Spherical().setFromVector3(away);
   place.theta += right * turnRad;

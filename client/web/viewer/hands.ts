@@ -56,9 +56,11 @@ export class Pointer {
 
   /** To be called with each picture: the line of a pull moves with its vertex. */
   draw(): void {
-    this.picture.showPull(
-      this.pull ? { body: this.pull.hit.body, vertex: this.pull.hit.vertex, target: this.pull.target } : null,
+    const { pull } = this;
+    const isShown = this.picture.showPull(
+      pull ? { body: pull.hit.body, vertex: pull.hit.vertex, target: pull.target } : null,
     );
+    if (pull && !isShown) this.letGo(); // the body is gone
   }
 
   /** By a key: takes hold of a body, or pokes it; lets go of what is held. */
@@ -87,11 +89,11 @@ export class Pointer {
   private down(event: PointerEvent, canvas: HTMLCanvasElement): void {
     const hands = this.hands();
     if (!hands || !event.isPrimary || event.button !== 0) return;
+    this.letGo();
     this.touch = { id: event.pointerId, x: event.clientX, y: event.clientY };
     if (hands.tool === "throw") return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
-    this.letGo();
     this.picture.orbit.enabled = false;
     canvas.setPointerCapture(event.pointerId);
     this.touchAt(hands, hit);

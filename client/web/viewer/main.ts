@@ -139,6 +139,7 @@ class Page implements Stage {
     if (world !== this.world.name) return;
     if (kind === Event_Kind.BODY_FROZEN) this.picture.frozen.add(body);
     if (kind === Event_Kind.BODY_BURST) this.controls.missed(); // its gas is gone
+    if (kind === Event_Kind.WORLD_RESET) this.pointer.letGo(); // and so has the server
     if (kind === Event_Kind.WORLD_RESET && this.client) void this.begun(this.client, world);
     const text = happeningText(event);
     if (text !== "") say(text);
@@ -265,6 +266,7 @@ class Page implements Stage {
   turn(view: View | undefined): void {
     if (wantedWorld() === null) this.dock.open("gallery");
     this.playback.clear();
+    this.pointer.letGo();
     this.picture.forget(view);
     this.plots.clear();
     this.controls.end();

@@ -286,11 +286,12 @@ export class Picture {
     return this.rayAt(x, y).intersectPlane(plane, new Vector3()) ?? point.clone();
   }
 
-  /** Draws a line from a vertex to where it is pulled; null: none. */
-  showPull(pull: { body: string; vertex: number; target: Vector3 } | null): void {
+  /** Draws a line from a vertex to where it is pulled; null: none. False: there is no such body. */
+  showPull(pull: { body: string; vertex: number; target: Vector3 } | null): boolean {
     const view = this.bodies.find(({ name }) => name === pull?.body);
     this.pull.visible = pull !== null && view !== undefined;
     if (pull && view) this.pull.geometry.setFromPoints([new Vector3(...view.vertex(pull.vertex)), pull.target]);
+    return this.pull.visible;
   }
 
   private rayAt(x: number, y: number): Ray {

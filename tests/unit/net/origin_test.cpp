@@ -7,25 +7,25 @@
 namespace pneuma::net {
 namespace {
 
-TEST(Origin, ThePageOfTheServerItself) {
+TEST(SameOrigin, ThePageOfTheServerItself) {
   EXPECT_TRUE(is_same_origin("http://example.org:7421", "example.org:7421"));
   EXPECT_TRUE(is_same_origin("http://Example.org:7421", "example.ORG:7421"));
   EXPECT_TRUE(is_same_origin("http://[2001:db8::1]:7421", "[2001:db8::1]:7421"));
 }
 
-TEST(Origin, APortLeftOutIsTheSchemes) {
+TEST(SameOrigin, APortLeftOutIsTheSchemes) {
   EXPECT_TRUE(is_same_origin("http://example.org", "example.org:80"));
   EXPECT_TRUE(is_same_origin("https://example.org:443", "example.org"));
   EXPECT_FALSE(is_same_origin("https://example.org", "example.org:80"));
 }
 
-TEST(Origin, LoopbackNamesAreOneHost) {
+TEST(SameOrigin, LoopbackNamesAreOneHost) {
   EXPECT_TRUE(is_same_origin("http://localhost:7421", "127.0.0.1:7421"));
   EXPECT_TRUE(is_same_origin("http://[::1]:7421", "localhost:7421"));
   EXPECT_FALSE(is_same_origin("http://localhost:8080", "127.0.0.1:7421"));
 }
 
-TEST(Origin, PagesFromElsewhere) {
+TEST(SameOrigin, PagesFromElsewhere) {
   EXPECT_FALSE(is_same_origin("http://evil.example", "127.0.0.1:7421"));
   EXPECT_FALSE(is_same_origin("http://evil.example:7421", "localhost:7421"));
   EXPECT_FALSE(is_same_origin("http://localhost:7421", "example.org:7421"));

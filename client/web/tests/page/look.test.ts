@@ -209,6 +209,14 @@ test("the camera is turned by the keyboard, and the selected body pulled and pok
   assert.equal(page.url(), held, "the camera went with it");
   await page.keyboard.press("Enter");
   await has("releaseGrab");
+  await page.keyboard.press("Enter");
+  await until(async () => moves() === 3);
+  await page.mouse.move(200, 560); // beside the ball
+  await page.mouse.down();
+  await page.mouse.move(240, 560);
+  await page.mouse.up();
+  assert.equal(moves(), 3, "what a key holds went with the pointer");
+  await page.focus("#picture");
   await page.keyboard.press("2");
   await page.keyboard.press("Enter");
   await has("impulse");
