@@ -32,9 +32,10 @@ bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
 base::Result<codec::SimulatedMotionPtr> simulation_of(const v1::Layout::Soft& soft, const Topology& topology,
                                                       double grid_step_m, std::uint64_t& work) {
   if (!soft.has_mechanics()) return codec::SimulatedMotionPtr();
-  const auto mechanics = mechanics_of(soft.mechanics(), *topology.order);
+  const auto mechanics = mechanics_of(soft.mechanics(), *topology.order, grid_step_m);
   if (!mechanics.ok()) return mechanics.status().inside("mechanics");
-  work += codec::simulated_work(*mechanics, topology.vertex_count, topology.indices.size() / 3);
+  work += codec::simulated_work(mechanics->substeps, topology.vertex_count, topology.indices.size() / 3,
+                                mechanics->planes.size());
   if (work > codec::simulated_work_max) return malformed("more to be simulated than any stream asks for", "mechanics");
   return std::make_shared<codec::SimulatedMotion>(topology.order, topology.indices, *mechanics, grid_step_m);
 }

@@ -13,7 +13,8 @@ std::array<double, 3> vector_of(const v1::Vec3& vector) {
 
 }  // namespace
 
-base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const codec::MeshOrder& order) {
+base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const codec::MeshOrder& order,
+                                            double grid_step_m) {
   codec::Mechanics mechanics;
   if (static_cast<std::size_t>(message.planes_size()) > codec::simulated_planes_max) {
     return base::Status(base::StatusCode::malformed, "more than any body has", "planes");
@@ -32,7 +33,7 @@ base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const 
   for (const v1::Mechanics::Plane& plane : message.planes()) {
     mechanics.planes.push_back({vector_of(plane.normal()), plane.offset_m(), plane.restitution(), plane.friction()});
   }
-  if (const base::Status checked = codec::SimulatedMotion::check(order, mechanics); !checked.ok()) {
+  if (const auto checked = codec::SimulatedMotion::check(order, mechanics, grid_step_m); !checked.ok()) {
     return base::Status(base::StatusCode::malformed, checked.what(), checked.where());
   }
   return mechanics;

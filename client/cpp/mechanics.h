@@ -7,7 +7,8 @@
 
 namespace pneuma::client {
 
-/// Checked for the mesh that the order was made of. Errors name the field.
-[[nodiscard]] base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const codec::MeshOrder& order);
+/// Checked for the mesh that the order was made of, and the stream's grid. Errors name the field.
+[[nodiscard]] base::Result<codec::Mechanics> mechanics_of(const v1::Mechanics& message, const codec::MeshOrder& order,
+                                                          double grid_step_m);
 
 }  // namespace pneuma::client

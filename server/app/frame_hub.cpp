@@ -168,7 +168,8 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
       .contacts = quality.contacts};
   QualityClass made{stream_id,
                     LayeredEncoder(FrameEncoder(stream_id, contents)),
-                    WorldLayout(quality.view, quality.simulated ? quality.rate_divisor : 0),
+                    WorldLayout(quality.view, {.ticks = quality.simulated ? quality.rate_divisor : 0,
+                                               .grid_step_m = codec::grid_step_m(quality.max_error_m)}),
                     {},
                     {},
                     0.0};
@@ -232,7 +233,7 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
 void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox) {
   if (classes_.empty()) return;
   move_readers(tick, 1.0 / source.tick_period_s(), outbox);
-  const auto updates = update_layouts(source);
+  const auto updates = update_layouts(source, tick);
   MeasuredScalars scalars(source);
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
@@ -257,7 +258,7 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
 void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox) {
   if (classes_.empty()) return;
   move_readers(tick, 1.0 / source.tick_period_s(), outbox);
-  const auto updates = update_layouts(source);
+  const auto updates = update_layouts(source, tick);
   MeasuredScalars scalars(source);
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
@@ -277,11 +278,15 @@ void FrameHub::edited() {
   for (auto& [quality, quality_class] : classes_) quality_class.layout.edited();
 }
 
-std::vector<WorldLayout::Update> FrameHub::update_layouts(const FrameSource& source) {
+void FrameHub::mechanics_changed() {
+  for (auto& [quality, quality_class] : classes_) quality_class.layout.mechanics_changed();
+}
+
+std::vector<WorldLayout::Update> FrameHub::update_layouts(const FrameSource& source, std::uint64_t tick) {
   std::vector<WorldLayout::Update> updates;
   bool any = false;
   for (auto& [quality, quality_class] : classes_) {
-    updates.push_back(quality_class.layout.update(source, topologies_));
+    updates.push_back(quality_class.layout.update(source, topologies_, tick));
     any = any || updates.back() != WorldLayout::Update::none;
   }
   if (any) topologies_.drop_unused();

@@ -56,8 +56,11 @@ class FrameHub {
   /// Ends all streams.
   void close(Outbox& outbox);
 
-  /// The world was edited. Where that added or removed something, new layouts go out, then key frames.
+  /// The world was edited. Where that added or removed something, new layouts go out, then key frames; so they do, in
+  /// simulated streams and at most once a second, where bodies have other mechanics.
   void edited();
+  /// A body moves otherwise without an edit: the same for its mechanics.
+  void mechanics_changed();
 
   /// The world's rate was edited: tells each stream's subscribers its new rate, the same whole division as before.
   void rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const;
@@ -127,7 +130,7 @@ class FrameHub {
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
   /// Brings the layouts up to date, and tells of each class, in order, what came of it.
-  [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source);
+  [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source, std::uint64_t tick);
   [[nodiscard]] v1::Subscribed describe(const Classes::value_type& entry, const std::string& world,
                                         double world_rate_hz) const;
   [[nodiscard]] Classes::iterator find_asked(net::SessionId session, const Quality& asked);

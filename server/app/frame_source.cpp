@@ -36,8 +36,8 @@ std::vector<TouchedVertex> LiveFrames::contacts(std::size_t index) const {
 }
 
 std::optional<codec::Mechanics> LiveFrames::mechanics(std::size_t index, const codec::MeshOrder& order,
-                                                      double frame_s) const {
-  return mechanics_of(world_, index, order, frame_s);
+                                                      MechanicsTerms& terms) const {
+  return mechanics_of(world_, index, order, terms);
 }
 
 void LiveFrames::describe_solids(v1::Layout& layout) const {

@@ -33,6 +33,13 @@ struct TouchedVertex {
   physics::Vec3d normal = physics::Vec3d::Zero();  // unit, out of the other
 };
 
+/// What mechanics are told for.
+struct MechanicsTerms {
+  double frame_s = 0.0;         // from one frame to the next
+  double grid_step_m = 0.0;     // of the frames
+  std::uint64_t work_left = 0;  // of codec::simulated_work(): what they may take
+};
+
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -55,8 +62,9 @@ class FrameSource {
   /// By vertex; a vertex may be held off several, and by several walls of one.
   [[nodiscard]] virtual std::vector<TouchedVertex> contacts(std::size_t index) const = 0;
   /// What its motion from frame to frame follows from, where that tells it well; nothing of a recording.
+  /// Takes from terms.work_left.
   [[nodiscard]] virtual std::optional<codec::Mechanics> mechanics(std::size_t, const codec::MeshOrder&,
-                                                                  double /*frame_s*/) const {
+                                                                  MechanicsTerms&) const {
     return std::nullopt;
   }
   /// Appends the solids, in the order of poses().
@@ -91,7 +99,7 @@ class LiveFrames final : public FrameSource {
   /// Those that the world notes (World::note_contacts).
   [[nodiscard]] std::vector<TouchedVertex> contacts(std::size_t index) const override;
   [[nodiscard]] std::optional<codec::Mechanics> mechanics(std::size_t index, const codec::MeshOrder& order,
-                                                          double frame_s) const override;
+                                                          MechanicsTerms& terms) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
 

@@ -122,6 +122,7 @@ void HostedWorld::send_events(Outbox& outbox) {
   }
   for (const physics::BodyGasEvent& happened : live_.physics().take_gas_events()) {
     const bool burst = happened.event.kind == physics::GasEvent::Kind::burst;
+    if (burst) hub_.mechanics_changed();
     const std::string what = physics::describe(happened.event);
     spdlog::warn("world={} body={} tick={} {}: {}", name_, happened.name, live_.tick(), burst ? "burst" : "inverted",
                  what);

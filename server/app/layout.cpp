@@ -1,6 +1,7 @@
 #include "app/layout.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "app/mechanics.h"
@@ -27,58 +28,77 @@ bool View::shows(const std::string& body) const {
   return bodies.empty() || std::ranges::binary_search(bodies, body);
 }
 
-WorldLayout::Update WorldLayout::update(const FrameSource& source, MeshTopologies& topologies) {
-  if (current_) return Update::none;
-  if (!find_bodies(source, topologies)) {
+WorldLayout::Update WorldLayout::update(const FrameSource& source, MeshTopologies& topologies, std::uint64_t tick) {
+  const bool looks = looks_at_mechanics(source, tick);
+  if (current_ && !looks) return Update::none;
+  const bool was_current = current_;
+  if (!was_current && !find_bodies(source, topologies)) {
     topologies.make_missing();
     if (!find_bodies(source, topologies)) return Update::waits;
   }
   current_ = true;
-  if (simulated_ticks_ > 0) find_mechanics(source);
+  if (looks) {
+    find_mechanics(source);
+    mechanics_current_ = true;
+    mechanics_tick_ = tick;
+  }
+  v1::Layout layout = describe(source);
+  if (layout.layout_id() != 0 && layout.SerializeAsString() == layout_.SerializeAsString()) {
+    return was_current ? Update::none : Update::renewed;
+  }
+  layout.set_layout_id(layout_.layout_id() + 1);
+  layout_ = std::move(layout);
+  return Update::changed;
+}
 
+/// Of the bodies as they are, with the id of the one before.
+v1::Layout WorldLayout::describe(const FrameSource& source) const {
   v1::Layout layout;
   for (const Body& body : bodies_) {
     v1::Layout::Soft& soft = *layout.add_soft_bodies();
-    soft.set_name(source.soft_body_name(body.index));
+    soft.set_name(body.name);
     soft.set_topology_hash(body.topology->hash);
     describe_kept(body.topology->kept, source.kept_vertices(body.index), soft);
     if (body.mechanics) *soft.mutable_mechanics() = to_proto(*body.mechanics);
   }
   source.describe_solids(layout);
   layout.set_layout_id(layout_.layout_id());
-  if (layout.layout_id() != 0 && layout.SerializeAsString() == layout_.SerializeAsString()) return Update::renewed;
-  layout.set_layout_id(layout_.layout_id() + 1);
-  layout_ = std::move(layout);
-  return Update::changed;
+  return layout;
 }
 
-/// False where a topology is not there yet.
+/// False where a topology is not there yet. A body of the same name and topology has the mechanics that were told.
 bool WorldLayout::find_bodies(const FrameSource& source, MeshTopologies& topologies) {
   std::vector<Body> bodies;
   bool all_there = true;
   for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
-    if (!view_.shows(source.soft_body_name(i))) continue;
-    TopologyMessagePtr topology = topologies.find(source.mesh(i), view_.level);
-    all_there = all_there && topology != nullptr;
-    bodies.push_back({i, std::move(topology)});
+    const std::string& name = source.soft_body_name(i);
+    if (!view_.shows(name)) continue;
+    Body& body = bodies.emplace_back(Body{i, name, topologies.find(source.mesh(i), view_.level)});
+    all_there = all_there && body.topology != nullptr;
+    const auto same = std::ranges::find_if(bodies_, [&](const Body& before) {
+      return before.mechanics && before.name == name && body.topology != nullptr &&
+             before.topology->hash == body.topology->hash;
+    });
+    if (same != bodies_.end()) body.mechanics = std::move(same->mechanics);
   }
   bodies_ = std::move(bodies);  // those that wait hold what they have
   return all_there;
 }
 
-/// Of the first bodies, as many as readers will simulate.
+/// A layout with mechanics is large and not to be left out, so whoever edits without end must not have one sent each
+/// time. What moves a body otherwise until then costs bits, nothing else.
+bool WorldLayout::looks_at_mechanics(const FrameSource& source, std::uint64_t tick) const {
+  if (simulated_.ticks == 0 || mechanics_current_) return false;
+  const auto second = static_cast<std::uint64_t>(std::lround(1.0 / source.tick_period_s()));
+  return !mechanics_tick_ || tick - *mechanics_tick_ >= second;
+}
+
+/// Of the first bodies, as many as are offered.
 void WorldLayout::find_mechanics(const FrameSource& source) {
-  const double frame_s = source.tick_period_s() * static_cast<double>(simulated_ticks_);
-  std::uint64_t work = 0;
-  for (Body& body : bodies_) {
-    auto mechanics = source.mechanics(body.index, *body.topology->order, frame_s);
-    if (!mechanics) continue;
-    const std::uint64_t own_work =
-        codec::simulated_work(*mechanics, body.topology->order->size(), source.mesh(body.index)->faces.size());
-    if (work + own_work > codec::simulated_work_max) continue;
-    work += own_work;
-    body.mechanics = std::move(mechanics);
-  }
+  MechanicsTerms terms{.frame_s = source.tick_period_s() * static_cast<double>(simulated_.ticks),
+                       .grid_step_m = simulated_.grid_step_m,
+                       .work_left = offered_work_max};
+  for (Body& body : bodies_) body.mechanics = source.mechanics(body.index, *body.topology->order, terms);
 }
 
 std::vector<TopologyMessagePtr> WorldLayout::topologies() const {

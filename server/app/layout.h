@@ -30,6 +30,7 @@ class WorldLayout {
   /// A soft body of the layout.
   struct Body {
     std::size_t index;  // in the source
+    std::string name;
     TopologyMessagePtr topology;
     std::optional<codec::Mechanics> mechanics{};  // where they are told
   };
@@ -40,14 +41,24 @@ class WorldLayout {
     changed,  // current, with a new id
   };
 
-  /// `simulated_ticks`: from one frame to the next, where the bodies' mechanics are told; 0: they are not.
-  explicit WorldLayout(View view, std::uint64_t simulated_ticks = 0)
-      : view_(std::move(view)), simulated_ticks_(simulated_ticks) {}
+  /// The frames of a stream whose layout tells mechanics.
+  struct Simulated {
+    std::uint64_t ticks = 0;  // from one frame to the next; 0: none are told
+    double grid_step_m = 0.0;
+  };
+
+  WorldLayout(View view, Simulated simulated) : view_(std::move(view)), simulated_(simulated) {}
 
   /// What is shown was edited.
-  void edited() { current_ = false; }
-  /// Takes the world's bodies as they are now where they were edited.
-  [[nodiscard]] Update update(const FrameSource& source, MeshTopologies& topologies);
+  void edited() {
+    current_ = false;
+    mechanics_current_ = false;
+  }
+  /// The bodies are what they were, but move otherwise.
+  void mechanics_changed() { mechanics_current_ = false; }
+  /// Takes the world's bodies as they are now where they were edited; their mechanics once a simulated second at most:
+  /// until then they are those that were told, or none.
+  [[nodiscard]] Update update(const FrameSource& source, MeshTopologies& topologies, std::uint64_t tick);
 
   [[nodiscard]] std::uint32_t id() const { return layout_.layout_id(); }
   /// Each once.
@@ -58,11 +69,15 @@ class WorldLayout {
 
  private:
   [[nodiscard]] bool find_bodies(const FrameSource& source, MeshTopologies& topologies);
+  [[nodiscard]] bool looks_at_mechanics(const FrameSource& source, std::uint64_t tick) const;
   void find_mechanics(const FrameSource& source);
+  [[nodiscard]] v1::Layout describe(const FrameSource& source) const;
 
   View view_;
-  std::uint64_t simulated_ticks_;
+  Simulated simulated_;
   bool current_ = false;
+  bool mechanics_current_ = false;
+  std::optional<std::uint64_t> mechanics_tick_;  // when they were looked at
   v1::Layout layout_;
   std::vector<Body> bodies_;
 };

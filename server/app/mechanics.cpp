@@ -1,8 +1,11 @@
 #include "app/mechanics.h"
 
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <cmath>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "physics/contact_surface.h"
@@ -21,12 +24,14 @@ constexpr double substeps_more = 2.0;
 constexpr double substep_decay = 0.6;
 // More take longer than what they save is worth.
 constexpr double substeps_max = 24.0;
+// Of any motion at all.
+constexpr auto substeps_least = static_cast<std::uint32_t>(substeps_more) + 1;
 
-bool has_unknown_forces(const physics::SoftBody& body, const physics::Atmosphere& atmosphere) {
+bool has_unknown_forces(const physics::SoftBody& body, bool has_gas, const physics::Atmosphere& atmosphere) {
   const bool drags = atmosphere.density_kg_m3 > 0.0 && (body.drag.normal > 0.0 || body.drag.tangential > 0.0);
-  const bool presses_otherwise =
-      body.gas && (physics::flows(*body.gas) || body.volume.method != physics::VolumeMethod::exact ||
-                   body.pressure_spread != physics::PressureSpread::faces);
+  const bool presses_otherwise = has_gas && body.gas &&
+                                 (physics::flows(*body.gas) || body.volume.method != physics::VolumeMethod::exact ||
+                                  body.pressure_spread != physics::PressureSpread::faces);
   return body.springs.bend_stiffness_n_m > 0.0 || drags || presses_otherwise;
 }
 
@@ -54,6 +59,7 @@ void take_springs(const physics::SoftBody& body, const codec::MeshOrder& order, 
     const auto [low, high] = std::minmax(order.vertices[a], order.vertices[b]);
     const physics::Edge edge{low, high};
     const auto found = std::ranges::lower_bound(mesh.edges, edge);
+    assert(found != mesh.edges.end() && *found == edge);  // the order is of the mesh's own faces
     const double length_m = mesh.edge_lengths_m[static_cast<std::size_t>(found - mesh.edges.begin())];
     mechanics.rest_lengths_m.push_back(static_cast<float>(body.springs.rest_scale * length_m));
     if (alike) continue;
@@ -89,27 +95,38 @@ std::vector<codec::Mechanics::Plane> planes_of(const physics::World& world, cons
 }  // namespace
 
 std::optional<codec::Mechanics> mechanics_of(const physics::World& world, std::size_t soft_index,
-                                             const codec::MeshOrder& order, double frame_s) {
+                                             const codec::MeshOrder& order, MechanicsTerms& terms) {
   const physics::SoftBody& body = world.soft_body(soft_index);
-  if (!physics::is_explicit(world.integrator()) || has_unknown_forces(body, world.atmosphere())) return std::nullopt;
-  const physics::Frequencies frequencies = world.frequencies(soft_index);
-  const double substeps = std::max(std::ceil(frequencies.fastest_rad_s * frame_s / substep_rad) + substeps_more,
-                                   std::ceil(frequencies.fastest_decay_1_s * frame_s / substep_decay));
-  if (!(substeps <= substeps_max)) return std::nullopt;
+  const auto& gas = world.gas(soft_index);  // it may have burst
+  if (!physics::is_explicit(world.integrator()) || has_unknown_forces(body, gas.has_value(), world.atmosphere())) {
+    return std::nullopt;
+  }
+  std::vector<codec::Mechanics::Plane> planes = planes_of(world, body.surface);
+  const auto work = [&](std::uint32_t substeps) {
+    return codec::simulated_work(substeps, order.size(), body.mesh->faces.size(), planes.size());
+  };
+  const std::uint64_t work_least = work(substeps_least);
+  if (work_least > terms.work_left) return std::nullopt;
+  terms.work_left -= work_least;  // those that turn out to be too fast cost the estimate, too
 
+  const physics::Frequencies frequencies = world.frequencies(soft_index);
+  const double substeps = std::max(std::ceil(frequencies.fastest_rad_s * terms.frame_s / substep_rad) + substeps_more,
+                                   std::ceil(frequencies.fastest_decay_1_s * terms.frame_s / substep_decay));
+  if (!(substeps <= substeps_max)) return std::nullopt;
   codec::Mechanics mechanics;
-  mechanics.frame_s = frame_s;
-  mechanics.substeps = static_cast<std::uint32_t>(substeps);
+  mechanics.frame_s = terms.frame_s;
+  mechanics.substeps = std::max(static_cast<std::uint32_t>(substeps), substeps_least);
+  const std::uint64_t work_more = work(mechanics.substeps) - work_least;
+  if (work_more > terms.work_left) return std::nullopt;
   mechanics.masses_kg = masses_kg(body);
   take_springs(body, order, mechanics);
   mechanics.damping_n_s_m = body.springs.damping_n_s_m;
-  if (const auto& gas = world.gas(soft_index); gas && body.gas) {
-    mechanics.gas = gas_of(*body.gas, *gas, world.atmosphere().pressure_pa);
-  }
+  if (gas && body.gas) mechanics.gas = gas_of(*body.gas, *gas, world.atmosphere().pressure_pa);
   const physics::Vec3d& gravity = world.gravity_m_s2();
   mechanics.gravity_m_s2 = {gravity.x(), gravity.y(), gravity.z()};
-  mechanics.planes = planes_of(world, body.surface);
-  if (!codec::SimulatedMotion::check(order, mechanics).ok()) return std::nullopt;
+  mechanics.planes = std::move(planes);
+  if (!codec::SimulatedMotion::check(order, mechanics, terms.grid_step_m).ok()) return std::nullopt;
+  terms.work_left -= work_more;
   return mechanics;
 }
 

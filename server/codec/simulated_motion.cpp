@@ -11,9 +11,6 @@
 #include "codec/clones.h"
 #include "codec/prediction.h"
 
-// What takes or gives vectors here is inlined, so that it does not matter how an instruction set would pass them.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
 namespace pneuma::codec {
 
 namespace {
@@ -83,6 +80,12 @@ bool all_within(std::span<const double> values, double least) {
 bool none_below_zero(const std::vector<float>& values) {
   return std::ranges::all_of(values, [](float value) { return std::isfinite(value) && value >= 0.0F; });
 }
+bool all_finite(std::span<const double> values) {
+  return all_within(values, std::numeric_limits<double>::lowest());
+}
+double largest(const std::vector<float>& values) {
+  return values.empty() ? 0.0 : static_cast<double>(*std::ranges::max_element(values));
+}
 /// Of a list of one for all, too.
 double entry(const std::vector<float>& values, std::size_t i) {
   return static_cast<double>(values[values.size() == 1 ? 0 : i]);
@@ -91,7 +94,34 @@ bool has_one_or(std::size_t count, const std::vector<float>& values) {
   return values.size() == 1 || values.size() == count;
 }
 
+// No gas has more than 5/3; each whole one is a product more.
 constexpr std::uint32_t exponent_max = 16 << 16;
+
+/// The mechanics in steps of the grid a substep, and masses, but for what each spring and plane has.
+struct Units {
+  double square_s2;
+  double damping;
+  double gas_pressure;
+  double outside;
+  double six_gas_volumes;
+  std::array<double, 3> gravity;
+};
+
+Units units_of(const Mechanics& mechanics, double grid_step_m) {
+  const double substep_s = mechanics.frame_s / static_cast<double>(mechanics.substeps);
+  const double square_s2 = substep_s * substep_s;
+  const double area_factor = grid_step_m * square_s2 / 6.0;
+  Units units{};
+  units.square_s2 = square_s2;
+  units.damping = mechanics.damping_n_s_m * substep_s;
+  units.gas_pressure = mechanics.gas.pressure_pa * area_factor;
+  units.outside = mechanics.gas.outside_pa * area_factor;
+  units.six_gas_volumes = 6.0 * mechanics.gas.volume_m3 / (grid_step_m * grid_step_m * grid_step_m);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    units.gravity[axis] = mechanics.gravity_m_s2[axis] * square_s2 / grid_step_m;
+  }
+  return units;
+}
 
 /// The edges that each slot is an end of.
 class SpringsOfSlots {
@@ -131,9 +161,8 @@ std::vector<std::array<std::uint32_t, 2>> spring_edges(const MeshOrder& order) {
   return edges;
 }
 
-base::Status SimulatedMotion::check(const MeshOrder& order, const Mechanics& mechanics) {
+base::Status SimulatedMotion::check(const MeshOrder& order, const Mechanics& mechanics, double grid_step_m) {
   const std::size_t edges = spring_edges(order).size();
-  const double least = std::numeric_limits<double>::lowest();
   if (!(mechanics.frame_s > 0.0) || !std::isfinite(mechanics.frame_s)) {
     return base::invalid("must be finite and more than 0", "frame_s");
   }
@@ -157,15 +186,25 @@ base::Status SimulatedMotion::check(const MeshOrder& order, const Mechanics& mec
       gas.exponent_65536ths > exponent_max) {
     return base::invalid("must be finite, not below 0, its volume more than 0, its exponent at most 16", "gas");
   }
-  if (!all_within(mechanics.gravity_m_s2, least)) return base::invalid("must be finite", "gravity_m_s2");
+  if (!all_finite(mechanics.gravity_m_s2)) return base::invalid("must be finite", "gravity_m_s2");
   if (mechanics.planes.size() > simulated_planes_max) {
     return base::invalid("more than " + std::to_string(simulated_planes_max), "planes");
   }
   for (const Mechanics::Plane& plane : mechanics.planes) {
-    if (!all_within(plane.normal, -1.0) || !all_within(std::array{plane.offset_m}, least) ||
+    const bool is_normal = std::ranges::all_of(plane.normal, [](double c) { return c >= -1.0 && c <= 1.0; });
+    if (!is_normal || !all_finite(std::array{plane.offset_m / grid_step_m}) ||
         !all_within(std::array{plane.restitution, plane.friction}, 0.0)) {
       return base::invalid("must be finite, with a normal of length 1", "planes");
     }
+  }
+  const Units units = units_of(mechanics, grid_step_m);
+  // Of the largest ones, which no spring's own are past.
+  const double stiffness = largest(mechanics.stiffnesses_n_m) * units.square_s2;
+  const double tension = stiffness * (largest(mechanics.rest_lengths_m) / grid_step_m);
+  if (!all_finite(
+          std::array{stiffness, tension, units.damping, units.gas_pressure, units.outside, units.six_gas_volumes}) ||
+      !all_finite(units.gravity)) {
+    return base::invalid("too large in steps of the grid", "frame_s");
   }
   return {};
 }
@@ -173,19 +212,15 @@ base::Status SimulatedMotion::check(const MeshOrder& order, const Mechanics& mec
 SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::span<const std::uint32_t> indices,
                                  const Mechanics& mechanics, double grid_step_m)
     : order_(std::move(order)), substeps_(mechanics.substeps) {
-  assert(check(*order_, mechanics).ok());
+  assert(check(*order_, mechanics, grid_step_m).ok());
   const std::size_t count = order_->size();
-  const double substep_s = mechanics.frame_s / substeps_;
-  const double square_s2 = substep_s * substep_s;
-  damping_ = mechanics.damping_n_s_m * substep_s;
-  const double area_factor = grid_step_m * square_s2 / 6.0;
-  gas_pressure_ = mechanics.gas.pressure_pa * area_factor;
-  outside_ = mechanics.gas.outside_pa * area_factor;
+  const Units units = units_of(mechanics, grid_step_m);
+  damping_ = units.damping;
+  gas_pressure_ = units.gas_pressure;
+  outside_ = units.outside;
   gas_exponent_ = mechanics.gas.exponent_65536ths;
-  six_gas_volumes_ = 6.0 * mechanics.gas.volume_m3 / (grid_step_m * grid_step_m * grid_step_m);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    gravity_.v[axis] = mechanics.gravity_m_s2[axis] * square_s2 / grid_step_m;
-  }
+  six_gas_volumes_ = units.six_gas_volumes;
+  for (std::size_t axis = 0; axis < 3; ++axis) gravity_.v[axis] = units.gravity[axis];
   for (const Mechanics::Plane& plane : mechanics.planes) {
     const FourDoubles normal{plane.normal[0], plane.normal[1], plane.normal[2], 0.0};
     planes_.push_back({{normal}, {normal}, plane.offset_m / grid_step_m, plane.restitution, plane.friction});
@@ -207,7 +242,7 @@ SimulatedMotion::SimulatedMotion(std::shared_ptr<const MeshOrder> order, std::sp
   for (std::size_t i = 0; i < edges.size(); ++i) {
     Springs& four = springs_[i / 4];
     four.ends[i % 4] = edges[i];
-    four.stiffness.v[i % 4] = entry(mechanics.stiffnesses_n_m, i) * square_s2;
+    four.stiffness.v[i % 4] = entry(mechanics.stiffnesses_n_m, i) * units.square_s2;
     four.tension_at_rest.v[i % 4] = four.stiffness.v[i % 4] * (entry(mechanics.rest_lengths_m, i) / grid_step_m);
   }
   pulls_.resize(4 * springs_.size());

@@ -321,37 +321,33 @@ bool FrequencyTable::Entry::is_of(const SoftBody& body) const {
   return mesh == body.mesh && springs == body.springs && vertex_mass_scale == body.vertex_mass_scale;
 }
 
-Frequencies FrequencyTable::estimate_another(const SoftBody& body, const Atmosphere& atmosphere) {
+Frequencies FrequencyTable::estimate_in(std::vector<Entry>& entries, const SoftBody& body,
+                                        const Atmosphere& atmosphere) {
+  const auto alike = [&body](const Entry& entry) { return entry.is_of(body); };
   const Shares shares(mass_shares(body));
-  auto entry = std::ranges::find_if(entries_, [&body](const Entry& known) { return known.is_of(body); });
-  if (entry == entries_.end()) {
-    if (entries_.size() >= base::world_bodies_max) entries_.clear();
-    entries_.push_back({body.mesh, body.springs, body.vertex_mass_scale, make_modes(*body.mesh, body.springs, shares)});
-    ++skins_found_;
-    entry = entries_.end() - 1;
+  auto entry = std::ranges::find_if(entries, alike);
+  if (entry == entries.end()) {
+    if (const auto known = std::ranges::find_if(entries_, alike); known != entries_.end()) {
+      entries.push_back(*known);
+    } else {
+      entries.push_back(
+          {body.mesh, body.springs, body.vertex_mass_scale, make_modes(*body.mesh, body.springs, shares)});
+      ++skins_found_;
+    }
+    entry = entries.end() - 1;
   }
   return frequencies_of(body, shares, atmosphere, entry->modes);
+}
+
+Frequencies FrequencyTable::estimate_another(const SoftBody& body, const Atmosphere& atmosphere) {
+  if (entries_.size() > base::world_bodies_max) entries_.clear();
+  return estimate_in(entries_, body, atmosphere);
 }
 
 std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodies, const Atmosphere& atmosphere) {
   std::vector<Entry> entries;
   std::vector<Frequencies> result;
-  for (const SoftBody& body : bodies) {
-    const auto alike = [&body](const Entry& entry) { return entry.is_of(body); };
-    const Shares shares(mass_shares(body));
-    auto entry = std::ranges::find_if(entries, alike);
-    if (entry == entries.end()) {
-      if (const auto known = std::ranges::find_if(entries_, alike); known != entries_.end()) {
-        entries.push_back(*known);
-      } else {
-        entries.push_back(
-            {body.mesh, body.springs, body.vertex_mass_scale, make_modes(*body.mesh, body.springs, shares)});
-        ++skins_found_;
-      }
-      entry = entries.end() - 1;
-    }
-    result.push_back(frequencies_of(body, shares, atmosphere, entry->modes));
-  }
+  for (const SoftBody& body : bodies) result.push_back(estimate_in(entries, body, atmosphere));
   entries_ = std::move(entries);
   return result;
 }

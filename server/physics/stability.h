@@ -68,6 +68,10 @@ class FrequencyTable {
 
     [[nodiscard]] bool is_of(const SoftBody& body) const;
   };
+  /// From the skins of `entries`, to which the body's is added, found unless it is known.
+  [[nodiscard]] Frequencies estimate_in(std::vector<Entry>& entries, const SoftBody& body,
+                                        const Atmosphere& atmosphere);
+
   std::vector<Entry> entries_;
   std::size_t skins_found_ = 0;
 };

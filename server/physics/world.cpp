@@ -169,7 +169,9 @@ const Atmosphere& World::atmosphere() const {
   return simulation_->scene.atmosphere;
 }
 Frequencies World::frequencies(std::size_t soft_index) const {
-  return simulation_->frequencies.estimate_another(soft_body(soft_index), atmosphere());
+  SoftBody body = soft_body(soft_index);
+  if (!gas(soft_index)) body.gas.reset();
+  return simulation_->frequencies.estimate_another(body, atmosphere());
 }
 
 std::size_t World::soft_body_count() const {

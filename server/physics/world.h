@@ -91,7 +91,7 @@ class World {
 
   [[nodiscard]] const Vec3d& gravity_m_s2() const;
   [[nodiscard]] const Atmosphere& atmosphere() const;
-  /// The fastest motions of a soft body at rest; kept, so that they are found once.
+  /// The fastest motions of a soft body at rest, without a gas that it lost; kept, so that they are found once.
   [[nodiscard]] Frequencies frequencies(std::size_t soft_index) const;
   [[nodiscard]] std::size_t soft_body_count() const;
   [[nodiscard]] const SoftBody& soft_body(std::size_t index) const;

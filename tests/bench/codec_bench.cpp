@@ -30,18 +30,21 @@ struct Case {
 };
 
 /// One a body.
-std::vector<std::optional<codec::Mechanics>> mechanics_of(const physics::World& world) {
+std::vector<std::optional<codec::Mechanics>> mechanics_of(const physics::World& world, double max_error_m) {
+  app::MechanicsTerms terms{.frame_s = world.tick_period_s(),
+                            .grid_step_m = codec::grid_step_m(max_error_m),
+                            .work_left = app::offered_work_max};
   std::vector<std::optional<codec::Mechanics>> all;
   for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
     const auto order = support::order_of(*world.soft_body(body).mesh);
-    all.push_back(app::mechanics_of(world, body, *order, world.tick_period_s()));
+    all.push_back(app::mechanics_of(world, body, *order, terms));
   }
   return all;
 }
 
 void frames(benchmark::State& bench, const Case& chosen) {
   physics::World world = support::world_of(chosen.scene, chosen.assignments);
-  const auto mechanics = mechanics_of(world);
+  const auto mechanics = mechanics_of(world, chosen.max_error_m);
   const Recording recording = support::record(std::move(world), ticks);
   FrameCost cost;
   for ([[maybe_unused]] auto _ : bench) cost = frame_cost(recording, chosen.max_error_m);

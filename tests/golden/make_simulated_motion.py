@@ -192,6 +192,11 @@ def record(name, count, indices, mechanics, step, points, velocities, frames):
     return text
 
 
+def bad_record(name, count, indices, mechanics, step):
+    text = f'bad-body {name}\n' + line('mesh', [count] + indices) + line('grid_step_m', [step])
+    return text + mechanics_text(mechanics)
+
+
 class StreamBody(frames.Body):
     """A body of a stream; `mechanics` None: it is not simulated."""
 
@@ -348,6 +353,12 @@ def main():
     text += '\n' + record('that leaves the numbers', 6, octahedron, wild, step, place, falling, 3)
     still = [[5, 5, 5]] * 3 + place[3:]
     text += '\n' + record('with edges of no length', 6, octahedron, ball, step, still, falling, 4)
+    leaning = dict(ball, planes=[[0.0, 1.0625, 0.0, 0.0, 0.8, 0.3]])
+    text += '\n' + bad_record('off a plane whose normal is longer than 1', 6, octahedron, leaning, step)
+    huge = dict(ball, frame_s=1e160)
+    text += '\n' + bad_record('whose stiffness in steps is no number', 6, octahedron, huge, step)
+    far = dict(ball, planes=[[0.0, 1.0, 0.0, 1e307, 0.8, 0.3]])
+    text += '\n' + bad_record('off a plane further than numbers go', 6, octahedron, far, step)
     with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), 'simulated_motion.txt'), 'w') as out:
         out.write('# Bodies that are simulated frame by frame; see README.md. Made by make_simulated_motion.py.\n\n')
         out.write(text)

@@ -3,7 +3,6 @@
 // weights go linearly from one target to the next, which moves each vertex on a straight line between samples.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <fstream>

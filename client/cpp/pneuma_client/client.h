@@ -42,7 +42,7 @@ struct SubscribeOptions {
   // The server may move the reader to coarser qualities and back: its frames then keep the id that subscribe() gave,
   // and each move is an Event STREAM_REPLACED.
   bool adaptive = false;
-  bool simulated = false;  // fewer bits, by simulating the bodies here, too: some 100 ns a vertex a frame
+  bool simulated = false;  // fewer bits, by simulating the bodies here, too: 0.1 to 0.3 us a vertex a frame
 };
 
 /// What comes unasked, in the order of its arrival.

@@ -14,7 +14,8 @@ import { PneumaError } from "./errors.js";
 export interface FrameDecoder {
   /**
    * Begins the frames of a layout: its meshes in order, and what a step of the grid is, in metres or metres a second.
-   * @param mechanics of the bodies that are simulated, in order; none can be decoded where they cannot be
+   * @param mechanics of the bodies that are simulated, in order; where they cannot be, or take too long, decode()
+   * rejects each frame with UNSUPPORTED
    */
   begin(
     stream: number,
@@ -24,7 +25,7 @@ export interface FrameDecoder {
   ): void;
   /**
    * The vertices of all meshes, in the grid's unit: x y z of each vertex, mesh after mesh. Rejects with PneumaError
-   * MALFORMED what is no frame, with another code where no later one can be decoded either.
+   * MALFORMED what is no frame, with another code, as UNSUPPORTED, where no later one can be decoded either.
    * @param base the time layer whose last frame it builds on; undefined: a key frame
    * @param layer its own
    */
@@ -43,7 +44,7 @@ interface Decoding {
   readonly gridStep: number;
 }
 
-/** Throws PneumaError MALFORMED for mechanics that cannot be, or that take too long. */
+/** Throws PneumaError UNSUPPORTED for mechanics that cannot be, or that take too long. */
 function readerOf(
   meshes: readonly Triangles[],
   gridStep: number,
@@ -54,10 +55,10 @@ function readerOf(
   const simulations = orders.map((order, body) => {
     const own = mechanics[body];
     if (!own) return undefined;
-    checkMechanics(order, own);
+    checkMechanics(order, own, gridStep);
     work += simulatedWork(own, meshes[body]!);
     if (work > simulatedWorkMax) {
-      throw new PneumaError("MALFORMED", "more to be simulated than any stream asks for", "mechanics");
+      throw new PneumaError("UNSUPPORTED", "more to be simulated than any stream asks for", "mechanics");
     }
     return new SimulatedMotion(order, meshes[body]!, own, gridStep);
   });

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <sstream>
@@ -262,8 +263,9 @@ class BurstingWorldTest : public HostedWorldTest {
         std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_st>(log_)));
     v1::ClientMessage subscribe;
     subscribe.mutable_subscribe()->set_world("w");
+    subscribe.mutable_subscribe()->set_simulated(true);
     post(subscribe);
-    drain();
+    at_first_ = drain();
   }
   ~BurstingWorldTest() override { spdlog::set_default_logger(logger_before_); }
 
@@ -273,6 +275,16 @@ class BurstingWorldTest : public HostedWorldTest {
     }));
   }
 
+  /// Whether the last layout that came tells of gas in the ball; nothing without one.
+  static std::optional<bool> has_gas(const std::vector<v1::ServerMessage>& messages) {
+    std::optional<bool> has;
+    for (const v1::ServerMessage& message : messages) {
+      if (message.has_layout()) has = message.layout().soft_bodies(0).mechanics().has_gas();
+    }
+    return has;
+  }
+
+  std::vector<v1::ServerMessage> at_first_;
   std::ostringstream log_;
   const std::shared_ptr<spdlog::logger> logger_before_ = spdlog::default_logger();
 };
@@ -282,6 +294,16 @@ TEST_F(BurstingWorldTest, ABurstIsToldAndLogged) {
   drain();
   EXPECT_EQ(bursts(tick()), 1U);
   EXPECT_NE(log_.str().find("world=w body=ball tick=1 burst: "), std::string::npos) << log_.str();
+}
+
+TEST_F(BurstingWorldTest, SimulatorsAreToldThatThereIsNoGasAnyMore) {
+  EXPECT_EQ(has_gas(at_first_), std::optional(true));
+  post(step(1, 61));
+  drain();
+  std::vector<v1::ServerMessage> messages;
+  for (int ticks = 0; ticks < 61; ++ticks) std::ranges::move(tick(), std::back_inserter(messages));
+  EXPECT_EQ(bursts(messages), 1U);
+  EXPECT_EQ(has_gas(messages), std::optional(false));
 }
 
 TEST_F(BurstingWorldTest, ABurstInTheTickThatAStopFinishesIsToldAndLogged) {

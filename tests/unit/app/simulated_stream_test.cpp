@@ -10,6 +10,8 @@
 
 #include "app/frame_hub.h"
 #include "app/live_world.h"
+#include "app/mechanics.h"
+#include "app/mesh_topologies.h"
 #include "ball_scene.h"
 #include "pneuma_client/frames.h"
 #include "viewer.h"
@@ -36,12 +38,13 @@ class SimulatedStream : public testing::Test {
       : world_(std::move(*LiveWorld::create(ball_scene()))),
         hub_([this] { return ++last_stream_id_; }, [](std::uint32_t) {}) {}
 
-  void subscribe(Simulator& watcher, bool simulated, bool time_layers = false) {
+  void subscribe(Simulator& watcher, bool simulated, bool time_layers = false, std::uint32_t level = 0) {
     v1::Subscribe request;
     request.set_world("w");
     request.set_max_error_m(simulated_error_m);
     request.set_simulated(simulated);
     request.set_time_layers(time_layers);
+    request.set_level_of_detail(level);
     const auto subscribed = hub_.subscribe(watcher.viewer.session(), request, 60.0);
     ASSERT_TRUE(subscribed.ok()) << subscribed.status().message();
     ASSERT_TRUE(watcher.decoder.add_stream(*subscribed).ok());
@@ -50,7 +53,14 @@ class SimulatedStream : public testing::Test {
   void change(const v1::ClientMessage& message) {
     const auto effect = world_.change(message);
     ASSERT_TRUE(effect.ok()) << effect.status().message();
-    if (message.has_edit()) hub_.edited();
+    if (effect->edited) hub_.edited();
+  }
+
+  void set_gravity(double y_m_s2) {
+    v1::ClientMessage edit;
+    edit.mutable_edit()->set_world("w");
+    edit.mutable_edit()->mutable_edit()->add_changes()->mutable_set_gravity()->set_y(y_m_s2);
+    change(edit);
   }
 
   void run(int ticks, const std::vector<Simulator*>& watchers) {
@@ -141,16 +151,97 @@ TEST_F(SimulatedStream, TellsMechanicsAgainWhereTheyAreEdited) {
   subscribe(plain, false);
   subscribe(simulated, true);
   run(3, {&plain, &simulated});
-  v1::ClientMessage edit;
-  edit.mutable_edit()->set_world("w");
-  edit.mutable_edit()->mutable_edit()->add_changes()->mutable_set_gravity()->set_y(-1.5);
-  change(edit);
-  run(3, {&plain, &simulated});
+  set_gravity(-1.5);
+  run(60, {&plain, &simulated});
   EXPECT_EQ(plain.layouts.size(), 1U);
   ASSERT_EQ(simulated.layouts.size(), 2U);
   EXPECT_EQ(simulated.layouts[1].soft_bodies(0).mechanics().gravity_m_s2().y(), -1.5);
   EXPECT_GT(simulated.layouts[1].layout_id(), simulated.layouts[0].layout_id());
   expect_true_places(simulated);
+}
+
+TEST_F(SimulatedStream, IsToldOfMechanicsOnceASecondAtMost) {
+  Simulator watcher(1);
+  subscribe(watcher, true);
+  run(1, {&watcher});
+  for (int edits = 1; edits <= 120; ++edits) {
+    set_gravity(-0.125 * edits);
+    run(1, {&watcher});
+    ASSERT_NO_FATAL_FAILURE(expect_true_places(watcher)) << edits;
+  }
+  EXPECT_EQ(watcher.layouts.size(), 3U);
+  set_gravity(-2.5);
+  run(60, {&watcher});
+  ASSERT_EQ(watcher.layouts.size(), 4U);
+  EXPECT_EQ(watcher.layouts[3].soft_bodies(0).mechanics().gravity_m_s2().y(), -2.5);
+  run(180, {&watcher});
+  EXPECT_EQ(watcher.layouts.size(), 4U) << "nothing was edited";
+}
+
+TEST_F(SimulatedStream, HasABodyThatIsAddedAtOnceAndItsMechanicsWithinASecond) {
+  Simulator watcher(1);
+  subscribe(watcher, true);
+  run(3, {&watcher});
+  change(add_second_ball());
+  run(1, {&watcher});
+  ASSERT_EQ(watcher.layouts.size(), 2U);
+  ASSERT_EQ(watcher.layouts[1].soft_bodies_size(), 2);
+  EXPECT_TRUE(watcher.layouts[1].soft_bodies(0).has_mechanics()) << "as it was";
+  EXPECT_FALSE(watcher.layouts[1].soft_bodies(1).has_mechanics());
+  run(60, {&watcher});
+  ASSERT_EQ(watcher.layouts.size(), 3U);
+  EXPECT_TRUE(watcher.layouts[2].soft_bodies(1).has_mechanics());
+  expect_true_places(watcher);
+}
+
+TEST_F(SimulatedStream, GoesOnAfterAReset) {
+  Simulator watcher(1);
+  subscribe(watcher, true);
+  run(70, {&watcher});
+  v1::ClientMessage reset;
+  reset.mutable_reset()->set_world("w");
+  change(reset);
+  for (int tick = 0; tick < 70; ++tick) {
+    run(1, {&watcher});
+    ASSERT_NO_FATAL_FAILURE(expect_true_places(watcher)) << tick;
+  }
+  ASSERT_EQ(watcher.layouts.size(), 1U);
+  EXPECT_TRUE(watcher.layouts[0].soft_bodies(0).has_mechanics());
+}
+
+TEST_F(SimulatedStream, OffersNoMoreThanItsWork) {
+  // Balls of 42 vertices and 80 faces over a floor.
+  const LiveFrames source(world_.physics());
+  MeshTopologies topologies([](const auto& make) { make(); });
+  const auto topology = topologies.find(source.mesh(0), 0);
+  const auto work_of = [](const codec::Mechanics& own) {
+    return codec::simulated_work(own.substeps, 42, 80, own.planes.size());
+  };
+  MechanicsTerms terms{.frame_s = 1.0 / 60.0, .grid_step_m = simulated_error_m, .work_left = offered_work_max};
+  const auto mechanics = source.mechanics(0, *topology->order, terms);
+  ASSERT_TRUE(mechanics);
+  const std::uint64_t work = work_of(*mechanics);
+  EXPECT_EQ(terms.work_left, offered_work_max - work);
+  terms.work_left = work;
+  EXPECT_TRUE(source.mechanics(0, *topology->order, terms));
+  EXPECT_EQ(terms.work_left, 0U);
+  terms.work_left = work - 1;
+  EXPECT_FALSE(source.mechanics(0, *topology->order, terms));
+  EXPECT_LT(terms.work_left, work - 1) << "it took an estimate";
+  terms.work_left = 1;
+  EXPECT_FALSE(source.mechanics(0, *topology->order, terms));
+  EXPECT_EQ(terms.work_left, 1U) << "nothing was tried";
+}
+
+TEST_F(SimulatedStream, OfALevelOfDetailIsAsAnyOther) {
+  Simulator watcher(1);
+  Simulator other(2);
+  subscribe(watcher, true, false, 1);
+  subscribe(other, false, false, 1);
+  EXPECT_EQ(hub_.class_count(), 1U);
+  run(2, {&watcher});
+  EXPECT_GT(watcher.layouts.at(0).soft_bodies(0).kept_vertices_size(), 0);
+  EXPECT_FALSE(watcher.layouts.at(0).soft_bodies(0).has_mechanics());
 }
 
 TEST_F(SimulatedStream, InTimeLayersIsAsAnyOther) {

@@ -300,10 +300,10 @@ TEST_F(StreamContents, ContactsAreTheWorldsOwnInKeysAndDeltas) {
 }
 
 TEST_F(StreamContents, OfTooManyContactsASpreadChoiceIsToldThatStaysTheSame) {
-  WorldLayout layout{View()};
+  WorldLayout layout(View(), {});
   MeshTopologies topologies([](const auto& make) { make(); });
   CountedMeasures source(world_.physics());
-  ASSERT_EQ(layout.update(source, topologies), WorldLayout::Update::changed);
+  ASSERT_EQ(layout.update(source, topologies, 0), WorldLayout::Update::changed);
   const auto told = [&](std::size_t touched) {
     source.touch(touched);
     std::set<std::uint32_t> vertices;

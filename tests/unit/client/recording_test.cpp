@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include <google/protobuf/util/message_differencer.h>
 #include <sys/resource.h>

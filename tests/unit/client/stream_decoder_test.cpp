@@ -258,6 +258,11 @@ TEST_F(StreamDecoderTest, MoreThanMayBeSimulatedIsRefused) {
   mechanics.set_substeps(17);
   const auto status = decoder.take_layout(layout);
   EXPECT_EQ(status.message(), "soft_bodies.ball.mechanics: more to be simulated than any stream asks for");
+  mechanics.add_planes()->mutable_normal()->set_y(1.0);
+  mechanics.set_substeps(9);
+  EXPECT_FALSE(decoder.take_layout(layout).ok()) << "a plane is tried at each vertex";
+  mechanics.set_substeps(8);
+  EXPECT_TRUE(decoder.take_layout(layout).ok());
 }
 
 TEST_F(StreamDecoderTest, GridStepThatIsNoLengthIsRefused) {

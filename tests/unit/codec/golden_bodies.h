@@ -1,10 +1,13 @@
 // The bodies that a golden vector is of.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -62,6 +65,14 @@ inline bool take_mechanics(const std::string& key, const std::string& value, std
   return true;
 }
 
+/// Whether a line says something else of a stream or body than what bodies it has.
+inline bool is_of_frames(const std::string& key) {
+  constexpr std::array known{"stream",  "body",      "bad-body", "grid_step_m", "key",   "delta",
+                             "bad-key", "bad-delta", "points",   "velocities",  "drift", "moves"};
+  return std::ranges::find(known, key) != known.end();
+}
+
+/// Throws where a line is of no kind that it knows, so that a vector of a new kind is not passed over.
 inline std::vector<GoldenBody> bodies_of(const support::GoldenRecord& record) {
   std::vector<GoldenBody> bodies;
   for (const auto& [key, value] : record) {
@@ -69,8 +80,8 @@ inline std::vector<GoldenBody> bodies_of(const support::GoldenRecord& record) {
       const std::vector<std::int64_t> numbers = support::parse_integers(value);
       const std::vector<std::uint32_t> indices(numbers.begin() + 1, numbers.end());
       bodies.push_back({order_of(static_cast<std::uint32_t>(numbers.at(0)), indices), indices});
-    } else if (!bodies.empty()) {
-      take_mechanics(key, value, bodies.back().mechanics);
+    } else if (!is_of_frames(key) && (bodies.empty() || !take_mechanics(key, value, bodies.back().mechanics))) {
+      throw std::runtime_error("a golden vector has a line \"" + key + '"');
     }
   }
   return bodies;

@@ -14,40 +14,52 @@
 namespace pneuma::codec {
 namespace {
 
-/// A stream as its record has it, as far as it was read.
+/// A stream as its record has it, as far as it was read: by a reader that reads it all, and by one that begins with
+/// each key frame, which must do without those before it.
 class GoldenStream {
  public:
   explicit GoldenStream(const support::GoldenRecord& record) : bodies_(bodies_of(record)) {
     const auto step = support::values_of(record, "grid_step_m");
     if (!step.empty()) grid_step_m_ = std::stod(step[0]);
-    begin();
+    reader_ = new_reader();
+    fresh_ = new_reader();
   }
 
-  /// A key frame must do without those before it.
-  void begin() {
+  void begin() { fresh_ = new_reader(); }
+  /// Of one reader; they must agree.
+  [[nodiscard]] base::Status read(const std::string& hexadecimal, bool key) {
+    const std::string payload = support::parse_hex(hexadecimal);
+    const base::Status status = reader_.read(payload, key);
+    EXPECT_EQ(fresh_.read(payload, key).ok(), status.ok());
+    return status;
+  }
+  [[nodiscard]] std::vector<Lattice> points() const {
+    EXPECT_EQ(points_of(fresh_), points_of(reader_));
+    return points_of(reader_);
+  }
+
+ private:
+  [[nodiscard]] FrameReader new_reader() const {
     std::vector<MeshOrderPtr> orders;
     std::vector<SimulatedMotionPtr> simulations;
     for (const GoldenBody& body : bodies_) {
       orders.push_back(body.order);
       simulations.push_back(simulation_of(body, grid_step_m_));
     }
-    reader_ = FrameReader(std::move(orders), std::move(simulations));
+    return FrameReader(std::move(orders), std::move(simulations));
   }
-  [[nodiscard]] base::Status read(const std::string& hexadecimal, bool key) {
-    return reader_.read(support::parse_hex(hexadecimal), key);
-  }
-  [[nodiscard]] std::vector<Lattice> points() const {
+  [[nodiscard]] std::vector<Lattice> points_of(const FrameReader& reader) const {
     std::vector<Lattice> all;
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      reader_.points(i, all.emplace_back(3 * bodies_[i].order->size()));
+      reader.points(i, all.emplace_back(3 * bodies_[i].order->size()));
     }
     return all;
   }
 
- private:
   std::vector<GoldenBody> bodies_;
   double grid_step_m_ = 1.0;
   FrameReader reader_;
+  FrameReader fresh_;
 };
 
 class GoldenFrames : public testing::TestWithParam<const char*> {};

@@ -74,17 +74,39 @@ const exponentMax = 16 * 65536;
 /** Of all bodies of a stream together, of simulatedWork(). */
 export const simulatedWorkMax = 2 ** 20;
 
-/** What a frame of such a body takes, in vertices and faces simulated once. */
-export function simulatedWork({ substeps }: Mechanics, { vertexCount, indices }: Triangles): number {
-  return substeps * (vertexCount + indices.length / 3);
+/** What a frame of such a body takes, in vertices, faces and vertices held off a plane, each simulated once. */
+export function simulatedWork({ substeps, planes }: Mechanics, { vertexCount, indices }: Triangles): number {
+  return substeps * (vertexCount * (1 + planes.length) + indices.length / 3);
 }
 
-/** Throws PneumaError MALFORMED for what a body of this order cannot have. */
-export function checkMechanics(order: MeshOrder, mechanics: Mechanics): void {
+/** The mechanics in steps of the grid a substep, and masses, but for what each spring and plane has. */
+function unitsOf({ frameS, substeps, dampingNSM, gas, gravityMS2 }: Mechanics, gridStepM: number) {
+  const substepS = frameS / substeps;
+  const squareS2 = substepS * substepS;
+  const areaFactor = (gridStepM * squareS2) / 6;
+  return {
+    squareS2,
+    damping: dampingNSM * substepS,
+    gasPressure: gas.pressurePa * areaFactor,
+    outside: gas.outsidePa * areaFactor,
+    sixGasVolumes: (6 * gas.volumeM3) / (gridStepM * gridStepM * gridStepM),
+    gravity: gravityMS2.map((axis) => (axis * squareS2) / gridStepM),
+  };
+}
+
+function largest(values: readonly number[]): number {
+  return values.reduce((most, value) => Math.max(most, value), 0);
+}
+
+/**
+ * Throws PneumaError UNSUPPORTED for what a body of this order cannot have: the server would tell the same again.
+ * @param gridStepM of the frames
+ */
+export function checkMechanics(order: MeshOrder, mechanics: Mechanics, gridStepM: number): void {
   const { frameS, substeps, massesKg, restLengthsM, stiffnessesNM, dampingNSM, gas, gravityMS2, planes } = mechanics;
   const edges = order.rings.entries.length / 2;
   const need = (isSound: boolean, where: string) => {
-    if (!isSound) throw new PneumaError("MALFORMED", "mechanics that no body has", `mechanics.${where}`);
+    if (!isSound) throw new PneumaError("UNSUPPORTED", "mechanics that no body has", `mechanics.${where}`);
   };
   const areAtLeast = (least: number, values: readonly number[]) =>
     values.every((value) => Number.isFinite(value) && value >= least);
@@ -104,8 +126,19 @@ export function checkMechanics(order: MeshOrder, mechanics: Mechanics): void {
   need(areAtLeast(-Infinity, gravityMS2), "gravity_m_s2");
   need(planes.length <= planesMax, "planes");
   for (const { normal, offsetM, restitution, friction } of planes) {
-    need(areAtLeast(-1, normal) && Number.isFinite(offsetM) && areAtLeast(0, [restitution, friction]), "planes");
+    need(
+      normal.every((coordinate) => Math.abs(coordinate) <= 1) &&
+        Number.isFinite(offsetM / gridStepM) &&
+        areAtLeast(0, [restitution, friction]),
+      "planes",
+    );
   }
+  const { squareS2, damping, gasPressure, outside, sixGasVolumes, gravity } = unitsOf(mechanics, gridStepM);
+  // Of the largest ones, which no spring's own are past.
+  const stiffness = largest(stiffnessesNM) * squareS2;
+  const tension = stiffness * (largest(restLengthsM) / gridStepM);
+  const inSteps = [stiffness, tension, damping, gasPressure, outside, sixGasVolumes, ...gravity];
+  need(inSteps.every(Number.isFinite), "frame_s");
 }
 
 /** The velocities that a frame's moves amount to. */
@@ -189,16 +222,14 @@ export class SimulatedMotion {
     this.#gridStepM = gridStepM;
     this.#substeps = mechanics.substeps;
     this.#planes = mechanics.planes;
-    const substepS = mechanics.frameS / mechanics.substeps;
-    const squareS2 = substepS * substepS;
-    this.#damping = mechanics.dampingNSM * substepS;
-    const areaFactor = (gridStepM * squareS2) / 6;
-    this.#gasPressure = mechanics.gas.pressurePa * areaFactor;
-    this.#outside = mechanics.gas.outsidePa * areaFactor;
+    const { squareS2, damping, gasPressure, outside, sixGasVolumes, gravity } = unitsOf(mechanics, gridStepM);
+    this.#damping = damping;
+    this.#gasPressure = gasPressure;
+    this.#outside = outside;
     this.#gasExponent = mechanics.gas.exponent65536ths;
-    this.#sixGasVolumes = (6 * mechanics.gas.volumeM3) / (gridStepM * gridStepM * gridStepM);
-    const [gx = 0, gy = 0, gz = 0] = mechanics.gravityMS2;
-    this.#gravity = [(gx * squareS2) / gridStepM, (gy * squareS2) / gridStepM, (gz * squareS2) / gridStepM];
+    this.#sixGasVolumes = sixGasVolumes;
+    const [gx = 0, gy = 0, gz = 0] = gravity;
+    this.#gravity = [gx, gy, gz];
     const slots = new Int32Array(count);
     this.#inverseMass = new Float64Array(count);
     for (let slot = 0; slot < count; ++slot) {
@@ -283,7 +314,8 @@ export class SimulatedMotion {
       const w = x * points[0]! + y * points[1]! + z * points[2]! - offsetM / this.#gridStepM;
       let lowest = way;
       for (let i = 0; i < start.length; i += 3) {
-        lowest = Math.min(lowest, x * start[i]! + y * start[i + 1]! + (z * start[i + 2]! + w));
+        const distance = x * start[i]! + y * start[i + 1]! + (z * start[i + 2]! + w);
+        if (distance < lowest) lowest = distance;
       }
       if (lowest < way) this.#nearPlanes.push({ x, y, z, w, restitution, friction });
     }

@@ -6,11 +6,14 @@ import { checkMechanics, type Mechanics, SimulatedMotion } from "../../src/codec
 import { StreamReaders } from "../../src/decoder.js";
 import { mechanicsIn, readGolden } from "../golden.js";
 
-const records = readGolden("simulated_motion.txt")
+const allRecords = readGolden("simulated_motion.txt")
   .split("\n\n")
   .map((record) => record.split("\n").filter((line) => line !== "" && !line.startsWith("#")))
   .filter((lines) => lines.length > 0)
   .map((lines) => lines.map((line): [string, string] => [line.split(" ", 1)[0]!, line.slice(line.indexOf(" ") + 1)]));
+
+const records = allRecords.filter(([first]) => first![0] === "body");
+const badRecords = allRecords.filter(([first]) => first![0] === "bad-body");
 
 function allOf(record: readonly [string, string][], key: string): number[][] {
   return record.filter(([name]) => name === key).map(([, value]) => value.split(" ").map(Number));
@@ -26,8 +29,9 @@ for (const record of records) {
   test(`a simulated body ${record[0]![1]} is where the golden vectors have it`, () => {
     const { mesh, mechanics } = bodyOf(record);
     const order = makeMeshOrder(mesh);
-    checkMechanics(order, mechanics);
-    const motion = new SimulatedMotion(order, mesh, mechanics, allOf(record, "grid_step_m")[0]![0]!);
+    const gridStepM = allOf(record, "grid_step_m")[0]![0]!;
+    checkMechanics(order, mechanics, gridStepM);
+    const motion = new SimulatedMotion(order, mesh, mechanics, gridStepM);
     const points = Float64Array.from(allOf(record, "points")[0]!);
     const [first, ...velocitiesAfter] = allOf(record, "velocities");
     let velocities: Int32Array = Int32Array.from(first!);
@@ -44,12 +48,21 @@ for (const record of records) {
   });
 }
 
+assert.ok(badRecords.length >= 2);
+for (const record of badRecords) {
+  test(`a simulated body ${record[0]![1]} is refused`, () => {
+    const { mesh, mechanics } = bodyOf(record);
+    const gridStepM = allOf(record, "grid_step_m")[0]![0]!;
+    assert.throws(() => checkMechanics(makeMeshOrder(mesh), mechanics, gridStepM), { code: "UNSUPPORTED" });
+  });
+}
+
 test("mechanics that cannot be are refused with the frames that need them", () => {
   const { mesh, mechanics } = bodyOf(records[0]!);
   const refused = (changed: Partial<Mechanics>, where: string) => {
     const readers = new StreamReaders();
     readers.begin(1, [mesh], 1, [{ ...mechanics, ...changed }]);
-    assert.throws(() => readers.decode(1, Uint8Array.of(5), undefined, 0), { code: "MALFORMED", where });
+    assert.throws(() => readers.decode(1, Uint8Array.of(5), undefined, 0), { code: "UNSUPPORTED", where });
   };
   refused({ substeps: 0 }, "mechanics.substeps");
   refused({ substeps: 65 }, "mechanics.substeps");
@@ -60,16 +73,21 @@ test("mechanics that cannot be are refused with the frames that need them", () =
   refused({ dampingNSM: -1 }, "mechanics.damping_n_s_m");
   refused({ gas: { ...mechanics.gas, volumeM3: 0 } }, "mechanics.gas");
   refused({ gravityMS2: [0, Infinity, 0] }, "mechanics.gravity_m_s2");
+  refused({ planes: [{ ...mechanics.planes[0]!, normal: [0, 1.25, 0] }] }, "mechanics.planes");
+  refused({ planes: [{ ...mechanics.planes[0]!, normal: [0, 1, NaN] }] }, "mechanics.planes");
+  refused({ frameS: 1e200 }, "mechanics.frame_s");
+  refused({ gas: { ...mechanics.gas, pressurePa: 1e308 }, frameS: 1e3 }, "mechanics.frame_s");
   refused({ planes: Array.from({ length: 17 }, () => mechanics.planes[0]!) }, "mechanics.planes");
 });
 
 test("more than may be simulated is refused", () => {
   const mesh = { vertexCount: 65_536, indices: [] };
   const mechanics = { ...bodyOf(records[0]!).mechanics, massesKg: [1], stiffnessesNM: [1], restLengthsM: [] };
+  const [plane] = mechanics.planes;
   const readers = new StreamReaders();
   readers.begin(1, [mesh, mesh], 1, [
-    { ...mechanics, substeps: 8 },
-    { ...mechanics, substeps: 9 },
+    { ...mechanics, substeps: 4, planes: [plane!] },
+    { ...mechanics, substeps: 9, planes: [] },
   ]);
-  assert.throws(() => readers.decode(1, Uint8Array.of(5), undefined, 0), { code: "MALFORMED", where: "mechanics" });
+  assert.throws(() => readers.decode(1, Uint8Array.of(5), undefined, 0), { code: "UNSUPPORTED", where: "mechanics" });
 });
