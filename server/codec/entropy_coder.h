@@ -25,7 +25,7 @@ inline constexpr std::uint32_t step_low_bits_max = 16 - probability_bits;
 inline constexpr int escape_length_bits = 6;
 
 /// Three residuals and the level they are coded at.
-struct Triple {
+struct alignas(16) Triple {
   std::int32_t x;
   std::int32_t y;
   std::int32_t z;

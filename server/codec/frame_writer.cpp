@@ -20,6 +20,15 @@ constexpr std::int64_t move_max = std::int64_t{1} << 30;
 constexpr std::uint32_t trusted_rise = 2;
 constexpr std::uint32_t trusted_frames = 16;
 
+// Its velocities only come to be known while it is predicted so. Where its moves do better by less than this, it goes
+// on for some frames for that, but for one in nine at most in the long run.
+constexpr std::uint32_t close_levels = 2;
+constexpr std::uint32_t patience_frames = 8;
+constexpr std::uint32_t frames_a_patience = 8;
+
+// What a vertex takes more where all residuals are a level, a quarter octave, larger.
+constexpr double bits_a_level = 3 * 0.25;
+
 /// Sets `out` to points less a point for each, where every difference is a move. False where one is not.
 template <class Origin>
 bool subtract(const Lattice& points, Origin&& origin_of, std::vector<Lanes>& out) {
@@ -211,15 +220,24 @@ BlockHead FrameWriter::put_better(std::size_t body) {
   triples_.resize(triples_before);
   const DriftWeights weights = motions_[body].weights;
   const BlockHead other = put_moved(body);
-  if (other.level <= head.level) {
+  const double weights_levels =
+      other.mode == BlockMode::moved ? weights_bits / (bits_a_level * static_cast<double>(moves_.size())) : 0.0;
+  const double behind = head.level - (other.level + weights_levels);
+  const bool is_patient = behind < close_levels && trust.spent_frames < patience_frames * frames_a_patience;
+  if (behind >= 0.0 && !is_patient) {
     trust.frames_left = 0;
+    trust.spent_frames -= std::min(trust.spent_frames, 1U);
     return other;
   }
   std::swap(moves_, unexpected_moves_);
   triples_.resize(triples_before);
   triples_.insert(triples_.end(), simulated_triples_.begin(), simulated_triples_.end());
   motions_[body].weights = weights;
-  trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
+  if (behind >= 0.0) {
+    trust.spent_frames += frames_a_patience;
+  } else {
+    trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
+  }
   return head;
 }
 

@@ -26,11 +26,14 @@ LaneVector chosen(LaneVector mask, LaneVector a, LaneVector b) {
 }
 
 /// y and z go in double steps.
-std::uint32_t size_of_residuals(std::int32_t x, std::int32_t y, std::int32_t z) {
-  const auto within = [](std::int32_t residual) {
-    return static_cast<std::uint32_t>(std::abs(std::clamp(residual, -size_max, size_max)));
-  };
-  return std::min<std::uint32_t>((within(x) + 2 * (within(y) + within(z))) << size_shift, size_max);
+std::uint32_t size_of_residuals(LaneVector residuals) {
+  constexpr SignedLaneVector most{size_max, size_max, size_max, size_max};
+  const auto number = std::bit_cast<SignedLaneVector>(residuals);
+  const SignedLaneVector above = number > -most ? number : -most;
+  const SignedLaneVector within = above < most ? above : most;
+  const SignedLaneVector sign = within >> 31;
+  const auto far = std::bit_cast<LaneVector>(((within ^ sign) - sign) << SignedLaneVector{0, 1, 1, 0});
+  return std::min<std::uint32_t>((far[0] + far[1] + far[2]) << size_shift, size_max);
 }
 
 /// A prediction as whole numbers: of the x of a point, and of its y and z, which go in double steps and know its
@@ -65,12 +68,11 @@ std::uint32_t level_at(const MeshOrder::Parents& parents, const std::uint32_t* s
 
 constexpr std::uint32_t weights_level = 44;
 
-/// How far the first three lanes are from those of a prediction, in all.
-std::uint32_t distance(LaneVector move, LaneVector predicted) {
+/// How far each lane is from that of a prediction.
+LaneVector distances(LaneVector move, LaneVector predicted) {
   const auto off = std::bit_cast<SignedLaneVector>((move << fraction_bits) - predicted);
   const SignedLaneVector sign = off >> 31;
-  const auto far = std::bit_cast<LaneVector>((off ^ sign) - sign);
-  return far[0] + far[1] + far[2];
+  return std::bit_cast<LaneVector>((off ^ sign) - sign);
 }
 
 /// `choose` is given a slot and the prediction of its move, and returns the move.
@@ -91,13 +93,13 @@ std::uint32_t put(const MeshOrder& order, Choose&& choose, MoveScratch& scratch,
     const LaneVector drift = drifts[slot].v;
     const LaneVector predicted = drift + mean_error(parents[slot], errors);
     const LaneVector move = choose(slot, predicted);
-    const LaneVector parity = all_lanes(move[0] & 1U);
+    const LaneVector parity = __builtin_shufflevector(move, move, 0, 0, 0, 0) & all_lanes(1);
     const Nearest nearest(predicted);
-    const auto residuals = std::bit_cast<SignedLaneVector>(
-        chosen(first_lane, move - nearest.x(), shifted_down(move - parity, 1) - nearest.yz(parity)));
+    const LaneVector residuals =
+        chosen(first_lane, move - nearest.x(), shifted_down(move - parity, 1) - nearest.yz(parity));
     errors[slot + 1].v = (move << fraction_bits) - drift;
-    out[slot] = {residuals[0], residuals[1], residuals[2], 0};
-    sizes[slot + 1] = size_of_residuals(residuals[0], residuals[1], residuals[2]);
+    out[slot] = std::bit_cast<Triple>(residuals);  // their level follows
+    sizes[slot + 1] = size_of_residuals(residuals);
     level_sum += level_of(level_unit * sizes[slot + 1]);
   }
   const auto mean_level = static_cast<std::uint32_t>(level_sum / std::max<std::size_t>(count, 1));
@@ -126,8 +128,7 @@ PNEUMA_CLONED void take_residuals(const MeshOrder& order, std::uint32_t level, M
     symbols.take({levels + begin, end - begin}, {residuals + begin, end - begin});
     if (symbols.failed()) return;
     for (std::size_t slot = begin; slot < end; ++slot) {
-      const auto residual = std::bit_cast<SignedLaneVector>(residuals[slot].v);
-      sizes[slot + 1] = size_of_residuals(residual[0], residual[1], residual[2]);
+      sizes[slot + 1] = size_of_residuals(residuals[slot].v);
     }
     begin = end;
   }
@@ -169,8 +170,9 @@ PNEUMA_CLONED std::uint32_t put_either(const MeshOrder& order, const std::vector
   const auto choose = [others, all](std::size_t slot, LaneVector predicted) {
     const LaneVector other = all[slot].v + others[slot].v;
     // Without a branch: which of two is the nearer one is close to chance.
-    const std::uint32_t less = distance(other, predicted) - distance(all[slot].v, predicted);
-    const LaneVector nearer = all_lanes(static_cast<std::uint32_t>(static_cast<std::int32_t>(less) >> 31));
+    const LaneVector less = distances(other, predicted) - distances(all[slot].v, predicted);
+    const LaneVector of_two = less + __builtin_shufflevector(less, less, 1, 0, 3, 2);
+    const LaneVector nearer = shifted_down(of_two + __builtin_shufflevector(of_two, of_two, 2, 3, 0, 1), 31);
     all[slot].v = chosen(nearer, other, all[slot].v);
     return all[slot].v;
   };

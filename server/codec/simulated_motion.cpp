@@ -46,6 +46,16 @@ FourDoubles cross(const FourDoubles& a, const FourDoubles& b) {
   return __builtin_shufflevector(a, a, 1, 2, 0, 3) * __builtin_shufflevector(b, b, 2, 0, 1, 3) -
          __builtin_shufflevector(a, a, 2, 0, 1, 3) * __builtin_shufflevector(b, b, 1, 2, 0, 3);
 }
+/// Of four edges, given each one's ends.
+template <class Quads, class Ends>
+FourDoubles square_lengths(const Quads* at, const Ends& ends) {
+  std::array<FourDoubles, 4> squares;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const FourDoubles along = at[ends[k][0]].v - at[ends[k][1]].v;
+    squares[k] = along * along;
+  }
+  return sums(squares[0], squares[1], squares[2], squares[3]);
+}
 bool any(const FourWords& mask) {
   return ((mask[0] | mask[1]) | (mask[2] | mask[3])) != 0;
 }
@@ -299,12 +309,7 @@ void SimulatedMotion::place_planes(std::span<const std::int64_t> points) {
 PNEUMA_CLONED void SimulatedMotion::measure_edges() {
   const Quad* const at = start_.data();
   for (Springs& four : springs_) {
-    std::array<FourDoubles, 4> squares;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const FourDoubles along = at[four.ends[k][0]].v - at[four.ends[k][1]].v;
-      squares[k] = along * along;
-    }
-    const FourDoubles square = sums(squares[0], squares[1], squares[2], squares[3]);
+    const FourDoubles square = square_lengths(at, four.ends);
     for (std::size_t k = 0; k < 4; ++k) {
       four.length.v[k] = std::sqrt(square[k]);
       four.inverse_length.v[k] = 1.0 / four.length.v[k];
@@ -320,12 +325,7 @@ PNEUMA_CLONED void SimulatedMotion::pull_edges(double damping) {
   const Quad* const at = positions_.data();
   double* pulls = pulls_.data();
   for (Springs& four : springs_) {
-    std::array<FourDoubles, 4> squares;
-    for (std::size_t k = 0; k < 4; ++k) {
-      const FourDoubles along = at[four.ends[k][0]].v - at[four.ends[k][1]].v;
-      squares[k] = along * along;
-    }
-    const FourDoubles square = sums(squares[0], squares[1], squares[2], squares[3]);
+    const FourDoubles square = square_lengths(at, four.ends);
     const FourDoubles last = four.inverse_length.v;
     const FourDoubles two = all(2.0);
     FourDoubles product = square * last * last;

@@ -20,14 +20,14 @@ Eigen::Vector3d from_bullet(const btVector3& of) {
   return {of.x(), of.y(), of.z()};
 }
 
-struct Box {
-  std::unique_ptr<btBoxShape> shape;
-  std::unique_ptr<btRigidBody> body;
-};
-
 }  // namespace
 
 struct BulletWorld::Bodies {
+  struct Box {
+    std::unique_ptr<btBoxShape> shape;
+    std::unique_ptr<btRigidBody> body;
+  };
+
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
@@ -49,7 +49,7 @@ BulletWorld::BulletWorld(double gravity_m_s2) : bodies_(std::make_unique<Bodies>
 
 BulletWorld::~BulletWorld() {
   for (const auto& ball : bodies_->balls) bodies_->world.removeSoftBody(ball.get());
-  for (const Box& box : bodies_->boxes) bodies_->world.removeRigidBody(box.body.get());
+  for (const Bodies::Box& box : bodies_->boxes) bodies_->world.removeRigidBody(box.body.get());
 }
 
 void BulletWorld::add_ball(const physics::Mesh& mesh, const BallCase& ball, const BulletSettings& settings,
@@ -78,7 +78,7 @@ void BulletWorld::add_ball(const physics::Mesh& mesh, const BallCase& ball, cons
 }
 
 void BulletWorld::add_box(const Eigen::Vector3d& half_extents_m, double mass_kg, const Eigen::Vector3d& position_m) {
-  Box box;
+  Bodies::Box box;
   box.shape = std::make_unique<btBoxShape>(to_bullet(half_extents_m));
   btVector3 inertia(0, 0, 0);
   const auto mass = static_cast<btScalar>(mass_kg);

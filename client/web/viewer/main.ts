@@ -139,8 +139,10 @@ class Page implements Stage {
     if (world !== this.world.name) return;
     if (kind === Event_Kind.BODY_FROZEN) this.picture.frozen.add(body);
     if (kind === Event_Kind.BODY_BURST) this.controls.missed(); // its gas is gone
-    if (kind === Event_Kind.WORLD_RESET) this.pointer.letGo(); // and so has the server
-    if (kind === Event_Kind.WORLD_RESET && this.client) void this.begun(this.client, world);
+    if (kind === Event_Kind.WORLD_RESET) {
+      this.pointer.letGo(); // and so has the server
+      if (this.client) void this.begun(this.client, world);
+    }
     const text = happeningText(event);
     if (text !== "") say(text);
   }
