@@ -24,7 +24,7 @@ inline constexpr std::size_t state_bytes = 4;
 inline constexpr std::uint32_t step_low_bits_max = 16 - probability_bits;
 inline constexpr int escape_length_bits = 6;
 
-/// Three residuals and the level they are coded at.
+/// Three residuals and the level they are coded at. Stored from a vector register.
 struct alignas(16) Triple {
   std::int32_t x;
   std::int32_t y;

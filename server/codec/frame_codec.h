@@ -75,12 +75,11 @@ class FrameWriter {
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
 
  private:
-  /// How long a body is predicted by its mechanics: alone, up to this level of the residuals, for so many frames; and
-  /// where its moves do a little better, until so many frames are to be made good by its moves.
+  /// How long a body is predicted by its mechanics alone: up to this level of the residuals, for so many frames.
   struct Trust {
     std::uint32_t level_max = 0;
     std::uint32_t frames_left = 0;
-    std::uint32_t spent_frames = 0;
+    std::uint32_t doubtful_frames = 0;  // since its moves did better: first by its mechanics still, then by its moves
   };
 
   void gather(const MeshOrder& order, std::span<const double> positions_m);

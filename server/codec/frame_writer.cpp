@@ -20,11 +20,11 @@ constexpr std::int64_t move_max = std::int64_t{1} << 30;
 constexpr std::uint32_t trusted_rise = 2;
 constexpr std::uint32_t trusted_frames = 16;
 
-// Its velocities only come to be known while it is predicted so. Where its moves do better by less than this, it goes
-// on for some frames for that, but for one in nine at most in the long run.
-constexpr std::uint32_t close_levels = 2;
-constexpr std::uint32_t patience_frames = 8;
-constexpr std::uint32_t frames_a_patience = 8;
+// Its velocities only come to be known in a run of such frames. Where its moves do better by less than this, it goes on
+// for a run all the same; one that was lost is followed by as many frames by its moves as make it one in nine.
+constexpr double close_levels = 2.0;
+constexpr std::uint32_t patient_frames = 8;
+constexpr std::uint32_t frames_between_runs = 64;
 
 // What a vertex takes more where all residuals are a level, a quarter octave, larger.
 constexpr double bits_a_level = 3 * 0.25;
@@ -201,7 +201,7 @@ std::uint8_t FrameWriter::put_simulated(std::size_t body) {
   return static_cast<std::uint8_t>(put_either(*orders_[body], alternatives_, scratch_, moves_, triples_));
 }
 
-/// By mechanics while that goes well; otherwise by whichever leaves the smaller residuals.
+/// By mechanics while that goes well or might come to; otherwise by whichever takes fewer bits.
 BlockHead FrameWriter::put_better(std::size_t body) {
   Trust& trust = trusts_[body];
   const std::size_t triples_before = triples_.size();
@@ -223,21 +223,19 @@ BlockHead FrameWriter::put_better(std::size_t body) {
   const double weights_levels =
       other.mode == BlockMode::moved ? weights_bits / (bits_a_level * static_cast<double>(moves_.size())) : 0.0;
   const double behind = head.level - (other.level + weights_levels);
-  const bool is_patient = behind < close_levels && trust.spent_frames < patience_frames * frames_a_patience;
-  if (behind >= 0.0 && !is_patient) {
+  const bool is_patient = behind < close_levels && trust.doubtful_frames < patient_frames;
+  if (behind >= 0.0) {
     trust.frames_left = 0;
-    trust.spent_frames -= std::min(trust.spent_frames, 1U);
-    return other;
+    if (is_patient || trust.doubtful_frames >= patient_frames) ++trust.doubtful_frames;
+    if (trust.doubtful_frames == patient_frames + frames_between_runs) trust.doubtful_frames = 0;
+    if (!is_patient) return other;
+  } else {
+    trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
   }
   std::swap(moves_, unexpected_moves_);
   triples_.resize(triples_before);
   triples_.insert(triples_.end(), simulated_triples_.begin(), simulated_triples_.end());
   motions_[body].weights = weights;
-  if (behind >= 0.0) {
-    trust.spent_frames += frames_a_patience;
-  } else {
-    trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
-  }
   return head;
 }
 

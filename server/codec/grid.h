@@ -22,7 +22,8 @@ using Lattice = std::vector<std::int64_t>;
 void quantise(std::span<const double> positions_m, double step_m, std::span<std::int64_t> out);
 /// A distance from a point that is known to be within the bound where it is computed in doubles.
 [[nodiscard]] double surely_within_m(double max_error_m);
-/// For each of the `points` nearest to positions_m what leads to the next one, where that is within_m too, or 0.
+/// For each of the `points` nearest to positions_m what leads to the next one, where that is within_m too, or 0. The
+/// fourth lane is 0.
 void find_alternatives(std::span<const double> positions_m, std::span<const std::int64_t> points, double step_m,
                        double within_m, std::span<Lanes> out);
 void dequantise(std::span<const std::int64_t> points, double step_m, std::span<double> out_m);

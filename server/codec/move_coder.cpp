@@ -169,7 +169,7 @@ PNEUMA_CLONED std::uint32_t put_either(const MeshOrder& order, const std::vector
   Lanes* const all = moves.data();
   const auto choose = [others, all](std::size_t slot, LaneVector predicted) {
     const LaneVector other = all[slot].v + others[slot].v;
-    // Without a branch: which of two is the nearer one is close to chance.
+    // Without a branch: which of two is the nearer one is close to chance. They do not differ in the fourth lane.
     const LaneVector less = distances(other, predicted) - distances(all[slot].v, predicted);
     const LaneVector of_two = less + __builtin_shufflevector(less, less, 1, 0, 3, 2);
     const LaneVector nearer = shifted_down(of_two + __builtin_shufflevector(of_two, of_two, 2, 3, 0, 1), 31);

@@ -25,14 +25,14 @@ using Weights = std::array<double, term_count>;
 // other: in single precision, sums of their squares say little about what they differ in.
 using DoubleLanes [[gnu::vector_size(32)]] = double;
 
-DoubleLanes as_doubles(LaneVector lanes) {
+DoubleLanes widened(LaneVector lanes) {
   return __builtin_convertvector(std::bit_cast<SignedLaneVector>(lanes), DoubleLanes);
 }
 
 /// What happened at some slots against what happened at their parents, which is what coding will see: the terms of
-/// their drifts, and their moves. Each counts in inverse proportion to how far off `last` leaves it, as a residual
-/// takes bits by its logarithm: of the squares themselves, a few vertices that hit something would decide for all. That
-/// saves 2 to 5 % of a frame, and half of the samples.
+/// their drifts, and their moves. Each counts in inverse proportion to how far off `last` leaves it, a step towards the
+/// least sum of distances: of the squares themselves, a few vertices that hit something would decide for all. That
+/// saves 1 to 5 % of a frame.
 class Samples {
  public:
   Samples(const MeshOrder& order, const std::vector<Lanes>& moves, const MoveHistory& history, const RingHistory& rings,
@@ -83,20 +83,20 @@ class Samples {
       const LaneVector own = field[slot].v;
       LaneVector sum = field[at[0]].v;
       for (std::size_t i = 1; i < parents_max; ++i) sum += field[at[i]].v;
-      rows[row] = as_doubles(own) - factor * as_doubles(sum - spare * own);
+      rows[row] = widened(own) - factor * widened(sum - spare * own);
     }
     return rows;
   }
 
   void weigh(const Weights& last) {
-    // Squared steps: nothing is predicted closer than the grid is fine.
-    constexpr double finest = 4.0;
+    // Of two steps: nothing is predicted much closer than the grid is fine.
+    constexpr double finest_square = 4.0;
     for (std::size_t i = 0; i < count_; ++i) {
       Rows& rows = rows_[i];
       DoubleLanes off = rows[term_count];
       for (std::size_t term = 0; term < term_count; ++term) off -= last[term] * rows[term];
       const DoubleLanes squares = off * off;
-      const double size = std::sqrt(finest + (squares[0] + squares[1] + squares[2]));
+      const double size = std::sqrt(finest_square + (squares[0] + squares[1] + squares[2]));
       const double root = 1.0 / std::sqrt(size);
       for (DoubleLanes& row : rows) row *= root;
       weight_ += root * root;
@@ -113,9 +113,9 @@ struct Normal {
   std::array<std::array<double, term_count>, term_count> terms{};  // the lower triangle
   std::array<double, term_count> move{};
   double squares = 0.0;
-  double weight = 0.0;  // of all samples
+  double sample_weight = 0.0;  // of all samples
 
-  explicit Normal(const Samples& seen) : weight(seen.weight()) {
+  explicit Normal(const Samples& seen) : sample_weight(seen.weight()) {
     const auto take_terms = [&]<std::size_t... i>(std::index_sequence<i...>) {
       (std::ranges::copy(seen.products<i>(), terms[i].begin()), ...);
     };
@@ -135,7 +135,7 @@ struct Normal {
         sum += weights[i] * weights[j] * (j <= i ? terms[i][j] : terms[j][i]);
       }
     }
-    return sum / weight;
+    return sum / sample_weight;
   }
 };
 
