@@ -12,6 +12,7 @@
 
 #include "base/status.h"
 #include "codec/grid.h"
+#include "codec/mechanics_trust.h"
 #include "codec/mesh_order.h"
 #include "codec/move_coder.h"
 #include "codec/payload_heads.h"
@@ -75,13 +76,6 @@ class FrameWriter {
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
 
  private:
-  /// How long a body is predicted by its mechanics alone: up to this level of the residuals, for so many frames.
-  struct Trust {
-    std::uint32_t level_max = 0;
-    std::uint32_t frames_left = 0;
-    std::uint32_t doubtful_frames = 0;  // since its moves did better: first by its mechanics still, then by its moves
-  };
-
   void gather(const MeshOrder& order, std::span<const double> positions_m);
   [[nodiscard]] bool is_still(const Lattice& points) const;
   [[nodiscard]] std::uint8_t put_simulated(std::size_t body);
@@ -98,7 +92,7 @@ class FrameWriter {
   std::vector<BodyMotion> motions_;
   std::vector<RingHistory> rings_;       // of their moves
   std::vector<std::uint8_t> rings_lag_;  // one a body: not of its last moves, which were simulated
-  std::vector<Trust> trusts_;
+  std::vector<MechanicsTrust> trusts_;
   // Of the frame under way:
   std::string heads_;
   std::vector<Triple> triples_;

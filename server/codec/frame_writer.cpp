@@ -14,18 +14,6 @@ namespace {
 // What a move may be; a vertex that goes further in a frame begins anew.
 constexpr std::int64_t move_max = std::int64_t{1} << 30;
 
-// A body that is predicted by its mechanics goes on so while its residuals rise by no more (in levels, quarter
-// octaves), and for so many frames; then the prediction by its moves is tried as well. Measured on five balls that
-// bounce.
-constexpr std::uint32_t trusted_rise = 2;
-constexpr std::uint32_t trusted_frames = 16;
-
-// Its velocities only come to be known in a run of such frames. Where its moves do better by less than this, it goes on
-// for a run all the same; one that was lost is followed by as many frames by its moves as make it one in nine.
-constexpr double close_levels = 2.0;
-constexpr std::uint32_t patient_frames = 8;
-constexpr std::uint32_t frames_between_runs = 64;
-
 // What a vertex takes more where all residuals are a level, a quarter octave, larger.
 constexpr double bits_a_level = 3 * 0.25;
 
@@ -201,20 +189,14 @@ std::uint8_t FrameWriter::put_simulated(std::size_t body) {
   return static_cast<std::uint8_t>(put_either(*orders_[body], alternatives_, scratch_, moves_, triples_));
 }
 
-/// By mechanics while that goes well or might come to; otherwise by whichever takes fewer bits.
+/// By its mechanics or by its moves, as they do and did.
 BlockHead FrameWriter::put_better(std::size_t body) {
-  Trust& trust = trusts_[body];
   const std::size_t triples_before = triples_.size();
   unexpected_moves_ = moves_;
   BlockHead head;
   head.mode = BlockMode::simulated;
   head.level = put_simulated(body);
-  const bool is_trusted = trust.frames_left > 0 && head.level <= trust.level_max;
-  if (is_trusted) {
-    --trust.frames_left;
-    trust.level_max = std::min(trust.level_max, head.level + trusted_rise);
-    return head;
-  }
+  if (trusts_[body].takes_unseen(head.level)) return head;
   std::swap(moves_, unexpected_moves_);
   simulated_triples_.assign(triples_.begin() + static_cast<std::ptrdiff_t>(triples_before), triples_.end());
   triples_.resize(triples_before);
@@ -222,16 +204,7 @@ BlockHead FrameWriter::put_better(std::size_t body) {
   const BlockHead other = put_moved(body);
   const double weights_levels =
       other.mode == BlockMode::moved ? weights_bits / (bits_a_level * static_cast<double>(moves_.size())) : 0.0;
-  const double behind = head.level - (other.level + weights_levels);
-  const bool is_patient = behind < close_levels && trust.doubtful_frames < patient_frames;
-  if (behind >= 0.0) {
-    trust.frames_left = 0;
-    if (is_patient || trust.doubtful_frames >= patient_frames) ++trust.doubtful_frames;
-    if (trust.doubtful_frames == patient_frames + frames_between_runs) trust.doubtful_frames = 0;
-    if (!is_patient) return other;
-  } else {
-    trust = {.level_max = head.level + trusted_rise, .frames_left = trusted_frames};
-  }
+  if (!trusts_[body].takes(head.level, other.level + weights_levels)) return other;
   std::swap(moves_, unexpected_moves_);
   triples_.resize(triples_before);
   triples_.insert(triples_.end(), simulated_triples_.begin(), simulated_triples_.end());
