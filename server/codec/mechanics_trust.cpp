@@ -13,8 +13,8 @@ bool MechanicsTrust::takes_unseen(std::uint32_t level) {
 }
 
 bool MechanicsTrust::takes(std::uint32_t level, double moves_level) {
-  if (std::exchange(is_new_, false)) return false;
   const double behind = level - moves_level;
+  if (std::exchange(is_new_, false) && behind > -at_rest_levels) return false;
   if (behind < 0.0) {
     run_frames_left_ = run_frames;
     pause_frames_left_ = 0;

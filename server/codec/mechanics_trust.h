@@ -6,7 +6,7 @@
 
 namespace pneuma::codec {
 
-/// Of one body, and new where it begins at rest. Its first frame goes by its moves: that makes its velocities known.
+/// Of one body, and new where the stream begins with it, as if it were at rest.
 class MechanicsTrust {
  public:
   /// Whether mechanics that leave residuals of this level are taken without a look at what the moves would leave.
@@ -15,12 +15,15 @@ class MechanicsTrust {
   /// run of frames they may be so though they are a little behind.
   [[nodiscard]] bool takes(std::uint32_t level, double moves_level);
 
-  // Measured on five balls that bounce. Mechanics that did better are taken unseen while their level rises by no more,
-  // and for so many frames.
+  // A new body was at rest where the mechanics foresee its first frame, better than its moves do by this. Otherwise that
+  // frame goes by its moves, which tell its velocities.
+  static constexpr double at_rest_levels = 8.0;
+  // Mechanics that did better are taken unseen while their level rises by no more, and for so many frames. This and what
+  // follows was measured on five balls that bounce.
   static constexpr std::uint32_t unseen_rise = 2;
   static constexpr std::uint32_t unseen_frames = 16;
-  // A body's velocities only come to be known in a run of frames that its mechanics predict. Where its moves do better
-  // by less than this, the mechanics get such a run; one that did not pay is followed by a pause eight times as long.
+  // Moves tell velocities to no better than a step; a run of frames by the mechanics does. They get one where they are
+  // behind by less than this, and after one that did not pay a pause eight times as long.
   static constexpr double close_levels = 2.0;
   static constexpr std::uint32_t run_frames = 8;
   static constexpr std::uint32_t pause_frames = 64;

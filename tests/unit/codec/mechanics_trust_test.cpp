@@ -26,12 +26,19 @@ struct Taken {
   std::uint32_t unseen = 0;
 };
 
-/// Of a body that has begun.
+/// Of a body that was not at rest, after its first frame.
 MechanicsTrust begun() {
   MechanicsTrust trust;
   EXPECT_FALSE(trust.takes_unseen(0));
-  EXPECT_FALSE(trust.takes(0, 100.0)) << "its first frame makes its velocities known";
+  EXPECT_FALSE(trust.takes(10, 9.0 + MechanicsTrust::at_rest_levels));
   return trust;
+}
+
+TEST(MechanicsTrust, TakesMechanicsAtOnceOfABodyThatWasAtRest) {
+  MechanicsTrust trust;
+  EXPECT_FALSE(trust.takes_unseen(0));
+  EXPECT_TRUE(trust.takes(10, 10.0 + MechanicsTrust::at_rest_levels));
+  EXPECT_TRUE(trust.takes_unseen(10));
 }
 
 Taken take(MechanicsTrust& trust, std::uint32_t count, std::uint32_t level, double moves_level) {

@@ -20,6 +20,13 @@ export interface MeshOrder {
   readonly vertices: Int32Array;
   /** The slots of a slot's neighbours. */
   readonly rings: Lists;
+  /**
+   * The same as places in a field of x y z a slot: of the first six neighbours, or fewer and the slot itself repeated,
+   * as a loop over their number takes longer.
+   */
+  readonly ringPlaces: Int32Array;
+  /** And of a slot and each neighbour past its sixth, pair by pair; most slots have none. */
+  readonly ringRests: Int32Array;
   /** The earlier slots that a slot is predicted from, one more of each: six a slot, of which the rest are 0. */
   readonly parents: Int32Array;
   readonly parentCounts: Uint8Array;
@@ -31,6 +38,7 @@ const levelsMax = 12;
 const coloursMax = 8;
 const listMax = 16;
 export const parentsMax = 6;
+export const ringPlacesASlot = 6;
 
 /** A mesh's vertices, or some of them, and what is near each: by rank. */
 interface Level {
@@ -153,6 +161,22 @@ function coarser({ vertices, lists, colours }: Level): Level {
   return { vertices: kept, lists: nextLists, colours: coloursOf(kept, nextLists, begins.length - 1) };
 }
 
+function placesOf({ begins, entries }: Lists): Pick<MeshOrder, "ringPlaces" | "ringRests"> {
+  const size = begins.length - 1;
+  const ringPlaces = new Int32Array(ringPlacesASlot * size);
+  const rests: number[] = [];
+  for (let slot = 0; slot < size; ++slot) {
+    const first = begins[slot]!;
+    const end = begins[slot + 1]!;
+    const rest = first + ringPlacesASlot;
+    for (let i = 0; i < ringPlacesASlot; ++i) {
+      ringPlaces[ringPlacesASlot * slot + i] = 3 * (first + i < end ? entries[first + i]! : slot);
+    }
+    for (let at = rest; at < end; ++at) rests.push(3 * slot, 3 * entries[at]!);
+  }
+  return { ringPlaces, ringRests: Int32Array.from(rests) };
+}
+
 /** The order of a mesh whose indices are all below its vertex count; takes time and memory in proportion to it. */
 export function makeMeshOrder(mesh: Triangles): MeshOrder {
   const size = mesh.vertexCount;
@@ -193,10 +217,12 @@ export function makeMeshOrder(mesh: Triangles): MeshOrder {
       }
     }
   }
+  const rings = renamed(lists, ranks, slots, false);
   return {
     size,
     vertices: ranks.map((rank) => byRank[rank]!),
-    rings: renamed(lists, ranks, slots, false),
+    rings,
+    ...placesOf(rings),
     parents,
     parentCounts,
     runEnds: [...runEnds, size],

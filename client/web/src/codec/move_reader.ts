@@ -1,6 +1,6 @@
 // Moves of a body's vertices from their prediction and residuals: proto/WIRE.md, "Prediction". Whole numbers of 32 bits
 // that wrap around; x y z of each slot, one after the other.
-import { type MeshOrder, parentsMax } from "./mesh_order.js";
+import { type MeshOrder, parentsMax, ringPlacesASlot } from "./mesh_order.js";
 import { levelMax, levelOf, sizeOf } from "./residual_tables.js";
 import type { TripleReader } from "./triple_reader.js";
 
@@ -41,60 +41,66 @@ export class Scratch {
   }
 }
 
+/** Adds to `out` the sums over the rings of what each neighbour has more than the slot, times `factor`, and rounds by `shift` bits. */
+function addRings(order: MeshOrder, field: Int32Array, factor: number, shift: number, out: Int32Array): void {
+  const { ringPlaces: places, ringRests: rests } = order;
+  for (let i = 0; i < rests.length; i += 2) {
+    const at = rests[i]!;
+    const near = rests[i + 1]!;
+    for (let axis = 0; axis < 3; ++axis) out[at + axis]! += Math.imul(factor, field[near + axis]! - field[at + axis]!);
+  }
+  const half = (1 << shift) >> 1;
+  for (let at = 0, i = 0; i < places.length; at += 3, i += ringPlacesASlot) {
+    const a = places[i]!;
+    const b = places[i + 1]!;
+    const c = places[i + 2]!;
+    const d = places[i + 3]!;
+    const e = places[i + 4]!;
+    const f = places[i + 5]!;
+    const x = field[a]! + field[b]! + field[c]! + field[d]! + field[e]! + field[f]! - 6 * field[at]!;
+    const y =
+      field[a + 1]! +
+      field[b + 1]! +
+      field[c + 1]! +
+      field[d + 1]! +
+      field[e + 1]! +
+      field[f + 1]! -
+      6 * field[at + 1]!;
+    const z =
+      field[a + 2]! +
+      field[b + 2]! +
+      field[c + 2]! +
+      field[d + 2]! +
+      field[e + 2]! +
+      field[f + 2]! -
+      6 * field[at + 2]!;
+    out[at] = (out[at]! + Math.imul(factor, x) + half) >> shift;
+    out[at + 1] = (out[at + 1]! + Math.imul(factor, y) + half) >> shift;
+    out[at + 2] = (out[at + 2]! + Math.imul(factor, z) + half) >> shift;
+  }
+}
+
 /** Writes the drift of each slot, in 16ths of a step. */
 export function predictDrift(order: MeshOrder, moves: Moves, weights: Weights, { flow, drift }: Scratch): void {
   const [m1, m2, m3, m4] = moves;
   const [a1 = 0, a2 = 0, a3 = 0, a4 = 0, b1 = 0, b2 = 0, b3 = 0, b4 = 0, c = 0] = weights;
-  const { begins, entries } = order.rings;
-  if (c === 0) flow.fill(0);
-  for (let slot = 0; slot < order.size && c !== 0; ++slot) {
-    const at = 3 * slot;
-    const begin = begins[slot]!;
-    const end = begins[slot + 1]!;
-    let x = Math.imul(begin - end, m1[at]!);
-    let y = Math.imul(begin - end, m1[at + 1]!);
-    let z = Math.imul(begin - end, m1[at + 2]!);
-    for (let i = begin; i < end; ++i) {
-      const near = 3 * entries[i]!;
-      x = (x + m1[near]!) | 0;
-      y = (y + m1[near + 1]!) | 0;
-      z = (z + m1[near + 2]!) | 0;
-    }
-    flow[at] = Math.imul(c, x);
-    flow[at + 1] = Math.imul(c, y);
-    flow[at + 2] = Math.imul(c, z);
-  }
   for (let i = 0; i < m1.length; ++i) {
     const n1 = m1[i]!;
     const n2 = m2[i]!;
     const n3 = m3[i]!;
     const n4 = m4[i]!;
-    const ofRing = Math.imul(b1, n1) + Math.imul(b2, n2) + Math.imul(b3, n3) + Math.imul(b4, n4);
-    flow[i]! += ofRing;
+    flow[i] = Math.imul(b1, n1) + Math.imul(b2, n2) + Math.imul(b3, n3) + Math.imul(b4, n4);
     drift[i] = (Math.imul(a1, n1) + Math.imul(a2, n2) + Math.imul(a3, n3) + Math.imul(a4, n4)) << 3;
   }
-  for (let slot = 0; slot < order.size; ++slot) {
-    const at = 3 * slot;
-    const begin = begins[slot]!;
-    const end = begins[slot + 1]!;
-    let x = (drift[at]! + Math.imul(begin - end, flow[at]!)) | 0;
-    let y = (drift[at + 1]! + Math.imul(begin - end, flow[at + 1]!)) | 0;
-    let z = (drift[at + 2]! + Math.imul(begin - end, flow[at + 2]!)) | 0;
-    for (let i = begin; i < end; ++i) {
-      const near = 3 * entries[i]!;
-      x = (x + flow[near]!) | 0;
-      y = (y + flow[near + 1]!) | 0;
-      z = (z + flow[near + 2]!) | 0;
-    }
-    drift[at] = (x + 32) >> 6;
-    drift[at + 1] = (y + 32) >> 6;
-    drift[at + 2] = (z + 32) >> 6;
-  }
+  if (c !== 0) addRings(order, m1, c, 0, flow);
+  addRings(order, flow, 1, 6, drift);
 }
 
 // So that 1 / n of a multiple of n is not a little less than whole: less than the sixth by which other quotients are
 // above a whole number, more than the rounding of 2^32 / n.
 const nudge = 2 ** -10;
+// And, with | 0, so that a quotient below 0 is rounded down as well: only whole numbers modulo 2^32 are kept.
+const nudgeDown = 2 ** 32 + nudge;
 const reciprocals = Float64Array.from({ length: parentsMax + 1 }, (_, count) => 1 / Math.max(count, 1));
 
 /** Run by run: what the level of a slot is found from was taken before. */
@@ -112,7 +118,7 @@ function takeResiduals(order: MeshOrder, level: number, scratch: Scratch, triple
         sizes[parents[at + 3]!]! +
         sizes[parents[at + 4]!]! +
         sizes[parents[at + 5]!]!;
-      const mean = Math.floor(sum * reciprocals[parentCounts[slot]!]! + nudge);
+      const mean = (sum * reciprocals[parentCounts[slot]!]! + nudge) | 0;
       levels[slot] = Math.min(levelOf(listSize + 4 * mean), levelMax);
     }
     triples.take(levels, begin, end, residuals);
@@ -150,9 +156,9 @@ export function takeMoves(order: MeshOrder, level: number, scratch: Scratch, tri
     const driftX = drift[at]!;
     const driftY = drift[at + 1]!;
     const driftZ = drift[at + 2]!;
-    const x = (driftX + Math.floor(sumX * share + nudge)) | 0;
-    const y = (driftY + Math.floor(sumY * share + nudge)) | 0;
-    const z = (driftZ + Math.floor(sumZ * share + nudge)) | 0;
+    const x = (driftX + ((sumX * share + nudgeDown) | 0)) | 0;
+    const y = (driftY + ((sumY * share + nudgeDown) | 0)) | 0;
+    const z = (driftZ + ((sumZ * share + nudgeDown) | 0)) | 0;
     const moveX = (((x + 8) >> 4) + residuals[at]!) | 0;
     const parity = moveX & 1;
     const centre = 16 - 16 * parity;

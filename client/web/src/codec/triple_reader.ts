@@ -68,15 +68,15 @@ export class TripleReader {
       // As step(), without its branch, which is close to chance: all ones where a word is wanted.
       x = Math.imul((ofX >> 12) & 0x7ff, x >>> probabilityBits) + (ofX & 0xfff);
       const lowX = ((x >>> 16) - 1) >> 31;
-      x = (lowX & ((x << 16) | words[next]!)) | (~lowX & x);
+      x = (x << (lowX & 16)) | (lowX & words[next]!);
       next -= lowX;
       y = Math.imul((ofY >> 12) & 0x7ff, y >>> probabilityBits) + (ofY & 0xfff);
       const lowY = ((y >>> 16) - 1) >> 31;
-      y = (lowY & ((y << 16) | words[next]!)) | (~lowY & y);
+      y = (y << (lowY & 16)) | (lowY & words[next]!);
       next -= lowY;
       z = Math.imul((ofZ >> 12) & 0x7ff, z >>> probabilityBits) + (ofZ & 0xfff);
       const lowZ = ((z >>> 16) - 1) >> 31;
-      z = (lowZ & ((z << 16) | words[next]!)) | (~lowZ & z);
+      z = (z << (lowZ & 16)) | (lowZ & words[next]!);
       next -= lowZ;
     }
     states[0] = x;
