@@ -15,11 +15,11 @@ class MechanicsTrust {
   /// run of frames they may be so though they are a little behind.
   [[nodiscard]] bool takes(std::uint32_t level, double moves_level);
 
-  // A new body was at rest where the mechanics foresee its first frame, better than its moves do by this. Otherwise that
-  // frame goes by its moves, which tell its velocities.
+  // A new body was at rest where the mechanics foresee its first frame, better than its moves do by this. Otherwise
+  // that frame goes by its moves, which tell its velocities.
   static constexpr double at_rest_levels = 8.0;
-  // Mechanics that did better are taken unseen while their level rises by no more, and for so many frames. This and what
-  // follows was measured on five balls that bounce.
+  // Mechanics that did better are taken unseen while their level rises by no more, and for so many frames. This and
+  // what follows was measured on five balls that bounce.
   static constexpr std::uint32_t unseen_rise = 2;
   static constexpr std::uint32_t unseen_frames = 16;
   // Moves tell velocities to no better than a step; a run of frames by the mechanics does. They get one where they are
