@@ -189,14 +189,14 @@ std::uint8_t FrameWriter::put_simulated(std::size_t body) {
   return static_cast<std::uint8_t>(put_either(*orders_[body], alternatives_, scratch_, moves_, triples_));
 }
 
-/// By its mechanics or by its moves, as they do and did.
+/// By its mechanics, or by its moves where trust in these has to be earned and they leave less.
 BlockHead FrameWriter::put_better(std::size_t body) {
   const std::size_t triples_before = triples_.size();
   unexpected_moves_ = moves_;
   BlockHead head;
   head.mode = BlockMode::simulated;
   head.level = put_simulated(body);
-  if (trusts_[body].takes_unseen(head.level)) return head;
+  if (trusts_[body].take_unseen(head.level)) return head;
   std::swap(moves_, unexpected_moves_);
   simulated_triples_.assign(triples_.begin() + static_cast<std::ptrdiff_t>(triples_before), triples_.end());
   triples_.resize(triples_before);
@@ -204,7 +204,7 @@ BlockHead FrameWriter::put_better(std::size_t body) {
   const BlockHead other = put_moved(body);
   const double weights_levels =
       other.mode == BlockMode::moved ? weights_bits / (bits_a_level * static_cast<double>(moves_.size())) : 0.0;
-  if (!trusts_[body].takes(head.level, other.level + weights_levels)) return other;
+  if (!trusts_[body].take(head.level, other.level + weights_levels)) return other;
   std::swap(moves_, unexpected_moves_);
   triples_.resize(triples_before);
   triples_.insert(triples_.end(), simulated_triples_.begin(), simulated_triples_.end());

@@ -23,8 +23,8 @@ struct RingHistory {
 /// What weights take in a frame, about.
 inline constexpr double weights_bits = 110.0;
 
-/// The weights that leave the least of `moves`, by weighted squares on a sample of the vertices, given those before.
-/// Nothing where they would save less, against `last`, than they take in the frame.
+/// The weights that leave the least of `moves`, by weighted squares on a sample of the vertices, given the moves before
+/// them. Nothing where they would save less, against `last`, than they take in the frame.
 [[nodiscard]] std::optional<DriftWeights> better_weights(const MeshOrder& order, const std::vector<Lanes>& moves,
                                                          const MoveHistory& history, const RingHistory& rings,
                                                          const DriftWeights& last);

@@ -29,7 +29,8 @@ export interface MeshOrder {
   readonly ringRests: Int32Array;
   /** The earlier slots that a slot is predicted from, one more of each: six a slot, of which the rest are 0. */
   readonly parents: Int32Array;
-  readonly parentCounts: Uint8Array;
+  /** 1 over how many there are. */
+  readonly parentShares: Float64Array;
   /** Where runs of slots end of which none has a parent in its own run. */
   readonly runEnds: readonly number[];
 }
@@ -38,7 +39,7 @@ const levelsMax = 12;
 const coloursMax = 8;
 const listMax = 16;
 export const parentsMax = 6;
-export const ringPlacesASlot = 6;
+const ringPlacesASlot = 6;
 
 /** A mesh's vertices, or some of them, and what is near each: by rank. */
 interface Level {
@@ -161,6 +162,7 @@ function coarser({ vertices, lists, colours }: Level): Level {
   return { vertices: kept, lists: nextLists, colours: coloursOf(kept, nextLists, begins.length - 1) };
 }
 
+/** The rings as places in fields. */
 function placesOf({ begins, entries }: Lists): Pick<MeshOrder, "ringPlaces" | "ringRests"> {
   const size = begins.length - 1;
   const ringPlaces = new Int32Array(ringPlacesASlot * size);
@@ -224,7 +226,7 @@ export function makeMeshOrder(mesh: Triangles): MeshOrder {
     rings,
     ...placesOf(rings),
     parents,
-    parentCounts,
+    parentShares: Float64Array.from(parentCounts, (count) => 1 / Math.max(count, 1)),
     runEnds: [...runEnds, size],
   };
 }
