@@ -12,7 +12,7 @@ namespace pneuma::codec {
 
 namespace {
 
-// One vertex in so many, within bounds.
+// One vertex in so many, within bounds. Twice as many save nothing, half as many cost 0.06 to 0.2 bit a vertex.
 constexpr std::size_t vertices_a_sample = 8;
 constexpr std::size_t samples_min = 64;
 constexpr std::size_t samples_max = 192;
