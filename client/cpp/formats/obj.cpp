@@ -1,6 +1,8 @@
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "formats/exporter.h"
 
@@ -31,14 +33,26 @@ class ObjExporter final : public Exporter {
  public:
   explicit ObjExporter(std::string folder) : folder_(std::move(folder)) {}
   base::Status add(const Sample& sample) override {
-    std::array<char, 32> name{};
-    std::snprintf(name.data(), name.size(), "/frame-%06zu.obj", sample.index);
-    return write_obj(sample.bodies, folder_ + name.data());
+    count_ = sample.index + 1;
+    return write_obj(sample.bodies, path_of(sample.index));
   }
-  base::Status finish() override { return {}; }
+  /// What a longer export left behind goes, or it would be taken for the end of this one.
+  base::Status finish() override {
+    std::error_code error;
+    for (std::size_t index = count_; std::filesystem::remove(path_of(index), error); ++index) {
+    }
+    return error ? base::Status(base::StatusCode::unavailable, error.message(), folder_) : base::Status();
+  }
 
  private:
+  [[nodiscard]] std::string path_of(std::size_t index) const {
+    std::array<char, 32> name{};
+    std::snprintf(name.data(), name.size(), "/frame-%06zu.obj", index);
+    return folder_ + name.data();
+  }
+
   std::string folder_;
+  std::size_t count_ = 0;
 };
 
 }  // namespace

@@ -51,6 +51,17 @@ TEST_F(Export, ObjIsAFileAFrame) {
             "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
 }
 
+TEST_F(Export, ShorterObjExportLeavesNoFramesOfALongerOne) {
+  ASSERT_EQ(run_export({"--format", "obj"}).exit_status, 0);
+  const std::string other = out_ + "/notes.txt";
+  std::ofstream(other) << "mine";
+  ASSERT_EQ(run_export({"--format", "obj", "--force", "--to", "0.05"}).exit_status, 0);
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/frame-000003.obj"));
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/frame-000004.obj"));
+  EXPECT_FALSE(std::filesystem::exists(out_ + "/frame-000012.obj"));
+  EXPECT_TRUE(std::filesystem::exists(other));
+}
+
 TEST_F(Export, Pc2HoldsEveryVertexOfEverySample) {
   EXPECT_EQ(run_export({"--format", "pc2"}).exit_status, 0);
   const std::string bytes = contents(out_ + "/ball.pc2");
