@@ -25,6 +25,15 @@ struct Taken {
   std::uint32_t all = 0;
   std::uint32_t unseen = 0;
 };
+Taken take(MechanicsTrust& trust, std::uint32_t count, std::uint32_t level, double moves_level) {
+  Taken taken;
+  for (std::uint32_t frame = 0; frame < count; ++frame) {
+    const bool is_unseen = trust.take_unseen(level);
+    if (is_unseen) ++taken.unseen;
+    if (is_unseen || trust.take(level, moves_level)) ++taken.all;
+  }
+  return taken;
+}
 
 /// Of a body that was not at rest, after its first frame.
 MechanicsTrust begun() {
@@ -39,16 +48,6 @@ TEST(MechanicsTrust, TakesMechanicsAtOnceOfABodyThatWasAtRest) {
   EXPECT_FALSE(trust.take_unseen(0));
   EXPECT_TRUE(trust.take(10, 10.0 + MechanicsTrust::at_rest_levels));
   EXPECT_TRUE(trust.take_unseen(10));
-}
-
-Taken take(MechanicsTrust& trust, std::uint32_t count, std::uint32_t level, double moves_level) {
-  Taken taken;
-  for (std::uint32_t frame = 0; frame < count; ++frame) {
-    const bool is_unseen = trust.take_unseen(level);
-    if (is_unseen) ++taken.unseen;
-    if (is_unseen || trust.take(level, moves_level)) ++taken.all;
-  }
-  return taken;
 }
 
 TEST(MechanicsTrust, LooksAtTheMovesOnlyNowAndThenWhereMechanicsDoBetter) {
