@@ -20,7 +20,7 @@
 #include "base/address.h"
 #include "base/version.h"
 #include "config_file.h"
-#include "physics/isa.h"
+#include "physics/lanes/isa.h"
 
 namespace {
 

@@ -14,7 +14,7 @@
 
 #include "base/limits.h"
 #include "base/version.h"
-#include "physics/isa.h"
+#include "physics/lanes/isa.h"
 #include "physics/world.h"
 #include "scene_io/load.h"
 #include "scene_io/set_path.h"

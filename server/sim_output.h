@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/status.h"
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 #include "physics/world.h"
 
 namespace pneuma::sim {

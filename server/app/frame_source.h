@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "codec/simulated_motion.h"
-#include "physics/mesh.h"
+#include "physics/mesh/mesh.h"
 #include "physics/world.h"
 #include "pneuma/v1/frame.pb.h"
 

@@ -8,9 +8,9 @@
 #include <variant>
 #include <vector>
 
-#include "physics/contact_surface.h"
-#include "physics/gas.h"
-#include "physics/vertex_masses.h"
+#include "physics/forces/gas.h"
+#include "physics/rigid/contact_surface.h"
+#include "physics/state/vertex_masses.h"
 
 namespace pneuma::app {
 

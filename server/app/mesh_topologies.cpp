@@ -10,7 +10,7 @@
 
 #include "app/protocol.h"
 #include "codec/topology_hash.h"
-#include "physics/coarse_mesh.h"
+#include "physics/mesh/coarse_mesh.h"
 
 namespace pneuma::app {
 

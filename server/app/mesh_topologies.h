@@ -11,7 +11,7 @@
 
 #include "codec/frame_codec.h"
 #include "net/server.h"
-#include "physics/mesh.h"
+#include "physics/mesh/mesh.h"
 
 namespace pneuma::app {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::app {
 

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "base/limits.h"
-#include "physics/picking.h"
-#include "physics/shape.h"
+#include "physics/mesh/picking.h"
+#include "physics/scene/shape.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {

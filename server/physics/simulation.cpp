@@ -6,10 +6,12 @@
 #include <utility>
 
 #include "base/limits.h"
-#include "physics/gas.h"
-#include "physics/origin.h"
-#include "physics/sleep.h"
-#include "physics/soft_setup.h"
+#include "physics/contact/touch_groups.h"
+#include "physics/forces/gas.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/rest/sleep.h"
+#include "physics/rigid/rigid_motion.h"
+#include "physics/state/origin.h"
 
 namespace pneuma::physics {
 

@@ -5,10 +5,11 @@
 #include <variant>
 #include <vector>
 
-#include "physics/contact.h"
+#include "physics/choice/stability.h"
+#include "physics/choice/step_choice.h"
+#include "physics/choice/step_plan.h"
+#include "physics/contact/contact.h"
 #include "physics/solve_step.h"
-#include "physics/stability.h"
-#include "physics/step_plan.h"
 #include "physics/world.h"
 
 namespace pneuma::physics {

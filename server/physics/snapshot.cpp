@@ -6,7 +6,7 @@
 #include <type_traits>
 
 #include "base/limits.h"
-#include "physics/gas.h"
+#include "physics/forces/gas.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {

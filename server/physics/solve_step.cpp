@@ -2,8 +2,8 @@
 
 #include <cassert>
 
-#include "physics/implicit_euler.h"
-#include "physics/tr_bdf2.h"
+#include "physics/implicit/implicit_euler.h"
+#include "physics/implicit/tr_bdf2.h"
 
 namespace pneuma::physics {
 namespace {

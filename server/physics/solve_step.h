@@ -4,10 +4,10 @@
 
 #include <optional>
 
-#include "physics/forces.h"
-#include "physics/implicit_contact.h"
-#include "physics/implicit_solver.h"
-#include "physics/xpbd.h"
+#include "physics/contact/implicit_contact.h"
+#include "physics/forces/forces.h"
+#include "physics/implicit/implicit_solver.h"
+#include "physics/xpbd/xpbd.h"
 
 namespace pneuma::physics {
 

@@ -5,11 +5,12 @@
 #include <sstream>
 #include <utility>
 
-#include "physics/admission.h"
-#include "physics/distinct_contacts.h"
+#include "physics/choice/step_choice.h"
+#include "physics/contact/distinct_contacts.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/rest/sleep.h"
+#include "physics/scene/admission.h"
 #include "physics/simulation.h"
-#include "physics/sleep.h"
-#include "physics/soft_setup.h"
 
 namespace pneuma::physics {
 

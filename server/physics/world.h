@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "base/status.h"
-#include "physics/contact_note.h"
-#include "physics/measures.h"
-#include "physics/profile.h"
-#include "physics/scene.h"
-#include "physics/stability.h"
-#include "physics/state.h"
-#include "physics/workers.h"
+#include "physics/choice/stability.h"
+#include "physics/contact/contact_note.h"
+#include "physics/forces/measures.h"
+#include "physics/machine/profile.h"
+#include "physics/machine/workers.h"
+#include "physics/scene/scene.h"
+#include "physics/state/state.h"
 
 namespace pneuma::physics {
 

@@ -8,6 +8,7 @@
 
 #include "base/limits.h"
 #include "base/number_text.h"
+#include "physics/mesh/mesh_builders.h"
 #include "scene_io/embedded_files.h"
 #include "scene_io/obj.h"
 #include "scene_io/quoted.h"

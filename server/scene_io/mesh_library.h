@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/status.h"
-#include "physics/mesh_mend.h"
+#include "physics/mesh/mesh_mend.h"
 #include "pneuma/v1/scene.pb.h"
 
 namespace pneuma::scene_io {

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "base/status.h"
-#include "physics/mesh.h"
+#include "physics/mesh/mesh.h"
 
 namespace pneuma::scene_io {
 

@@ -7,7 +7,7 @@
 #include <google/protobuf/generated_enum_reflection.h>
 
 #include "base/limits.h"
-#include "physics/admission.h"
+#include "physics/scene/admission.h"
 #include "scene_io/translate.h"
 
 namespace pneuma::scene_io {

@@ -2,16 +2,16 @@
 #pragma once
 
 #include "base/status.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "pneuma/v1/scene.pb.h"
 #include "scene_io/mesh_library.h"
 
 namespace pneuma::scene_io {
 
-/// Fills in the defaults that scene.proto states and checks the result (physics/admission.h): what comes back can be
-/// stepped. Bodies share the meshes of the library, which must be the scene's own. Errors name the field's path; counts
-/// are checked before anything is allocated. What this version does not build (soft-soft contact against triangles,
-/// self-collision...) is refused with StatusCode::unsupported.
+/// Fills in the defaults that scene.proto states and checks the result (physics/scene/admission.h): what comes back can
+/// be stepped. Bodies share the meshes of the library, which must be the scene's own. Errors name the field's path;
+/// counts are checked before anything is allocated. What this version does not build (soft-soft contact against
+/// triangles, self-collision...) is refused with StatusCode::unsupported.
 [[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene, const MeshLibrary& meshes);
 /// The same, with the meshes built for it.
 [[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene);

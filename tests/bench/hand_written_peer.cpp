@@ -2,8 +2,8 @@
 #include <string>
 
 #include "bench/peers.h"
-#include "physics/isa.h"
-#include "physics/soft_setup.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/lanes/isa.h"
 
 namespace pneuma::bench {
 

@@ -14,9 +14,10 @@
 #include "bench/figures.h"
 #include "bench/median.h"
 #include "bench/peers.h"
-#include "physics/isa.h"
-#include "physics/soft_setup.h"
-#include "physics/step_plan.h"
+#include "physics/choice/step_plan.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/lanes/isa.h"
+#include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
 
 namespace pneuma::bench {

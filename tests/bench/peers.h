@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "physics/hinge.h"
-#include "physics/lane_step.h"
+#include "physics/lanes/lane_step.h"
+#include "physics/mesh/hinge.h"
 #include "physics/world.h"
 
 namespace pneuma::bench {

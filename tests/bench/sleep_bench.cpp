@@ -6,6 +6,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/figures.h"
+#include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
 
 namespace pneuma::bench {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::physics {
 

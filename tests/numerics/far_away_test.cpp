@@ -1,6 +1,7 @@
 // Shows that single precision holds far from the world's origin: a ball at (1e6, 0, 1e6) m falls and bounces there as
 // it does at the origin.
 #include "numerics/worlds.h"
+#include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::physics {
 namespace {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
 
 namespace pneuma::physics {

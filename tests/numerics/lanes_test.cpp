@@ -2,12 +2,13 @@
 // fleet of any size, with any number of threads, by whole ticks or substep by substep because others might touch it,
 // and across a snapshot. The golden hashes hold every compiler and machine to the same bits.
 #include "numerics/worlds.h"
-#include "physics/isa.h"
-#include "physics/soft_setup.h"
-#include "physics/step_plan.h"
+#include "physics/choice/step_plan.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/lanes/isa.h"
 
 #define PNEUMA_LANES lanes_one_abreast
-#include "physics/lane_kernel_source.h"
+#include "physics/lanes/lane_kernel_source.h"
+#include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::physics {
 namespace {

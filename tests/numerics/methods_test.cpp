@@ -1,5 +1,6 @@
 // Shows that pins, grabs, wind and bending act with every integrator, and that they come to the same rest.
 #include "numerics/worlds.h"
+#include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::physics {
 namespace {

@@ -2,7 +2,8 @@
 // cloth with fixed edges (Figs. 2-3), that pressure holds a body's shape (section 2.2), and that five balls live in a
 // rotating room (Fig. 1).
 #include "numerics/worlds.h"
-#include "physics/bounds.h"
+#include "physics/mesh/mesh_builders.h"
+#include "physics/state/bounds.h"
 
 namespace pneuma::physics {
 namespace {

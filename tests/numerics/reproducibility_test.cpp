@@ -1,6 +1,7 @@
 // Shows that a world's state is a function of its scene and its steps alone: the same hash on every run, with any
 // number of workers, and across a snapshot; and that a body that runs away is stopped without touching the others.
 #include "numerics/worlds.h"
+#include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::physics {
 namespace {

@@ -10,7 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "physics/forces.h"
+#include "physics/forces/forces.h"
+#include "physics/mesh/mesh_builders.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "numerics/known_scenes.h"
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::physics {
 

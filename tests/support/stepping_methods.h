@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/scene.h"
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::physics {
 

@@ -1,6 +1,7 @@
 // Shows that arrows point one way: main -> app -> {scene_io, physics, codec, net, persist, proto} -> base, and
 // pneuma -> replay -> {app, pneuma_client}.
-// Reads every #include below server/ and client/cpp/ and holds its first path component against the table.
+// Reads every #include below server/ and client/cpp/ and holds its first path component against the table. The rooms of
+// server/physics have arrows of their own, downwards in a second table.
 
 #include <algorithm>
 #include <filesystem>
@@ -37,6 +38,25 @@ const std::vector<Folder> folders = {
       "sys"}},
 };
 
+/// Rooms of server/physics, the upper ones first, each with those that it may include. "" is physics/ itself.
+const std::vector<Folder> rooms = {
+    {"",
+     {"choice", "rest", "contact", "implicit", "xpbd", "lanes", "forces", "rigid", "state", "scene", "mesh",
+      "machine"}},
+    {"choice", {"lanes", "forces", "state", "scene", "mesh"}},
+    {"rest", {"contact", "forces", "rigid", "state", "scene", "mesh"}},
+    {"contact", {"implicit", "forces", "rigid", "state", "scene", "mesh", "machine"}},
+    {"implicit", {"lanes", "forces", "state", "scene", "mesh", "machine"}},
+    {"xpbd", {"forces", "state", "scene", "mesh", "machine"}},
+    {"lanes", {"forces", "state", "scene", "mesh", "machine"}},
+    {"forces", {"state", "scene", "mesh", "machine"}},
+    {"rigid", {"state", "scene", "mesh", "machine"}},
+    {"state", {"scene", "mesh", "machine"}},
+    {"scene", {"mesh", "machine"}},
+    {"mesh", {"machine"}},
+    {"machine", {}},
+};
+
 struct Include {
   fs::path file;
   int line;
@@ -70,6 +90,39 @@ TEST(IncludeDirection, NoArrowGoesBack) {
           << include.file.string() << ":" << include.line << ": " << folder.path.string() << " may not include "
           << include.target;
     }
+  }
+}
+
+TEST(IncludeDirection, NoArrowBetweenRoomsOfPhysicsGoesBack) {
+  const fs::path physics = fs::path(PNEUMA_SOURCE_DIR) / "server/physics";
+  for (const Include& include : includes_below(physics)) {
+    const fs::path target = include.target;
+    if (*target.begin() != "physics") continue;
+    const fs::path own = include.file.lexically_relative(physics).parent_path();
+    const std::string other = target.lexically_relative("physics").parent_path();
+    const auto room = std::ranges::find(rooms, own, &Folder::path);
+    if (own == other || room == rooms.end()) continue;  // EveryRoomOfPhysicsIsInTheTable names it
+    EXPECT_TRUE(room->may_include.contains(other)) << include.file.string() << ":" << include.line << ": physics/"
+                                                   << own.string() << " may not include " << include.target;
+  }
+}
+
+// So that no two rooms can include each other, directly or through others.
+TEST(IncludeDirection, RoomsOfPhysicsMayIncludeOnlyThoseBelow) {
+  std::set<std::string> above;
+  for (const Folder& room : rooms) {
+    above.insert(room.path);
+    for (const std::string& other : room.may_include) {
+      EXPECT_FALSE(above.contains(other)) << room.path.string() << " may include " << other << ", which is not below";
+    }
+  }
+}
+
+TEST(IncludeDirection, EveryRoomOfPhysicsIsInTheTable) {
+  for (const auto& entry : fs::directory_iterator(fs::path(PNEUMA_SOURCE_DIR) / "server/physics")) {
+    if (!entry.is_directory()) continue;
+    EXPECT_NE(std::ranges::find(rooms, entry.path().filename(), &Folder::path), rooms.end())
+        << entry.path().string() << " has no line in the table of this test";
   }
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "numerics/extremes/run.h"
-#include "physics/soft_setup.h"
+#include "physics/forces/soft_setup.h"
 
 namespace pneuma::extremes {
 

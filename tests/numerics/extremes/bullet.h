@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bench/peers.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::extremes {
 

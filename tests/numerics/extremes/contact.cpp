@@ -6,7 +6,8 @@
 #include "bench/peers.h"
 #include "numerics/extremes/cases.h"
 #include "numerics/extremes/variants.h"
-#include "physics/stability.h"
+#include "physics/choice/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::extremes {
 namespace {

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <utility>
 
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"
 

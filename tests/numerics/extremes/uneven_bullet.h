@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::extremes {
 

@@ -9,7 +9,8 @@
 #include "numerics/known_scenes.h"
 #include "numerics/report/part.h"
 #include "numerics/report/timing.h"
-#include "physics/profile.h"
+#include "physics/machine/profile.h"
+#include "physics/mesh/mesh_builders.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"
 

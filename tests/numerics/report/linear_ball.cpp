@@ -5,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "physics/mesh/mesh_builders.h"
+
 namespace pneuma::report {
 namespace {
 

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::report {
 

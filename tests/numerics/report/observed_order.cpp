@@ -6,7 +6,7 @@
 #include "numerics/known_scenes.h"
 #include "numerics/report/methods.h"
 #include "numerics/report/part.h"
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::report {
 namespace {

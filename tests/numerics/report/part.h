@@ -12,7 +12,7 @@
 #include "numerics/report/page.h"
 #include "numerics/report/plot.h"
 #include "numerics/report/progress.h"
-#include "physics/workers.h"
+#include "physics/machine/workers.h"
 
 namespace pneuma::report {
 

@@ -4,7 +4,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "physics/stability.h"
+#include "physics/choice/stability.h"
+#include "physics/mesh/mesh_builders.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"
 

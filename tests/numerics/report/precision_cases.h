@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "numerics/report/precision_errors.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::report::precision {
 

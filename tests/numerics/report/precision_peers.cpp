@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "bench/peers.h"
+#include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::report::precision {
 

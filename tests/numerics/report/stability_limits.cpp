@@ -5,7 +5,8 @@
 
 #include "numerics/report/methods.h"
 #include "numerics/report/small_motions.h"
-#include "physics/stability.h"
+#include "physics/choice/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::report {
 namespace {

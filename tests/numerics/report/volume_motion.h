@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 namespace pneuma::report::volumes {
 

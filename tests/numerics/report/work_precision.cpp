@@ -10,7 +10,7 @@
 #include "numerics/report/precision_peers.h"
 #include "numerics/report/precision_plots.h"
 #include "numerics/report/precision_words.h"
-#include "physics/stability.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::report {
 namespace {

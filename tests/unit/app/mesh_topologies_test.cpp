@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/mesh/mesh_builders.h"
+
 namespace pneuma::app {
 namespace {
 

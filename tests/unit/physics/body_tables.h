@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "physics/implicit_solver.h"
-#include "physics/step_plan.h"
+#include "physics/choice/step_plan.h"
+#include "physics/implicit/implicit_solver.h"
 
 namespace pneuma::physics {
 

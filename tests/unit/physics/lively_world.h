@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
 
 namespace pneuma::physics {

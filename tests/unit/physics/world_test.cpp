@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/mesh/mesh_builders.h"
 #include "unit/physics/lively_world.h"
 
 namespace pneuma::physics {

@@ -1,0 +1,428 @@
+// Each method's longest step, what a step costs, and the choice between them.
+#include "physics/choice/step_choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <compare>
+#include <limits>
+#include <numbers>
+#include <sstream>
+#include <string_view>
+
+#include "base/limits.h"
+#include "physics/choice/stability.h"
+#include "physics/mesh/mesh.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
+
+// The fastest growth of a motion that a method cannot damp (explicit Euler and midpoint grow at any step): in a step
+// that we choose, and in one that we are given.
+constexpr double chosen_growth_max_1_s = 0.01;
+constexpr double given_growth_max_1_s = 1.0;
+
+// XPBD with one pass a substep rests at a volume too large by this times (w h)^2, w the gas's frequency, whatever the
+// springs: measured on a ball of 162 vertices, 1 kg, nRT = 100 J and 1e5 J, k from 1e3 to 1e9 N/m, 4 to 160 substeps.
+constexpr double xpbd_rest_error = 3.0;
+// A given step may leave it that much too large; past that it is wrong, and no mere error.
+constexpr double xpbd_given_rest_error_max = 0.05;
+// Of other loads the error is not known beforehand; small steps are what makes one pass enough.
+constexpr double xpbd_substeps_min = 20.0;
+
+// What a step costs in steps of symplectic Euler, one force evaluation each by the fastest kernel for a body alone:
+// measured on the ball above over the two seconds after it was let go at 0.9 of its size, k from 20 to 1e5 N/m.
+constexpr double implicit_euler_cost = 20.0;
+constexpr double tr_bdf2_cost = 60.0;
+
+struct Candidate {
+  Integrator integrator;
+  double cost;
+};
+// XPBD is not among them: what it costs to be within an error is not known before it is tried. Of those that cost the
+// same the first is taken.
+constexpr std::array<Candidate, 6> candidates{{{Integrator::symplectic_euler, 1.0},
+                                               {Integrator::explicit_euler, 1.0},
+                                               {Integrator::midpoint, 2.0},
+                                               {Integrator::rk4, 4.0},
+                                               {Integrator::implicit_euler, implicit_euler_cost},
+                                               {Integrator::tr_bdf2, tr_bdf2_cost}}};
+
+// The step at which one motion (frequency w, decay c) stops being damped. From each method's amplification factor:
+double longest_stable_step_s(Integrator integrator, double w, double c) {
+  if (!is_explicit(integrator)) return unlimited;
+  const double by_decay = c > 0.0 ? 1.0 / c : unlimited;  // half of what the real axis allows (2/c)
+  if (!(w > 0.0)) return by_decay;
+  switch (integrator) {
+    case Integrator::explicit_euler:  // |1 + iwh|: grows at w^2 h / 2, damping takes c / 2
+      return std::min(by_decay, (c + 2.0 * chosen_growth_max_1_s) / (w * w));
+    case Integrator::midpoint:  // grows at w (wh)^3 / 8
+      return std::min({by_decay, 0.5 / w, std::cbrt(8.0 * (0.5 * c + chosen_growth_max_1_s) / w) / w});
+    case Integrator::rk4:
+      return std::min(by_decay, 2.0 / w);  // limit 2.83 / w
+    case Integrator::symplectic_euler:
+      return std::min(by_decay, 1.0 / w);  // limit 2 / w
+    default:
+      return unlimited;
+  }
+}
+
+// The step at which such a motion grows out of bounds.
+double limit_of_one_s(Integrator integrator, double w, double c) {
+  if (!is_explicit(integrator)) return unlimited;
+  const double by_decay = c > 0.0 ? 2.0 / c : unlimited;
+  if (!(w > 0.0)) return by_decay;
+  switch (integrator) {
+    case Integrator::explicit_euler:
+      return std::min(by_decay, (c + 2.0 * given_growth_max_1_s) / (w * w));
+    case Integrator::midpoint:
+      return std::min(by_decay, std::cbrt(8.0 * (0.5 * c + given_growth_max_1_s) / w) / w);
+    case Integrator::rk4:
+      return std::min(1.39 * by_decay, 2.0 * std::numbers::sqrt2 / w);
+    case Integrator::symplectic_euler:  // (wh)^2 + 2 c h = 4
+      return 4.0 / (c + std::sqrt(c * c + 4.0 * w * w));
+    default:
+      return unlimited;
+  }
+}
+
+// Some methods grow but for the decay.
+double least_decay_1_s(const Frequencies& frequencies) {
+  return frequencies.fastest_decay_1_s - frequencies.decay_lacking_1_s;
+}
+
+// The step at which XPBD leaves a gas that much too large a volume.
+double xpbd_rest_step_s(const Frequencies& frequencies, double error) {
+  return frequencies.gas_rad_s > 0.0 ? std::sqrt(error / xpbd_rest_error) / frequencies.gas_rad_s : unlimited;
+}
+
+// Past this a given step is not to be taken unasked.
+double given_limit_s(Integrator integrator, const Frequencies& frequencies) {
+  return integrator == Integrator::xpbd ? xpbd_rest_step_s(frequencies, xpbd_given_rest_error_max)
+                                        : stability_limit_s(integrator, frequencies);
+}
+
+// The step at which a period of frequency w is off by `error`, from the leading term of each method's phase or
+// amplitude error.
+double period_step_s(Integrator integrator, double w, double error) {
+  constexpr double turn = 2.0 * std::numbers::pi;
+  if (!(w > 0.0)) return unlimited;
+  switch (integrator) {
+    case Integrator::explicit_euler:
+    case Integrator::implicit_euler:  // |1 / (1 - iwh)|: shrinks by (wh)^2 / 2 a step
+    case Integrator::xpbd:
+      return 2.0 * error / turn / w;
+    case Integrator::midpoint:
+      return std::sqrt(6.0 * error / turn) / w;
+    case Integrator::rk4:
+      return std::sqrt(std::sqrt(120.0 * error / turn)) / w;
+    case Integrator::symplectic_euler:
+      return std::sqrt(24.0 * error / turn) / w;
+    case Integrator::tr_bdf2: {  // error constant (3 g^2 - 4 g + 2) / (12 (2 - g)) at g = 2 - sqrt(2)
+      constexpr double error_constant = 0.0404;
+      return std::sqrt(error / (turn * error_constant)) / w;
+    }
+    case Integrator::automatic:
+      break;
+  }
+  return unlimited;
+}
+
+// The step at which the breathing's period is off by `error`.
+double longest_accurate_step_s(Integrator integrator, const Frequencies& frequencies, double error,
+                               double tick_period_s) {
+  const double w = frequencies.breathing_rad_s;
+  const bool seen = is_explicit(integrator) || w * tick_period_s < std::numbers::pi;
+  const double to_breathe = seen ? period_step_s(integrator, w, error) : unlimited;
+  if (integrator != Integrator::xpbd) return to_breathe;
+  return std::min({to_breathe, tick_period_s / xpbd_substeps_min, xpbd_rest_step_s(frequencies, error)});
+}
+
+// The motion of a body as a whole.
+struct Flight {
+  double fall_time_s = unlimited;  // in which it falls by its own length
+  double spin_rad_s = 0.0;         // at the start
+};
+
+Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2) {
+  if (!body.pins.empty() || (body.pin_boundary && !body.mesh->closed)) return {};
+  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), body.angular_velocity.norm()};
+}
+
+// The step at which a fall by the body's length is off by `error` of it. The methods of order 1 put a fall from rest
+// g h t / 2 off its place at t, the others none.
+double fall_step_s(Integrator integrator, const Flight& flight, double error) {
+  const bool exact =
+      integrator == Integrator::midpoint || integrator == Integrator::rk4 || integrator == Integrator::tr_bdf2;
+  return exact ? unlimited : error * flight.fall_time_s;
+}
+
+// The step at which a turn by a radian is off by `error` of it. Of what is as stiff as can be implicit Euler and XPBD
+// take the chord for the arc, explicit Euler the tangent, and each lose or win (wh)^2 of the spin a step; TR-BDF2 loses
+// up to half of that where its step does not resolve the springs (measured on the ball above at k = 1e6 N/m, 4 rad/s).
+// The others resolve what they step, and turn it with it.
+double turn_step_s(Integrator integrator, const Flight& flight, double error) {
+  constexpr double tr_bdf2_share = 0.5;
+  if (!(flight.spin_rad_s > 0.0)) return unlimited;
+  switch (integrator) {
+    case Integrator::explicit_euler:
+    case Integrator::implicit_euler:
+    case Integrator::xpbd:
+      return 2.0 * error / flight.spin_rad_s;
+    case Integrator::tr_bdf2:
+      return 2.0 * error / (tr_bdf2_share * flight.spin_rad_s);
+    default:
+      return unlimited;
+  }
+}
+
+/// To three digits.
+double rounded(double value) {
+  if (!(value > 0.0)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 2.0);
+  return std::round(value / unit) * unit;
+}
+
+/// What the bodies of a scene ask of a method.
+class Demands {
+ public:
+  Demands(const Scene& scene, FrequencyTable& known)
+      : scene_(scene),
+        period_s_(1.0 / scene.stepping.rate_hz),
+        frequencies_(known.estimate(scene.soft_bodies, scene.atmosphere)) {}
+
+  struct Step {
+    double step_s = unlimited;
+    double substeps = 1.0;
+    std::size_t body = 0;  // that asks for it
+  };
+  [[nodiscard]] Step longest_step(Integrator integrator) const {
+    const double error = scene_.stepping.error_target;
+    return shortest([&](std::size_t body) {
+      return std::min({longest_step_s(integrator, frequencies_[body], error, period_s_),
+                       fall_step_s(integrator, flight(body), error), turn_step_s(integrator, flight(body), error)});
+    });
+  }
+  [[nodiscard]] Step given_limit(Integrator integrator) const {
+    return shortest([&](std::size_t body) { return given_limit_s(integrator, frequencies_[body]); });
+  }
+  [[nodiscard]] const Frequencies& of(std::size_t body) const { return frequencies_[body]; }
+  [[nodiscard]] const std::string& name(std::size_t body) const { return scene_.soft_bodies[body].name; }
+
+  [[nodiscard]] std::string reason(Integrator integrator, const Step& step) const {
+    if (step.substeps <= 1.0) return "one substep is enough for every body";
+    const Flight flown = flight(step.body);
+    const double error = scene_.stepping.error_target;
+    std::ostringstream text;
+    text << '"' << name(step.body) << "\" ";
+    if (fall_step_s(integrator, flown, error) <= step.step_s) {
+      text << "falls by its own length in " << rounded(flown.fall_time_s) << " s";
+    } else if (turn_step_s(integrator, flown, error) <= step.step_s) {
+      text << "turns at " << rounded(flown.spin_rad_s) << " rad/s";
+    } else {
+      const Frequencies& frequencies = of(step.body);
+      text << "vibrates at up to " << rounded(frequencies.fastest_rad_s) << " rad/s and "
+           << (scene_.soft_bodies[step.body].gas ? "breathes" : "stretches as a whole") << " at "
+           << rounded(frequencies.breathing_rad_s) << " rad/s";
+    }
+    text << ": a step of at most " << rounded(step.step_s) << " s";
+    return text.str();
+  }
+
+ private:
+  [[nodiscard]] Flight flight(std::size_t body) const { return flight_of(scene_.soft_bodies[body], scene_.gravity); }
+  template <class Rule>
+  [[nodiscard]] Step shortest(const Rule& rule) const {
+    Step step;
+    for (std::size_t i = 0; i < frequencies_.size(); ++i) {
+      const double step_s = rule(i);
+      if (step_s < step.step_s) step = {step_s, std::max(1.0, std::ceil(period_s_ / step_s)), i};
+    }
+    return step;
+  }
+
+  const Scene& scene_;
+  double period_s_;
+  std::vector<Frequencies> frequencies_;
+};
+
+std::string body_path(std::size_t body) {
+  return std::string("soft_bodies[").append(std::to_string(body)).append("]");
+}
+
+base::Status too_many(const Demands& demands, const Demands::Step& step) {
+  std::ostringstream what;
+  what << "a step of \"" << demands.name(step.body) << "\" may be at most " << step.step_s << " s, which asks for "
+       << step.substeps << " substeps a tick; the limit is " << base::substeps_max
+       << " (lower stiffness, damping or pressure, more mass, a higher rate_hz, or an implicit integrator helps)";
+  return {base::StatusCode::failed_precondition, what.str(), body_path(step.body)};
+}
+
+bool can_touch(const Scene& scene) {
+  const auto meets_soft = [](const SoftBody& body) { return body.collision.soft != SoftCollision::none; };
+  return !scene.rigid_bodies.empty() || !scene.colliders.empty() ||
+         std::ranges::count_if(scene.soft_bodies, meets_soft) > 1;
+}
+
+SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
+  const double given = scene.stepping.substeps;
+  const double most = given > 0.0 ? given : base::substeps_max;
+  // Contact cuts moves after they were solved for. What that would put into a stiff body after a long implicit step is
+  // more than it had, so that it answers as a rigid one (contact_limit.h): implicit steps are for what nothing can
+  // touch, or for what no explicit one is stable for.
+  const bool touchable = can_touch(scene);
+  struct Rank {
+    bool meets_coarsely = true;
+    bool inaccurate = true;
+    double cost = unlimited;
+    auto operator<=>(const Rank&) const = default;
+  } best;
+  Integrator integrator = Integrator::automatic;
+  Demands::Step taken;
+  for (const Candidate& candidate : candidates) {
+    Demands::Step step = demands.longest_step(candidate.integrator);
+    const bool accurate = step.substeps <= most;
+    if (!accurate) step = demands.given_limit(candidate.integrator);
+    if (step.substeps > most) continue;
+    if (given > 0.0 || !accurate) step.substeps = most;
+    const Rank rank{touchable && !is_explicit(candidate.integrator), !accurate, candidate.cost * step.substeps};
+    if (rank < best) {
+      best = rank;
+      integrator = candidate.integrator;
+      taken = step;
+    }
+  }
+  std::ostringstream reason;
+  reason << name_of(integrator);
+  if (best.inaccurate) {
+    reason << " is stable, but not within the error target, with " << taken.substeps << " substeps";
+  } else {
+    reason << " costs least, about " << best.cost << " force evaluations a tick";
+  }
+  if (best.meets_coarsely) {
+    reason << "; at contact it may take stiff bodies for rigid ones, but no explicit method is stable within " << most
+           << " substeps";
+  } else if (touchable) {
+    reason << ", of the explicit methods, as others may take stiff bodies for rigid ones at contact";
+  }
+  if (!scene.soft_bodies.empty() && !best.inaccurate) {
+    const Demands::Step symplectic = demands.longest_step(Integrator::symplectic_euler);
+    if (integrator != Integrator::symplectic_euler) {
+      reason << " where SYMPLECTIC_EULER asks for " << symplectic.substeps << " substeps";
+    }
+    reason << "; " << demands.reason(integrator, taken);
+  }
+  return SubstepChoice{static_cast<std::uint32_t>(taken.substeps), integrator, reason.str()};
+}
+
+// Whether a bound that costs little already says so: an edit of a large scene should not wait for the estimate.
+bool surely_within_limits(const Scene& scene) {
+  const double step_s = 1.0 / scene.stepping.rate_hz / scene.stepping.substeps;
+  const Integrator integrator = scene.stepping.integrator;
+  if (!is_explicit(integrator) && integrator != Integrator::xpbd) return true;
+  return std::ranges::all_of(scene.soft_bodies, [&](const SoftBody& body) {
+    const Frequencies bound = bound_frequencies(body, scene.atmosphere);
+    // Damping helps explicit Euler and midpoint, and may be less than its bound.
+    const double undamped_s = limit_of_one_s(integrator, bound.fastest_rad_s, 0.0);
+    return step_s <= std::min(undamped_s, given_limit_s(integrator, bound));
+  });
+}
+
+base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& known) {
+  const Stepping& stepping = scene.stepping;
+  if (surely_within_limits(scene)) return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
+  const Demands demands(scene, known);
+  const Demands::Step last = demands.given_limit(stepping.integrator);
+  if (last.substeps <= stepping.substeps) {
+    return SubstepChoice{stepping.substeps, stepping.integrator, "as the scene says"};
+  }
+  const bool xpbd = stepping.integrator == Integrator::xpbd;
+  std::ostringstream limit;
+  limit << '"' << demands.name(last.body) << '"';
+  if (xpbd) {
+    limit << " rests within " << 100.0 * xpbd_given_rest_error_max << " % of its volume";
+  } else {
+    limit << " is stable";
+  }
+  limit << " up to a step of " << last.step_s << " s, " << last.substeps << " substeps";
+  const Demands::Step chosen = demands.longest_step(stepping.integrator);
+  switch (stepping.on_unstable) {
+    case OnUnstable::refuse: {
+      std::ostringstream what;
+      what << stepping.substeps << " are too few: " << limit.str()
+           << " (with a margin and the error target, 0 or on_unstable SUBSTEP ";
+      if (chosen.substeps > base::substeps_max) {
+        what << "asks for " << chosen.substeps << ", past the limit of " << base::substeps_max;
+      } else {
+        what << "takes " << chosen.substeps;
+      }
+      what << "; ALLOW goes on)";
+      return base::Status(base::StatusCode::failed_precondition, what.str(), "stepping.substeps");
+    }
+    case OnUnstable::substep: {
+      if (chosen.substeps > base::substeps_max) return too_many(demands, chosen);
+      return SubstepChoice{static_cast<std::uint32_t>(chosen.substeps), stepping.integrator,
+                           "raised from " + std::to_string(stepping.substeps) + ": " + limit.str()};
+    }
+    case OnUnstable::allow:
+      break;
+  }
+  return SubstepChoice{
+      stepping.substeps, stepping.integrator,
+      std::string("as the scene says, though ") + (xpbd ? "inaccurate: " : "unstable: ") + limit.str()};
+}
+
+}  // namespace
+
+std::string_view name_of(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::explicit_euler:
+      return "EXPLICIT_EULER";
+    case Integrator::midpoint:
+      return "MIDPOINT";
+    case Integrator::rk4:
+      return "RK4";
+    case Integrator::symplectic_euler:
+      return "SYMPLECTIC_EULER";
+    case Integrator::implicit_euler:
+      return "IMPLICIT_EULER";
+    case Integrator::tr_bdf2:
+      return "TR_BDF2";
+    case Integrator::xpbd:
+      return "XPBD";
+    case Integrator::automatic:
+      return "AUTO";
+  }
+  return {};
+}
+
+double stability_limit_s(Integrator integrator, const Frequencies& frequencies) {
+  return std::min({limit_of_one_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                   limit_of_one_s(integrator, frequencies.fastest_rad_s, least_decay_1_s(frequencies)),
+                   limit_of_one_s(integrator, frequencies.breathing_rad_s, frequencies.breathing_decay_1_s),
+                   limit_of_one_s(integrator, frequencies.bending_rad_s, 0.0)});
+}
+
+double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
+                      double tick_period_s) {
+  return std::min({longest_stable_step_s(integrator, frequencies.fastest_rad_s, frequencies.fastest_decay_1_s),
+                   longest_stable_step_s(integrator, frequencies.fastest_rad_s, least_decay_1_s(frequencies)),
+                   longest_stable_step_s(integrator, frequencies.breathing_rad_s, frequencies.breathing_decay_1_s),
+                   longest_stable_step_s(integrator, frequencies.bending_rad_s, 0.0),
+                   longest_accurate_step_s(integrator, frequencies, error_target, tick_period_s)});
+}
+
+base::Result<SubstepChoice> choose_substeps(const Scene& scene, FrequencyTable& known) {
+  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene, known));
+  if (scene.stepping.substeps > 0) return choose_given(scene, known);
+  const Demands demands(scene, known);
+  const Demands::Step step = demands.longest_step(scene.stepping.integrator);
+  if (step.substeps > base::substeps_max) return too_many(demands, step);
+  return SubstepChoice{static_cast<std::uint32_t>(step.substeps), scene.stepping.integrator,
+                       demands.reason(scene.stepping.integrator, step)};
+}
+
+}  // namespace pneuma::physics

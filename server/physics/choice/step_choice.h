@@ -1,0 +1,44 @@
+// Which integrator steps a scene, and how long a step it may take, from the scene's stiffness.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "base/status.h"
+#include "physics/choice/stability.h"
+#include "physics/scene/scene.h"
+
+namespace pneuma::physics {
+
+/// As the scene format has it: "SYMPLECTIC_EULER".
+[[nodiscard]] std::string_view name_of(Integrator integrator);
+
+/// Past this step the motion grows out of bounds: no margin, except that explicit Euler and midpoint, which grow at any
+/// step without damping, may grow e-fold in a second. Infinite for the implicit methods and XPBD.
+[[nodiscard]] double stability_limit_s(Integrator integrator, const Frequencies& frequencies);
+
+/// The longest step that keeps a motion of these frequencies from growing, with a margin (see the source for each
+/// method's condition), and the breathing motion within error_target a period. Breathing that takes less than two ticks
+/// is not seen at all: of it the implicit methods and XPBD keep the mean alone.
+[[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
+                                    double tick_period_s);
+
+struct SubstepChoice {
+  std::uint32_t substeps = 1;
+  Integrator integrator = Integrator::midpoint;  // never `automatic`
+  std::string reason;
+};
+
+/// The integrator and the number of substeps that a scene asks for or leaves open.
+/// Steps are chosen to hold every body's breathing (longest_step_s), its fall by its own length and, at the spin it
+/// begins with, its turn by a radian within the error target.
+/// AUTO is the method that meets every body's longest step at the least cost in force evaluations, within the substeps
+/// that the scene gives or substeps_max; where none does, the cheapest that is stable. Where bodies can touch anything
+/// the explicit methods come first: at long implicit steps stiff ones meet as rigid bodies.
+/// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
+/// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
+/// needed, naming the body.
+[[nodiscard]] base::Result<SubstepChoice> choose_substeps(const Scene& scene, FrequencyTable& known);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,217 @@
+#include "physics/contact/contact.h"
+
+#include <algorithm>
+#include <functional>
+#include <ranges>
+
+#include "physics/contact/touch_groups.h"
+#include "physics/rigid/rigid_contacts.h"
+#include "physics/rigid/rigid_motion.h"
+
+namespace pneuma::physics {
+namespace {
+
+// Waking other threads takes some 10 us, in which one thread does about this many vertices.
+constexpr std::size_t parallel_vertices_min = 2'048;
+
+// The vertices of each that are near are listed for so many pairs at a time: in a heap of bodies each pair has many.
+constexpr std::size_t pairs_at_once = 1'024;
+
+// Wakes a sleeper that was touched in this substep, and its group. The rigid ones get the gravity that the others have
+// already; soft ones do not move before the next substep.
+template <class Real>
+void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::size_t body,
+                  const SubstepPhysics& physics) {
+  const bool asleep = body < soft.size() ? soft[body].rest.asleep : rigid[body - soft.size()].rest.asleep;
+  if (!asleep) return;
+  for (const std::size_t i : wake_group(soft, rigid, body)) {
+    if (i >= soft.size()) rigid[i - soft.size()].velocity += physics.dt_s * physics.gravity_m_s2;
+  }
+}
+
+}  // namespace
+
+template <class Real>
+template <class Work>
+void Contacts<Real>::for_each(Workers& workers, std::size_t count, const Work& work) {
+  if (workers.threads() > 1 && vertices_ >= parallel_vertices_min) {
+    workers.for_each(count, std::cref(work));
+    return;
+  }
+  for (std::size_t i = 0; i < count; ++i) work(i);
+}
+
+template <class Real>
+void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                             std::span<const ColliderState> colliders,
+                             std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings,
+                             double dt_s, std::span<ContactNotes> notes, Workers& workers, Profile* profile) {
+  const auto meets_soft = [](const SoftState<Real>& body) {
+    return !body.frozen && body.body.collision.soft != SoftCollision::none;
+  };
+  const auto is_awake = [](const auto& body) { return body.is_awake(); };
+  if (std::ranges::none_of(soft, is_awake) && std::ranges::none_of(rigid, is_awake)) return;
+  const bool solids = !rigid.empty() || !colliders.empty();
+  const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
+  if (!solids && !pairs) return;
+
+  const SubstepPhysics physics = SubstepPhysics::of(surroundings.gravity, dt_s);
+  start_m_s_ = start_m_s;
+  notes_ = notes;
+  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
+  if (!soft.empty()) {
+    const StageTimer timer(profile, Stage::bounds);
+    bounds_.resize(soft.size());
+    vertices_ = 0;
+    for (const SoftState<Real>& body : soft) {
+      if (body.is_awake()) vertices_ += body.x.size();
+    }
+    for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+  }
+  pairs_.clear();
+  if (pairs) meet_soft_bodies(soft, physics, workers, profile);
+  wake_hit_pairs(soft, rigid, physics);
+  rigid_touched_.assign(rigid.size(), 0);
+  if (solids && !soft.empty()) {
+    const StageTimer timer(profile, Stage::solid_contact);
+    meet_solids(soft, rigid, colliders, physics, workers);
+  }
+  if (!rigid.empty()) {
+    const StageTimer timer(profile, Stage::rigid);
+    wake_near_rigid(soft, rigid, physics);
+    rigid_solver_.solve(rigid, colliders, rigid_touched_, surroundings.gravity, dt_s);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const SubstepPhysics& physics, Workers& workers,
+                                      Profile* profile) {
+  {
+    const StageTimer timer(profile, Stage::broad_phase);
+    find_soft_pairs<Real>(soft, bounds_, order_, pairs_);
+  }
+  if (pairs_.empty()) return;
+
+  const StageTimer timer(profile, Stage::soft_contact);
+  near_.resize(std::min(pairs_.size(), pairs_at_once));
+  for_each(workers, bounds_.size(), [&](std::size_t i) {
+    const bool is_paired = std::ranges::binary_search(pairs_, static_cast<std::uint32_t>(i), {}, &SoftPair::a);
+    if (is_paired) fit_means(soft[i], bounds_[i]);
+  });
+  for (std::size_t first = 0; first < pairs_.size(); first += pairs_at_once) {
+    const auto some = std::span(pairs_).subspan(first, std::min(pairs_at_once, pairs_.size() - first));
+    for_each(workers, some.size(), [&](std::size_t p) {
+      const std::uint32_t a = some[p].a;
+      const std::uint32_t b = some[p].b;
+      near_[p].clear();
+      find_near_vertices(soft[a], bounds_[a], soft[b], bounds_[b], near_[p]);
+    });
+    // One pair after the other: each meets what those before it left.
+    for (std::size_t p = 0; p < some.size(); ++p) {
+      const std::uint32_t a = some[p].a;
+      const std::uint32_t b = some[p].b;
+      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s,
+                  limit_of(soft[a]), start_of(a), hits_);
+      some[p].hit = !hits_.empty();
+      if (notes_.empty()) continue;
+      for (const VertexHit& hit : hits_)
+        notes_[a].push_back({hit.vertex, VertexContact::Other::soft, b, hit.hit.normal});
+    }
+  }
+}
+
+// Colliders last: they do not give way, so what a rigid body pushed into them must come back.
+template <class Real>
+void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                                 std::span<const ColliderState> colliders, const SubstepPhysics& physics,
+                                 Workers& workers) {
+  for (std::uint32_t r = 0; r < rigid.size(); ++r) {
+    if (!is_active(rigid[r])) continue;
+    refit_stale(soft);
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, limit_of(soft[i]), start_of(i), notes_of(i))) {
+        continue;
+      }
+      rigid_touched_[r] = 1;
+      wake_touched(soft, rigid, i, physics);
+      wake_touched(soft, rigid, soft.size() + r, physics);
+    }
+  }
+  if (colliders.empty()) return;
+  refit_stale(soft);
+  collider_moves_.clear();
+  for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
+  const auto meet = [&](std::size_t i) {
+    if (!bounds_[i].active || !soft[i].is_awake()) return;
+    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, limit_of(soft[i]), start_of(i), notes_of(i));
+  };
+  if (start_m_s_.empty()) return for_each(workers, bounds_.size(), meet);
+  for (std::size_t i = 0; i < bounds_.size(); ++i) meet(i);  // the limit has room for one
+}
+
+template <class Real>
+ContactLimit<Real>* Contacts<Real>::limit_of(const SoftState<Real>& body) {
+  return start_m_s_.empty() || !body.pinned.empty() ? nullptr : &limit_;
+}
+
+template <class Real>
+std::span<const Vec3<Real>> Contacts<Real>::start_of(std::size_t body) const {
+  return start_m_s_.empty() ? std::span<const Vec3<Real>>() : std::span<const Vec3<Real>>(start_m_s_[body]);
+}
+
+template <class Real>
+void Contacts<Real>::refit_stale(std::span<SoftState<Real>> soft) {
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    if (bounds_[i].active && bounds_[i].stale) fit_boxes(soft[i], bounds_[i]);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::fit(const SoftState<Real>& body, BodyBounds& bounds) const {
+  if (body.rest.asleep && bounds.asleep) return;
+  bounds = {};
+  if (body.frozen) return;
+  fit_boxes(body, bounds);
+  bounds.asleep = body.rest.asleep;
+}
+
+template <class Real>
+void Contacts<Real>::wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                                    const SubstepPhysics& physics) {
+  for (const SoftPair& pair : pairs_) {
+    if (!pair.hit) continue;
+    wake_touched(soft, rigid, pair.a, physics);
+    wake_touched(soft, rigid, pair.b, physics);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                                     const SubstepPhysics& physics) {
+  for (std::uint32_t b = 0; b < rigid.size(); ++b) {
+    for (std::uint32_t a = 0; a < rigid.size() && rigid[b].rest.asleep; ++a) {
+      if (!rigid[a].is_awake() || !is_active(rigid[a])) continue;
+      rigid_near_.clear();
+      find_rigid_contacts(rigid, a, b, physics.dt_s, rigid_near_);
+      if (!rigid_near_.empty()) wake_touched(soft, rigid, soft.size() + b, physics);
+    }
+  }
+}
+
+template <class Real>
+void Contacts<Real>::add_bytes(Profile& profile) const {
+  const auto add = [&](Stage stage, std::size_t bytes) { profile[static_cast<std::size_t>(stage)].bytes += bytes; };
+  add(Stage::bounds, bounds_.capacity() * sizeof(BodyBounds));
+  add(Stage::broad_phase, order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
+  std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
+  for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
+  add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes);
+  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove) + limit_.bytes());
+  add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
+}
+
+template class Contacts<float>;
+template class Contacts<double>;
+
+}  // namespace pneuma::physics

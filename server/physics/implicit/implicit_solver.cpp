@@ -1,0 +1,222 @@
+#include "physics/implicit/implicit_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/forces/gas.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// Of the error target times the body's length: the move that a step may leave out, so that a settled body costs one
+// solve of the preconditioner. What steps leave out adds up as a force would, so shorter ones than this may leave out
+// an acceleration that comes to as much within it.
+constexpr double settled_share = 1e-3;
+constexpr double settled_time_s = 1.0 / 60.0;
+// Of the mean spacing of the particles: moves up to it change no edge's direction by much, and are taken as they are.
+constexpr double small_move = 0.1;
+// Of the body's length: the furthest that velocities are trusted to tell where a particle will be, seen from the body.
+constexpr double trusted_move = 0.25;
+constexpr int shortenings_max = 12;
+// The like of small_move for a step that vertices are held in, whose turns are less small; and of such a step, what it
+// may move them in held directions to count as one that they are held in already.
+constexpr double small_held_move = 0.01;
+constexpr double small_jump = 1e-6;
+// A vertex held alone begins with all that its springs can hold, far more than what is left when the rest has followed.
+constexpr double held_tightening = 1e-3;
+
+Vec3d mean(std::span<const Vec3d> points) {
+  Vec3d sum = Vec3d::Zero();
+  for (const Vec3d& point : points) sum += point;
+  return sum / static_cast<double>(points.size());
+}
+
+// Of the centre of mass.
+template <class Real>
+Vec3d mean_velocity(const SoftState<Real>& body, std::span<const Vec3d> velocities) {
+  Vec3d sum = Vec3d::Zero();
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < velocities.size(); ++i) sum += share(i) * velocities[i];
+  });
+  return sum / static_cast<double>(velocities.size());
+}
+
+template <class Real>
+double settled_speed_m_s(const SoftState<Real>& body, const ImplicitStage& stage, const StageAccuracy& accuracy) {
+  return settled_share * accuracy.error_target * static_cast<double>(body.length_m) *
+         std::min(stage.s / (settled_time_s * settled_time_s), 1.0 / stage.s);
+}
+
+// What turning edges does to springs beyond what a linear system knows: each may end longer by the move's square over
+// twice its length.
+template <class Real>
+double turning_j(const SoftState<Real>& body, double move_m, double spacing_m) {
+  const double longer_m = 0.5 * move_m * move_m / spacing_m;
+  const Springs& springs = body.body.springs;
+  auto edges = static_cast<double>(body.body.mesh->edges.size());
+  if (!springs.vertex_stiffness_scale.empty()) {
+    edges = 0.0;
+    for (const Edge& edge : body.body.mesh->edges) edges += springs.stiffness_scale(edge);
+  }
+  return 0.5 * springs.stiffness_n_m * edges * longer_m * longer_m;
+}
+
+double step_held_m_s(const Hold& hold, const Vec3d& step) {
+  return (step - hold.free * step).norm();
+}
+
+}  // namespace
+
+double spread(std::span<const Vec3d> points) {
+  const Vec3d centre = mean(points);
+  double squared = 0.0;
+  for (const Vec3d& point : points) squared = std::max(squared, (point - centre).squaredNorm());
+  return std::sqrt(squared);
+}
+
+template <class Real>
+std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                                   std::span<const Vec3d> x, std::span<const Vec3d> v,
+                                                   const Surroundings& surroundings, Profile* profile) {
+  forces_.evaluate(body, tables.lanes, surroundings, x, v, profile);
+  return forces_.force_n();
+}
+
+// Sets residual_ to M (u0 - u) + s f. False where it is not finite.
+template <class Real>
+bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                         const ImplicitStage& stage, const Surroundings& surroundings,
+                                         std::span<const Vec3d> u, Profile* profile) {
+  x_.resize(u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) x_[i] = stage.x0[i] + stage.s * u[i];
+  const std::span<const Vec3d> f = force(body, tables, x_, u, surroundings, profile);
+  const StageTimer timer(profile, Stage::integrate);
+  const double mean_kg = static_cast<double>(body.vertex_mass_kg);
+  residual_.resize(u.size());
+  Vec3d sum = Vec3d::Zero();  // it is finite where all are
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      residual_[i] = mean_kg * share(i) * (stage.u0[i] - u[i]) + stage.s * f[i];
+      sum += residual_[i];
+    }
+  });
+  return sum.allFinite();
+}
+
+template <class Real>
+bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                                 const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
+                                 Profile* profile) {
+  tables.matrices->update(tables.held.steps, body, surroundings, stage.s);
+  if (!tables.held.steps) return false;
+  const double length_m = static_cast<double>(body.length_m);
+  const double guess_m = stage.s * spread(u);
+  if (guess_m > trusted_move * length_m) {
+    const Vec3d centre = mean_velocity(body, u);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      if (!body.is_pinned(i)) u[i] = centre + trusted_move * length_m / guess_m * (u[i] - centre);
+    }
+  }
+  const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
+  const double settled_j = tables.held.steps->least_share * body.body.mass_kg * settled_m_s * settled_m_s;
+  const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
+
+  if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  std::uint32_t iterations_max = accuracy.newton_iterations;
+  for (std::uint32_t iteration = 1; iteration <= iterations_max; ++iteration) {
+    double slope = 0.0;
+    double spread_m = 0.0;
+    {
+      const StageTimer timer(profile, Stage::integrate);
+      slope = system_.solve(body, *tables.held.steps, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
+                            {accuracy.error_target, settled_m_s}, step_);
+      spread_m = stage.s * spread(step_);
+    }
+    if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
+    if (turning_j(body, spread_m, spacing_m) > settled_j) {
+      has_turned_ = true;
+      iterations_max = std::max(iterations_max, accuracy.turned_iterations);
+    }
+    if (spread_m > small_move * spacing_m) {
+      // What nothing holds moves as a whole by the step of its centre of mass, exactly: that part is not to be
+      // shortened.
+      const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
+      const Vec3d whole = loose ? mean_velocity(body, step_) : Vec3d::Zero();
+      if (!take_step(body, tables, stage, surroundings, slope, spread_m, whole, u, profile)) return false;
+      continue;
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
+    const bool last = iteration == iterations_max || slope <= settled_j;
+    if (last) {
+      move_volume(body, stage, surroundings);
+      return true;
+    }
+    if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  }
+  return true;
+}
+
+template <class Real>
+bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                                        std::span<const Hold> holds, const StageAccuracy& accuracy,
+                                        const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
+  tables.matrices->update(tables.held.touching, body, surroundings, stage.s);
+  if (!tables.held.touching || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  const StageTimer timer(profile, Stage::integrate);
+  const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
+  system_.solve_held(body, *tables.held.touching, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()}, holds,
+                     {held_tightening * accuracy.error_target, settled_m_s}, step_);
+  last_move_m_ = stage.s * spread(step_);
+  if (!std::isfinite(last_move_m_)) return false;
+  const bool held_already = std::ranges::all_of(holds, [&](const Hold& hold) {
+    return stage.s * step_held_m_s(hold, step_[hold.vertex]) <= small_jump * last_move_m_;
+  });
+  const double spacing_m = static_cast<double>(body.length_m) / std::sqrt(static_cast<double>(u.size()));
+  if (held_already && last_move_m_ > small_held_move * spacing_m) {
+    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, Vec3d::Zero(), u, profile);
+  }
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
+  move_volume(body, stage, surroundings);
+  return true;
+}
+
+// From where the force was found to a step further.
+template <class Real>
+void ImplicitSolver<Real>::move_volume(SoftState<Real>& body, const ImplicitStage& stage,
+                                       const Surroundings& surroundings) const {
+  if (!body.gas) return;
+  body.volume_m3 += stage.s * system_.volume_change_m3(step_);
+  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
+}
+
+// Goes along step_ as far as is safe, and leaves the residual there.
+template <class Real>
+bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables,
+                                     const ImplicitStage& stage, const Surroundings& surroundings, double slope,
+                                     double spread_m, const Vec3d& whole, std::vector<Vec3d>& u, Profile* profile) {
+  double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
+  for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
+    trial_.resize(u.size());
+    for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + whole + share * (step_[i] - whole);
+    if (!find_residual(body, tables, stage, surroundings, trial_, profile)) continue;
+    // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
+    const bool safe = dot(residual_, step_) >= -slope;
+    if (safe || shortening == shortenings_max) {
+      u.swap(trial_);
+      return true;
+    }
+  }
+  return false;
+}
+
+template <class Real>
+std::size_t ImplicitSolver<Real>::bytes() const {
+  return system_.bytes() + forces_.bytes() +
+         (x_.capacity() + residual_.capacity() + step_.capacity() + trial_.capacity()) * sizeof(Vec3d);
+}
+
+template class ImplicitSolver<float>;
+template class ImplicitSolver<double>;
+
+}  // namespace pneuma::physics

@@ -1,0 +1,110 @@
+// The linear system of an implicit step of length s: (M + s D + s^2 K) du = b, with the tangents of springs, damping,
+// bending, gas, wind and grabs.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "physics/implicit/implicit_matrix.h"
+
+namespace pneuma::physics {
+
+/// Over all vertices; the two are of one size.
+[[nodiscard]] double dot(std::span<const Vec3d> a, std::span<const Vec3d> b);
+
+/// A vertex whose velocity is given in some directions.
+struct Hold {
+  std::uint32_t vertex = 0;
+  Eigen::Matrix3d free = Eigen::Matrix3d::Zero();  // the projection on the directions that are not
+  Vec3d velocity = Vec3d::Zero();                  // m/s; counts in the other directions
+};
+
+/// Solved by conjugate gradients on a product that forms no matrix, with the body's ImplicitMatrix for a
+/// preconditioner. The gas's rank-one term goes into it by the Sherman-Morrison-Woodbury formula. Room for one solve at
+/// a time, of any body.
+class ImplicitSystem {
+ public:
+  /// Where the tangents are taken, and the right-hand side.
+  struct Problem {
+    std::span<const Vec3d> x;                   // m
+    std::span<const Vec3d> v;                   // m/s
+    std::span<const Vec3d> b;                   // N s
+    std::span<const Vec3d> volume_gradient_m2;  // at x, of bodies with gas; 0 on pinned particles
+  };
+  struct Tolerance {
+    double relative = 0.0;
+    double absolute_m_s = 0.0;
+  };
+
+  /// Solves for `step`, until the error is below `relative` of it or its mean square over the vertices below
+  /// absolute_m_s^2, both in the preconditioner's norm. `body` gives the gas and its volume at x. The first guess is
+  /// the preconditioner's own answer: it keeps the total momentum of b to round-off however few iterations follow.
+  /// Returns b . step, the rate at which the step goes down.
+  template <class Real>
+  double solve(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
+               const Problem& problem, const Tolerance& tolerance, std::vector<Vec3d>& step);
+
+  /// The same where the held velocities, which are v + step, are met exactly. Conjugate gradients in what is left free
+  /// (Baraff and Witkin, "Large Steps in Cloth Simulation", 1998, section 5), over the matrix without holds,
+  /// which is factored already.
+  template <class Real>
+  void solve_held(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
+                  const Problem& problem, std::span<const Hold> holds, const Tolerance& tolerance,
+                  std::vector<Vec3d>& step);
+  /// The impulses, N s, that the last solve_held() left unanswered: of held directions, what the holds took up.
+  [[nodiscard]] std::span<const Vec3d> residual_n_s() const { return residual_; }
+
+  /// dV/dx . step: by how much a move of `step` changes the volume. With the last problem's gradient.
+  [[nodiscard]] double volume_change_m3(std::span<const Vec3d> step) const;
+
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  struct EdgeTangent {
+    Vec3d direction = Vec3d::Zero();
+    double along = 0.0;          // N s^2/m, of springs and damping
+    double across = 0.0;         // of stretched springs; a compressed one's is negative, and left out
+    Vec3d turn = Vec3d::Zero();  // of -P grad^2 V
+  };
+  struct HingeTangent {
+    std::array<std::uint32_t, 4> vertices{};
+    std::array<Vec3d, 4> gradient{};
+    double stiffness = 0.0;
+  };
+
+  template <class Real>
+  void begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Problem& problem);
+  template <class Real>
+  void linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem);
+  template <class Real>
+  void linearise_edges(const SoftState<Real>& body, std::span<const Vec3d> x);
+  void linearise_bending(std::span<const Hinge> hinges, std::span<const Vec3d> x);
+  void linearise_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3d> x,
+                      std::span<const Vec3d> v);
+  void multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const;
+  void precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z);
+  void solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z);
+  [[nodiscard]] bool has_gas() const { return !volume_gradient_.empty() && gas_stiffness_ > 0.0; }
+  void add_gas(std::vector<Vec3d>& z) const;
+  void iterate(double enough, std::vector<Vec3d>& step);
+  void clear_pinned(std::vector<Vec3d>& points) const;
+  void clear_held(std::vector<Vec3d>& points) const;
+
+  // Of the solve under way.
+  const ImplicitMatrix* matrix_ = nullptr;
+  std::span<const Vec3d> volume_gradient_;  // where there is gas
+  double gas_stiffness_ = 0.0;              // s^2 times -dP/dV
+  double gas_share_ = 0.0;
+  std::span<const Hold> holds_;
+
+  std::vector<EdgeTangent> edges_;
+  std::vector<Eigen::Matrix3d> drags_;  // a face, where there is wind
+  std::vector<HingeTangent> bends_;     // where there is bending
+  std::vector<Vec3d> gas_answer_;       // the preconditioner's to the gradient
+  std::vector<Vec3d> residual_, direction_, product_, conditioned_, filtered_;
+  std::vector<FactorRow<4>> rows4_;
+  std::vector<FactorRow<8>> rows8_;
+};
+
+}  // namespace pneuma::physics

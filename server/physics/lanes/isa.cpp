@@ -1,0 +1,51 @@
+#include "physics/lanes/isa.h"
+
+#include <algorithm>
+#include <atomic>
+#include <string>
+
+namespace pneuma::physics {
+
+namespace {
+
+Isa best_isa() {
+  for (const Isa isa : {Isa::v4, Isa::v3}) {
+    if (has_isa(isa)) return isa;
+  }
+  return Isa::baseline;
+}
+
+std::atomic<Isa>& chosen() {
+  static std::atomic<Isa> isa{best_isa()};
+  return isa;
+}
+
+}  // namespace
+
+bool has_isa(Isa isa) {
+#if defined(__x86_64__)
+  // GCC gives a bit, Clang a truth value.
+  if (isa == Isa::v4) return __builtin_cpu_supports("x86-64-v4") != 0;
+  if (isa == Isa::v3) return __builtin_cpu_supports("x86-64-v3") != 0;
+#endif
+  return isa == Isa::baseline;
+}
+
+Isa isa_in_use() {
+  return chosen().load();
+}
+
+base::Status use_isa(std::string_view name) {
+  const auto found = std::ranges::find(isa_names, name);
+  if (found == isa_names.end()) {
+    return base::invalid(std::string("'").append(name).append("' is none of baseline, v3, v4"), "isa");
+  }
+  const auto isa = static_cast<Isa>(found - isa_names.begin());
+  if (!has_isa(isa)) {
+    return {base::StatusCode::failed_precondition, std::string("this processor lacks x86-64-").append(name), "isa"};
+  }
+  chosen().store(isa);
+  return {};
+}
+
+}  // namespace pneuma::physics

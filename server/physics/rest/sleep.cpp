@@ -1,0 +1,236 @@
+#include "physics/rest/sleep.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/contact/contact_solid.h"
+#include "physics/contact/touch_groups.h"
+#include "physics/forces/gas.h"
+#include "physics/forces/soft_setup.h"
+#include "physics/rigid/rigid_contacts.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// So many of a body's vertices tell whether it is worth a look. On a floor some tremble at rest, so most must be fast.
+constexpr std::size_t samples = 8;
+
+double length_m(const RigidState& body) {
+  return 2.0 * radius_about_centre(body.body.shape);
+}
+
+// What is thrown up stands still at its top. Gravity must move it further than this within the time, wherever in its
+// flight that begins: by 0.086 g t^2 at least.
+double place_tolerance_m(double length_m, const Vec3d& gravity_m_s2) {
+  const double share_m = rest_place_share * length_m;
+  const double fall_m = gravity_m_s2.norm() * rest_time_s * rest_time_s / 16.0;
+  return fall_m > 0.0 ? std::min(share_m, fall_m) : share_m;
+}
+
+template <class Real>
+bool can_rest(const SoftState<Real>& body, const Atmosphere& atmosphere) {
+  const bool gas_flows = body.gas && flows(*body.body.gas);
+  const bool blown = has_wind(body.body, atmosphere) && !atmosphere.wind.isZero(0.0);
+  return body.body.springs.damping_n_s_m > 0.0 && !gas_flows && !blown && body.grabs.empty();
+}
+
+template <class Real>
+bool is_mostly_faster(const SoftState<Real>& body, double speed_m_s) {
+  std::size_t fast = 0;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const Vec3<Real>& v = body.v[k * body.v.size() / samples];
+    if (static_cast<double>(v.squaredNorm()) > speed_m_s * speed_m_s) ++fast;
+  }
+  return 2 * fast > samples;
+}
+
+template <class Real>
+void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double period_s) {
+  const double tolerance_m = place_tolerance_m(static_cast<double>(body.length_m), surroundings.gravity);
+  if (!can_rest(body, surroundings.atmosphere)) {
+    body.rest = {};
+  } else if (body.rest.ticks == 0) {
+    if (!is_mostly_faster(body, tolerance_m / period_s)) {
+      body.place = body.x;
+      body.rest.ticks = 1;
+    }
+  } else {
+    const auto squared_m2 = static_cast<Real>(tolerance_m * tolerance_m);
+    std::size_t kept = 0;
+    while (kept < body.x.size() && (body.x[kept] - body.place[kept]).squaredNorm() <= squared_m2) ++kept;
+    body.rest.ticks = kept == body.x.size() ? body.rest.ticks + 1 : 0;
+  }
+  if (body.rest.ticks == 0) body.place.clear();
+}
+
+void note_rest(RigidState& body, const Surroundings& surroundings) {
+  const double tolerance_m = place_tolerance_m(length_m(body), surroundings.gravity);
+  const double turned_m = 0.5 * length_m(body) * body.orientation.angularDistance(body.place_orientation);
+  if (body.rest.ticks > 0 && (body.position - body.place).norm() + turned_m <= tolerance_m) {
+    ++body.rest.ticks;
+    return;
+  }
+  body.rest.ticks = 1;
+  body.place = body.position;
+  body.place_orientation = body.orientation;
+}
+
+template <class Real>
+bool is_slow(const SoftState<Real>& body) {
+  double squares_m2_s2 = 0.0;
+  for (const Vec3<Real>& v : body.v) squares_m2_s2 += static_cast<double>(v.squaredNorm());
+  const double speed_m_s = rest_speed_1_s * static_cast<double>(body.length_m);
+  return squares_m2_s2 <= static_cast<double>(body.v.size()) * speed_m_s * speed_m_s;
+}
+
+bool is_slow(const RigidState& body) {
+  const double rim_m_s = 0.5 * length_m(body) * body.angular_velocity.norm();
+  const double speed_m_s = rest_speed_1_s * length_m(body);
+  return body.velocity.squaredNorm() + rim_m_s * rim_m_s <= speed_m_s * speed_m_s;
+}
+
+template <class Real>
+void fall_asleep(SoftState<Real>& body) {
+  std::ranges::fill(body.v, Vec3<Real>::Zero());
+  std::ranges::fill(body.dr, Vec3<Real>::Zero());
+  body.rest = {.asleep = true};
+  body.place = {};
+}
+
+void fall_asleep(RigidState& body) {
+  body.velocity.setZero();
+  body.angular_velocity.setZero();
+  body.rest = {.asleep = true};
+}
+
+// Calls visit(i, body) for each body, soft ones first.
+template <class Real, class Visit>
+void for_each_body(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const Visit& visit) {
+  for (std::size_t i = 0; i < soft.size(); ++i) visit(i, soft[i]);
+  for (std::size_t i = 0; i < rigid.size(); ++i) visit(soft.size() + i, rigid[i]);
+}
+
+/// Whether a moving collider may reach the body in the next tick.
+bool is_reached(const Extent& extent, std::span<const SolidMove> moves, double period_s) {
+  BodyBounds bounds;
+  bounds.moved = bounds.swept = extent.box;
+  return std::ranges::any_of(moves, [&](const SolidMove& solid) {
+    return may_meet(bounds, solid, extent.reach_m + solid.surface->thickness_m, period_s);
+  });
+}
+
+template <class Real>
+void keep_awake_near_moving(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
+                            std::span<const ColliderState> colliders, double period_s) {
+  std::vector<SolidMove> moves;
+  for (const ColliderState& collider : colliders) {
+    if (is_moving(collider.collider)) moves.push_back(move_of(collider, period_s));
+  }
+  if (moves.empty()) return;
+  for_each_body(soft, rigid, [&](std::size_t i, const auto& body) {
+    const bool rests = body.rest.asleep || body.rest.ticks > 0;
+    if (rests && is_reached(extent_of(body), moves, period_s)) (void)wake_group(soft, rigid, i);
+  });
+}
+
+template <class Real>
+void put_groups_to_sleep(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::uint32_t ticks_needed) {
+  std::vector<std::uint8_t> ready(soft.size() + rigid.size(), 0);
+  bool any = false;
+  for_each_body(soft, rigid, [&](std::size_t i, auto& body) {
+    if (body.is_awake() && body.rest.ticks >= ticks_needed && !is_slow(body)) wake(body);
+    const bool rests = body.is_awake() && body.rest.ticks >= ticks_needed;
+    ready[i] = rests || body.rest.asleep ? 1 : 0;
+    any |= rests;
+  });
+  if (!any) return;
+  std::vector<Extent> extents = extents_of<Real>(soft, rigid, [](const auto& body) { return !body.frozen; });
+  std::vector<std::uint8_t> falls(ready.size(), 0);
+  for (std::size_t i = 0; i < ready.size(); ++i) {
+    if (!extents[i].counts) continue;
+    const std::vector<std::size_t> group = take_group(extents, i);
+    if (!std::ranges::all_of(group, [&](std::size_t body) { return ready[body] != 0; })) continue;
+    for (const std::size_t body : group) falls[body] = 1;
+  }
+  for_each_body(soft, rigid, [&](std::size_t i, auto& body) {
+    if (falls[i] != 0 && body.is_awake()) fall_asleep(body);
+  });
+}
+
+bool same_collider(const Collider& a, const Collider& b) {
+  return a.name == b.name && a.shape == b.shape && a.position == b.position &&
+         a.orientation.coeffs().isApprox(b.orientation.coeffs()) && a.velocity == b.velocity &&
+         a.angular_velocity == b.angular_velocity && a.surface == b.surface;
+}
+
+bool same_body(const SoftBody& a, const SoftBody& b) {
+  return continues(a, b) && a.mass_kg == b.mass_kg && a.vertex_mass_scale == b.vertex_mass_scale &&
+         a.springs == b.springs && a.gas == b.gas && a.volume == b.volume && a.pressure_spread == b.pressure_spread &&
+         a.surface == b.surface && a.pins == b.pins && a.pin_boundary == b.pin_boundary && a.drag == b.drag &&
+         a.collision == b.collision;
+}
+
+// An orientation that went through an edit was made unit length again, which may have changed its last bits.
+bool same_body(const RigidBody& a, const RigidBody& b) {
+  return a.shape == b.shape && a.mass_kg == b.mass_kg && a.position == b.position &&
+         a.orientation.coeffs().isApprox(b.orientation.coeffs()) && a.velocity == b.velocity &&
+         a.angular_velocity == b.angular_velocity && a.surface == b.surface;
+}
+
+template <class Body>
+bool goes_on(const Body& live, const std::vector<Body>& wanted) {
+  return std::ranges::any_of(wanted, [&](const Body& body) { return body.name == live.name && same_body(live, body); });
+}
+
+}  // namespace
+
+bool is_moving(const Collider& collider) {
+  return !collider.velocity.isZero(0.0) || !collider.angular_velocity.isZero(0.0);
+}
+
+template <class Real>
+void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+            const Surroundings& surroundings, double period_s) {
+  for (SoftState<Real>& body : soft) {
+    if (body.is_awake()) note_rest(body, surroundings, period_s);
+  }
+  for (RigidState& body : rigid) {
+    if (body.is_awake()) note_rest(body, surroundings);
+  }
+  keep_awake_near_moving(soft, rigid, colliders, period_s);
+  // A count of one tick is of two looks.
+  put_groups_to_sleep(soft, rigid, static_cast<std::uint32_t>(std::ceil(rest_time_s / period_s)) + 1);
+}
+
+template <class Real>
+void wake_all(std::span<SoftState<Real>> soft, std::span<RigidState> rigid) {
+  for_each_body(soft, rigid, [](std::size_t, auto& body) { wake(body); });
+}
+
+template <class Real>
+void wake_changed(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const Scene& live,
+                  const Scene& wanted) {
+  if (live.gravity != wanted.gravity || live.atmosphere != wanted.atmosphere || live.stepping != wanted.stepping ||
+      !std::ranges::equal(live.colliders, wanted.colliders, same_collider)) {
+    wake_all(soft, rigid);
+    return;
+  }
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    if (!goes_on(live.soft_bodies[i], wanted.soft_bodies)) (void)wake_group(soft, rigid, i);
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (!goes_on(live.rigid_bodies[i], wanted.rigid_bodies)) (void)wake_group(soft, rigid, soft.size() + i);
+  }
+}
+
+#define PNEUMA_INSTANTIATE(Real)                                                                                \
+  template void settle<Real>(std::span<SoftState<Real>>, std::span<RigidState>, std::span<const ColliderState>, \
+                             const Surroundings&, double);                                                      \
+  template void wake_all<Real>(std::span<SoftState<Real>>, std::span<RigidState>);                              \
+  template void wake_changed<Real>(std::span<SoftState<Real>>, std::span<RigidState>, const Scene&, const Scene&);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
+
+}  // namespace pneuma::physics

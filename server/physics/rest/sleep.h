@@ -1,0 +1,39 @@
+// Bodies at rest sleep, in groups that touch, and wake in groups. No stage of a step runs for a sleeper; the awake meet
+// it as they would a body at rest.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "physics/forces/forces.h"
+#include "physics/state/state.h"
+
+namespace pneuma::physics {
+
+/// A group sleeps when each of its bodies has kept its place for this long...
+inline constexpr double rest_time_s = 0.5;
+/// ...no vertex further from it than this share of the body's length...
+inline constexpr double rest_place_share = 1e-4;
+/// ...and has no more kinetic energy than at this speed, in its lengths a second: falling asleep takes away no more.
+/// The place decides. Vertices pressed on a floor with restitution go on trembling in place, at up to 0.07.
+inline constexpr double rest_speed_1_s = 0.1;
+
+/// At the end of a tick: notes which bodies keep their places, lets groups at rest fall asleep, and wakes what a moving
+/// collider may reach in the next tick. These do not rest: a soft body without damping, for it may go on for ever; one
+/// that a pump, a leak, the wind or a hand acts on.
+template <class Real>
+void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+            const Surroundings& surroundings, double period_s);
+
+/// Whether it goes anywhere.
+[[nodiscard]] bool is_moving(const Collider& collider);
+
+template <class Real>
+void wake_all(std::span<SoftState<Real>> soft, std::span<RigidState> rigid);
+
+/// Wakes those bodies, and their groups, that would be other bodies in scene `wanted` or be acted on by other things,
+/// so that a new scene can take over.
+template <class Real>
+void wake_changed(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const Scene& live, const Scene& wanted);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,46 @@
+// What happens where two surfaces meet: their common coefficients, and the change of velocity.
+#pragma once
+
+#include "physics/scene/scene.h"
+
+namespace pneuma::physics {
+
+/// Restitution and friction where two surfaces meet: the larger restitution, the geometric mean of the frictions;
+/// where only one surface states a value, that one; where none does, 0.
+struct ContactSurface {
+  double restitution = 0.0;
+  double friction = 0.0;
+  double thickness_m = 0.0;  // of both together
+};
+[[nodiscard]] ContactSurface combine(const Surface& a, const Surface& b);
+
+// An approach slower than this many substeps of gravity ends at rest: with 1 the last, round-off sized bounces would go
+// on, and 2 g dt is 4 cm/s at 480 substeps a second, a bounce of 0.1 mm.
+inline constexpr double resting_substeps = 2.0;
+// Of the body's length. What began the substep this near is in contact. If its body as a whole does not approach
+// either, it is pressed by the body's own forces: it does not hit, and so it does not bounce.
+inline constexpr double touching_share = 1e-9;
+// Of the body's length. A point at rest is set on the surface and lies within round-off of it; only what is deeper
+// counts as in the solid.
+inline constexpr double skin_share = 1e-10;
+
+/// The approach speed (<= 0) that restitution acts on; 0 for what rests or is pressed. `normal_m_s` <= 0: at the end of
+/// the substep; `gained_m_s`: how much of it gravity added after the impact.
+[[nodiscard]] double impact_speed(double normal_m_s, double gained_m_s, double resting_m_s);
+
+/// The velocity after contact of something that moves at `relative_m_s` against a surface it cannot move.
+[[nodiscard]] Vec3d respond(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
+                            const ContactSurface& surface);
+
+/// The impulse (N s) that contact gives to the first of two things that meet, the second gets its opposite: restitution
+/// along the normal, then Coulomb's share of what stops the sliding. `inverse_mass_1_kg` turns an impulse into the
+/// change of `relative_m_s`, the velocity of the first seen from the second; symmetric. With a restitution of at most 1
+/// neither part adds energy.
+[[nodiscard]] Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
+                                    const ContactSurface& surface, const Eigen::Matrix3d& inverse_mass_1_kg);
+
+/// What turning adds to the inverse mass at the end of `arm` of a body that turns about the arm's start: [r]^T I^-1 [r]
+/// with [r] y = r x y.
+[[nodiscard]] Eigen::Matrix3d turning_inverse_mass(const Vec3d& arm, const Eigen::Matrix3d& inverse_inertia_1_kg_m2);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,218 @@
+#include "physics/rigid/rigid_contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "physics/rigid/rigid_box_box.h"
+#include "physics/rigid/rigid_motion.h"
+#include "physics/rigid/sweep.h"
+#include "physics/scene/shape.h"
+
+namespace pneuma::physics {
+namespace {
+
+// Steps to the deepest point of a box in a round solid: each halves, so the last is a thousandth of the box.
+constexpr int descent_steps_max = 10;
+
+struct Solid {
+  const Shape& shape;
+  const Surface& surface;
+  Frame frame;
+  Vec3d velocity;
+  Vec3d angular_velocity;
+};
+
+Solid solid_of(const RigidState& body) {
+  return {body.body.shape, body.body.surface, Frame(body.position, body.orientation), body.velocity,
+          body.angular_velocity};
+}
+
+Solid solid_of(const ColliderState& state) {
+  const Collider& c = state.collider;
+  return {c.shape, c.surface, Frame(state.position, state.orientation), c.velocity, c.angular_velocity};
+}
+
+/// Collects the contacts of body `a` with one other solid.
+class Collector {
+ public:
+  Collector(const Solid& a, std::uint32_t index_a, const Solid& b, std::uint32_t index_b, double dt_s,
+            std::vector<RigidContact>& contacts)
+      : a_(a),
+        b_(b),
+        index_a_(index_a),
+        index_b_(index_b),
+        surface_(combine(a.surface, b.surface)),
+        contacts_(contacts) {
+    const double radius_m = radius_about_centre(a.shape);
+    const double arm_m = (a.frame.origin - b.frame.origin).norm() + radius_m;
+    size_m_ = index_b == no_body ? radius_m : std::min(radius_m, radius_about_centre(b.shape));
+    thin_m_ = std::min(half_extents_m(a.shape).minCoeff(), half_extents_m(b.shape).minCoeff());
+    reach_m_ = rigid_margin_share * size_m_ + surface_.thickness_m +
+               dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * radius_m +
+                       b.angular_velocity.norm() * arm_m);
+  }
+
+  void find() {
+    if (const auto* ball = std::get_if<SphereShape>(&a_.shape)) {
+      find_of_ball(ball->radius_m);
+    } else {
+      find_of_box(std::get<BoxShape>(a_.shape).half_extents_m);
+    }
+  }
+
+ private:
+  void add(const Vec3d& point, const Vec3d& normal, double distance_m) {
+    if (distance_m > reach_m_) return;
+    RigidContact contact;
+    contact.a = index_a_;
+    contact.b = index_b_;
+    contact.point = point;
+    contact.normal = normal;
+    contact.distance_m = distance_m - surface_.thickness_m;
+    contact.size_m = size_m_;
+    contact.thin_m = thin_m_;
+    contact.surface = surface_;
+    if (index_b_ == no_body) {
+      const Vec3d arm = point - b_.frame.origin;
+      contact.velocity_b = velocity_at(b_.velocity, b_.angular_velocity, arm);
+      const bool is_round = std::holds_alternative<SphereShape>(b_.shape);
+      contact.bend_m_s2 = is_round ? 0.0 : 0.5 * b_.angular_velocity.squaredNorm() * arm.norm();
+    }
+    contacts_.push_back(contact);
+  }
+  void add_local(const SurfacePoint& nearest, double radius_m) {
+    add(b_.frame.to_world(nearest.point), b_.frame.rotation * nearest.normal, nearest.distance_m - radius_m);
+  }
+  /// A room's walls are planes of their own: a point near an edge has two.
+  void add_walls(const RoomShape& room, const Vec3d& local, double radius_m) {
+    for (int k = 0; k < 3; ++k) {
+      for (const double side : {-1.0, 1.0}) {
+        SurfacePoint wall{room.half_extents_m[k] - side * local[k], Vec3d::Zero(), local};
+        wall.normal[k] = -side;
+        wall.point[k] = side * room.half_extents_m[k];
+        add_local(wall, radius_m);
+      }
+    }
+  }
+  void find_of_ball(double radius_m) {
+    const Vec3d centre = b_.frame.to_local(a_.frame.origin);
+    if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
+      add_walls(*room, centre, radius_m);
+    } else {
+      add_local(nearest_surface(b_.shape, centre), radius_m);
+    }
+  }
+  void find_of_box(const Vec3d& half) {
+    if (const auto* other = std::get_if<BoxShape>(&b_.shape)) {
+      const Manifold manifold = touch_boxes({half, a_.frame}, {other->half_extents_m, b_.frame}, reach_m_);
+      for (std::size_t i = 0; i < manifold.count; ++i) {
+        add(manifold.points[i].point, manifold.normal, manifold.points[i].distance_m);
+      }
+      return;
+    }
+    for (const double x : {-1.0, 1.0}) {
+      for (const double y : {-1.0, 1.0}) {
+        for (const double z : {-1.0, 1.0}) {
+          const Vec3d corner = b_.frame.to_local(a_.frame.to_world(Vec3d(x, y, z).cwiseProduct(half)));
+          if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
+            add_walls(*room, corner, 0.0);
+          } else {
+            add_local(nearest_surface(b_.shape, corner), 0.0);
+          }
+        }
+      }
+    }
+    if (!std::holds_alternative<PlaneShape>(b_.shape) && !std::holds_alternative<RoomShape>(b_.shape)) {
+      add_local(deepest_of_box(half), 0.0);
+    }
+  }
+  /// The point of the box nearest to, or deepest in, a round solid: the distance to a convex solid is convex, so
+  /// walking against its gradient within the box leads there.
+  [[nodiscard]] SurfacePoint deepest_of_box(const Vec3d& half) const {
+    const auto nearest_of = [&](const Vec3d& in_box) {
+      return nearest_surface(b_.shape, b_.frame.to_local(a_.frame.to_world(in_box)));
+    };
+    Vec3d q = a_.frame.to_local(b_.frame.origin).cwiseMax(-half).cwiseMin(half);
+    SurfacePoint best = nearest_of(q);
+    double step_m = half.maxCoeff();
+    for (int i = 0; i < descent_steps_max; ++i) {
+      const Vec3d down = a_.frame.rotation.transpose() * (b_.frame.rotation * best.normal);
+      const double length_m = best.distance_m > 0.0 ? best.distance_m : step_m;
+      const Vec3d next = (q - length_m * down).cwiseMax(-half).cwiseMin(half);
+      const SurfacePoint there = nearest_of(next);
+      if (there.distance_m < best.distance_m) {
+        best = there;
+        q = next;
+      }
+      step_m *= 0.5;
+    }
+    return best;
+  }
+
+  const Solid& a_;
+  const Solid& b_;
+  std::uint32_t index_a_;
+  std::uint32_t index_b_;
+  ContactSurface surface_;
+  std::vector<RigidContact>& contacts_;
+  double size_m_ = 0.0;
+  double thin_m_ = 0.0;
+  double reach_m_ = 0.0;
+};
+
+}  // namespace
+
+void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vector<std::uint32_t>& order,
+                      std::vector<RigidPair>& pairs) {
+  // Each alone may reach this far from its centre, so that two of which neither reaches the other are further apart
+  // than the distance at which find_rigid_contacts gives up; twice the margin leaves room for round-off.
+  const auto reach_m = [&](std::uint32_t i) {
+    const RigidState& body = rigid[i];
+    const double size_m = radius_about_centre(body.body.shape);
+    return size_m + 2.0 * rigid_margin_share * size_m + body.body.surface.thickness_m +
+           dt_s * (body.velocity.norm() + body.angular_velocity.norm() * size_m);
+  };
+  order.clear();
+  pairs.clear();
+  for (std::uint32_t i = 0; i < rigid.size(); ++i) {
+    if (rigid[i].is_awake() && is_active(rigid[i])) order.push_back(i);
+  }
+  sort_and_sweep(
+      order, [&](std::uint32_t i) { return rigid[i].position.x() - reach_m(i); },
+      [&](std::uint32_t i) { return rigid[i].position.x() + reach_m(i); },
+      [&](std::uint32_t a, std::uint32_t b) {
+        const Vec3d apart_m = (rigid[a].position - rigid[b].position).cwiseAbs();
+        if (apart_m.maxCoeff() <= reach_m(a) + reach_m(b)) pairs.push_back({std::min(a, b), std::max(a, b)});
+      });
+  std::ranges::sort(pairs, [](const RigidPair& p, const RigidPair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
+}
+
+double radius_about_centre(const Shape& shape) {
+  const auto* sphere = std::get_if<SphereShape>(&shape);
+  return sphere != nullptr ? sphere->radius_m : std::get<BoxShape>(shape).half_extents_m.norm();
+}
+
+void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
+                         std::vector<RigidContact>& contacts) {
+  // A ball comes first: the other's surface is looked up from its centre.
+  if (std::holds_alternative<SphereShape>(rigid[b].body.shape)) std::swap(a, b);
+  const Solid first = solid_of(rigid[a]);
+  const Solid second = solid_of(rigid[b]);
+  const double apart_m = (first.frame.origin - second.frame.origin).norm();
+  const double spin_m_s = first.angular_velocity.norm() * radius_about_centre(first.shape) +
+                          second.angular_velocity.norm() * radius_about_centre(second.shape);
+  const double size_m = radius_about_centre(first.shape) + radius_about_centre(second.shape);
+  const double reach_m = size_m + rigid_margin_share * size_m + first.surface.thickness_m + second.surface.thickness_m +
+                         dt_s * ((first.velocity - second.velocity).norm() + spin_m_s);
+  if (apart_m <= reach_m) Collector(first, a, second, b, dt_s, contacts).find();
+}
+
+void find_collider_contacts(std::span<const RigidState> rigid, std::uint32_t a, const ColliderState& collider,
+                            double dt_s, std::vector<RigidContact>& contacts) {
+  const Solid first = solid_of(rigid[a]);
+  const Solid second = solid_of(collider);
+  Collector(first, a, second, no_body, dt_s, contacts).find();
+}
+
+}  // namespace pneuma::physics

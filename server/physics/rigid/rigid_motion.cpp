@@ -1,0 +1,72 @@
+#include "physics/rigid/rigid_motion.h"
+
+#include <cmath>
+#include <utility>
+
+#include "base/limits.h"
+#include "physics/machine/portable_math.h"
+
+namespace pneuma::physics {
+namespace {
+
+/// What keeps the angular momentum: R I R^T w is the same before and after. The mean angular velocity is that at half
+/// the turn.
+void turn_freely(RigidState& body, double dt_s) {
+  const Vec3d inertia = body.inverse_inertia_1_kg_m2.cwiseInverse();
+  const Vec3d momentum = body.orientation * inertia.cwiseProduct(body.orientation.conjugate() * body.angular_velocity);
+  const auto spin_at = [&](const Quatd& orientation) -> Vec3d {
+    return orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(orientation.conjugate() * momentum);
+  };
+  const Vec3d middle = spin_at(turned(body.orientation, body.angular_velocity, 0.5 * dt_s));
+  body.orientation = turned(body.orientation, middle, dt_s);
+  body.angular_velocity = spin_at(body.orientation);
+}
+
+}  // namespace
+
+bool is_active(const RigidState& body) {
+  return !body.frozen && body.velocity.norm() <= base::speed_max_m_s &&
+         body.angular_velocity.norm() <= base::speed_max_m_s &&
+         (body.position.array().abs() <= base::coordinate_max_m).all();
+}
+
+Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, double dt_s) {
+  const double angle = angular_velocity_rad_s.norm() * dt_s;
+  if (angle == 0.0) return orientation;
+  const auto [sine, cosine] = portable_sincos(0.5 * angle);
+  const Vec3d axis = sine * angular_velocity_rad_s.normalized();
+  const Quatd turn(cosine, axis.x(), axis.y(), axis.z());
+  return (turn * orientation).normalized();
+}
+
+Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x) {
+  return body.orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(body.orientation.conjugate() * x);
+}
+
+void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s) {
+  for (RigidState& body : rigid) {
+    if (body.is_awake()) body.velocity += dt_s * gravity_m_s2;
+  }
+}
+
+void move_rigid(RigidState& body, double dt_s) {
+  body.position += dt_s * body.velocity;
+  if (std::holds_alternative<SphereShape>(body.body.shape)) {
+    body.orientation = turned(body.orientation, body.angular_velocity, dt_s);
+  } else {
+    turn_freely(body, dt_s);
+  }
+}
+
+void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s) {
+  for (RigidState& body : rigid) {
+    if (std::exchange(body.has_moved, false) || !body.is_awake()) continue;
+    move_rigid(body, dt_s);
+  }
+  for (ColliderState& state : colliders) {
+    state.position += dt_s * state.collider.velocity;
+    state.orientation = turned(state.orientation, state.collider.angular_velocity, dt_s);
+  }
+}
+
+}  // namespace pneuma::physics

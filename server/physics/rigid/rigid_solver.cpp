@@ -1,0 +1,393 @@
+#include "physics/rigid/rigid_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "physics/rigid/rigid_contacts.h"
+#include "physics/rigid/rigid_motion.h"
+#include "physics/scene/shape.h"
+
+namespace pneuma::physics {
+namespace {
+
+// A box on a floor settles in about 10 rounds, a stack of five in 40; most substeps end early.
+constexpr int velocity_rounds_max = 50;
+constexpr int push_rounds_max = 10;
+// Of a contact's size: a round whose impulses move less than this in the substep is the last.
+constexpr double settled_change = 2e-13;
+// Of a contact's size: an overlap this small is left, and of a larger one a fifth is undone in a substep: bodies at
+// rest keep their contacts.
+constexpr double overlap_kept_share = 1e-5;
+constexpr double overlap_share = 0.2;
+// Of a contact's size: points of two bodies that meet within this of each other hit together; of others the first one
+// bounces alone.
+constexpr double together_share = 1e-4;
+// Of the least half extent of what meets: by how much points may leave their straight ways in a piece of a substep.
+constexpr double bend_share = 0.5;
+// A slab of 2 x 2 m and 1 cm may then turn more than twice in a substep. One that turns further, while it may touch
+// something, loses spin.
+constexpr int pieces_max = 256;
+// Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
+constexpr int piece_halvings_max = 8;
+// Of the length that would just do: the spin may be faster than the last one.
+constexpr double shortened = 0.9;
+// Of the time to a bounce: a piece ends before it, so that the next one begins with it.
+constexpr double nearly = 0.999;
+
+double inverse_mass_along(const RigidState& body, const Vec3d& arm, const Vec3d& direction) {
+  return body.inverse_mass_1_kg + inverse_inertia_times(body, arm.cross(direction)).cross(arm).dot(direction);
+}
+
+double inverse_mass_along(std::span<const RigidState> rigid, const RigidContact& c, const Vec3d& direction) {
+  const double a = inverse_mass_along(rigid[c.a], c.arm_a, direction);
+  return c.b == no_body ? a : a + inverse_mass_along(rigid[c.b], c.arm_b, direction);
+}
+
+Vec3d relative_velocity(std::span<const RigidState> rigid, const RigidContact& c) {
+  const Vec3d a = velocity_at(rigid[c.a].velocity, rigid[c.a].angular_velocity, c.arm_a);
+  return c.b == no_body ? Vec3d(a - c.velocity_b)
+                        : Vec3d(a - velocity_at(rigid[c.b].velocity, rigid[c.b].angular_velocity, c.arm_b));
+}
+
+double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) {
+  return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
+}
+
+void apply(RigidState& body, const Vec3d& arm, const Vec3d& impulse_n_s) {
+  body.velocity += body.inverse_mass_1_kg * impulse_n_s;
+  body.angular_velocity += inverse_inertia_times(body, arm.cross(impulse_n_s));
+}
+
+void apply(std::span<RigidState> rigid, const RigidContact& c, const Vec3d& impulse_n_s) {
+  apply(rigid[c.a], c.arm_a, impulse_n_s);
+  if (c.b != no_body) apply(rigid[c.b], c.arm_b, -impulse_n_s);
+}
+
+/// One round of one contact; returns the change of velocity that it made.
+double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
+  const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
+  const double before_n_s = c.normal_impulse_n_s;
+  c.normal_impulse_n_s = std::max(0.0, before_n_s + (c.target_m_s - normal_m_s) * c.mass_normal_kg);
+  const double change_n_s = c.normal_impulse_n_s - before_n_s;
+  apply(rigid, c, change_n_s * c.normal);
+
+  const Vec3d relative = relative_velocity(rigid, c);
+  const Vec3d sliding = relative - relative.dot(c.normal) * c.normal;
+  Vec3d tangent_n_s = c.tangent_impulse_n_s - c.mass_tangent_kg * sliding;
+  const double limit_n_s = c.surface.friction * c.normal_impulse_n_s;
+  const double size_n_s = tangent_n_s.norm();
+  if (size_n_s > limit_n_s) tangent_n_s *= limit_n_s / size_n_s;
+  const Vec3d tangent_change_n_s = tangent_n_s - c.tangent_impulse_n_s;
+  c.tangent_impulse_n_s = tangent_n_s;
+  apply(rigid, c, tangent_change_n_s);
+  return std::max(std::abs(change_n_s) / c.mass_normal_kg, tangent_change_n_s.norm() / c.mass_tangent_kg);
+}
+
+bool has_bounced(const RigidContact& c) {
+  return c.bounces && c.normal_impulse_n_s > 0.0;
+}
+
+/// By how much the ends of a body that turns leave their straight ways, over the square of the time, m/s^2.
+double bend_m_s2(const RigidState& body, const Vec3d& angular_velocity_rad_s) {
+  if (std::holds_alternative<SphereShape>(body.body.shape)) return 0.0;
+  return 0.5 * angular_velocity_rad_s.squaredNorm() * radius_about_centre(body.body.shape);
+}
+
+/// Slows what turns too far for a piece of a substep.
+void hold_spin(std::span<RigidState> rigid, const RigidContact& c, double dt_s) {
+  for (const std::uint32_t i : {c.a, c.b}) {
+    if (i == no_body) continue;
+    const double over = bend_m_s2(rigid[i], rigid[i].angular_velocity) * dt_s * dt_s / (bend_share * c.thin_m);
+    if (over > 1.0) rigid[i].angular_velocity /= std::sqrt(over);
+  }
+}
+
+}  // namespace
+
+std::size_t RigidSolver::bytes() const {
+  const std::size_t indices =
+      order_.capacity() + groups_.capacity() + groups_in_pieces_.capacity() + members_.capacity();
+  return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
+         contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push) +
+         changes_.capacity() * sizeof(double) + settled_.capacity() + pressed_.capacity() +
+         before_.capacity() * sizeof(Motion) + colliders_.capacity() * sizeof(ColliderState);
+}
+
+void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+                        std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
+  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
+  pressed_.assign(rigid.size(), 0);
+  before_.clear();
+  for (const RigidState& body : rigid) before_.push_back({body.velocity, body.angular_velocity});
+
+  find_contacts(rigid, colliders, dt_s);
+  find_groups(rigid.size());
+  prepare(rigid, gravity_m_s2, resting_m_s, dt_s);
+  solve_velocities(rigid, dt_s);
+  take_groups_for_pieces(rigid, dt_s);
+  note_pressed();
+  cut_moves(rigid, dt_s);
+  undo_overlaps(rigid);
+  for (const std::uint32_t group : groups_in_pieces_) {
+    members_.clear();
+    for (std::uint32_t i = group; i < rigid.size(); ++i) {
+      if (groups_[i] == group) members_.push_back(i);
+    }
+    move_in_pieces(rigid, colliders, touched, gravity_m_s2, dt_s);
+  }
+
+  // accelerate_rigid_bodies gave a whole substep's gravity; on average over the substep it is half of that.
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const bool in_flight = touched[i] == 0 && pressed_[i] == 0 && !rigid[i].has_moved;
+    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight) rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
+  }
+}
+
+void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+                                double dt_s) {
+  find_rigid_pairs(rigid, dt_s, order_, pairs_);
+  const auto takes_part = [&](std::uint32_t i) { return rigid[i].is_awake() && is_active(rigid[i]); };
+  contacts_.clear();
+  auto pair = pairs_.begin();
+  for (std::uint32_t a = 0; a < rigid.size(); ++a) {
+    if (!takes_part(a)) continue;
+    for (const ColliderState& collider : colliders) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
+    for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+  }
+}
+
+void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, double dt_s) {
+  contacts_.clear();
+  for (const std::uint32_t a : members_) {
+    for (const ColliderState& collider : colliders_) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
+    auto pair = std::ranges::lower_bound(pairs_, a, {}, &RigidPair::a);
+    for (; pair != pairs_.end() && pair->a == a; ++pair) {
+      if (groups_[pair->b] == groups_[a]) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+    }
+  }
+}
+
+// A group ends its rounds by itself, so that it has the same bits whoever else there is.
+void RigidSolver::find_groups(std::size_t bodies) {
+  groups_.resize(bodies);
+  std::iota(groups_.begin(), groups_.end(), 0U);
+  const auto first_of = [this](std::uint32_t body) {
+    while (groups_[body] != body) body = groups_[body] = groups_[groups_[body]];
+    return body;
+  };
+  for (const RigidContact& c : contacts_) {
+    if (c.b == no_body) continue;
+    const std::uint32_t a = first_of(c.a);
+    const std::uint32_t b = first_of(c.b);
+    groups_[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = first_of(i);
+}
+
+void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s,
+                          double dt_s) {
+  for (RigidContact& c : contacts_) {
+    c.bounces = false;
+    c.normal_impulse_n_s = 0.0;
+    c.tangent_impulse_n_s.setZero();
+    c.arm_a = c.point - rigid[c.a].position;
+    if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
+    const Vec3d tangent = c.normal.unitOrthogonal();
+    c.mass_normal_kg = 1.0 / inverse_mass_along(rigid, c, c.normal);
+    c.mass_tangent_kg =
+        1.0 / std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent)));
+    const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
+    c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
+    if (normal_m_s >= c.target_m_s) continue;  // would not meet
+    const double after_s = dt_s + std::max(0.0, c.distance_m) / normal_m_s;
+    const double gained_m_s = c.b == no_body ? after_s * c.normal.dot(gravity_m_s2) : 0.0;
+    const double impact_m_s = impact_speed(normal_m_s, gained_m_s, resting_m_s);
+    if (impact_m_s < 0.0 && c.surface.restitution > 0.0) {
+      c.target_m_s = -c.surface.restitution * impact_m_s;
+      c.bounces = true;
+    }
+  }
+  // What belongs to two bodies, or to a body and all colliders, lies side by side.
+  const auto are_others = [](const RigidContact& c, const RigidContact& next) {
+    return c.a != next.a || c.b != next.b;
+  };
+  for (auto first = contacts_.begin(); first != contacts_.end();) {
+    auto last = std::adjacent_find(first, contacts_.end(), are_others);
+    if (last != contacts_.end()) ++last;
+    for (RigidContact& c : std::span(first, last)) {
+      const auto hits_before = [&c](const RigidContact& other) {
+        return other.bounces && other.distance_m < c.distance_m - together_share * c.size_m &&
+               other.normal.dot(c.normal) > 0.0;
+      };
+      if (!c.bounces || std::none_of(first, last, hits_before)) continue;
+      c.bounces = false;
+      c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
+    }
+    first = last;
+  }
+}
+
+void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
+  settled_.assign(rigid.size(), 0);
+  bool going_on = true;
+  for (int round = 0; round < velocity_rounds_max && going_on; ++round) {
+    changes_.assign(rigid.size(), 0.0);
+    for (RigidContact& c : contacts_) {
+      const std::uint32_t group = groups_[c.a];
+      if (settled_[group] == 0) changes_[group] = std::max(changes_[group], dt_s / c.size_m * solve_contact(rigid, c));
+    }
+    going_on = false;
+    for (const RigidContact& c : contacts_) {
+      const bool settled = changes_[groups_[c.a]] < settled_change;
+      settled_[groups_[c.a]] = settled ? 1 : 0;
+      going_on |= !settled;
+    }
+  }
+}
+
+// How often over its points leave their straight ways by more than they may: with the spins that contact found, or
+// those it left.
+double RigidSolver::bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const {
+  const auto of = [&](std::uint32_t i) {
+    return std::max(bend_m_s2(rigid[i], before_[i].angular_velocity), bend_m_s2(rigid[i], rigid[i].angular_velocity));
+  };
+  const double bend = of(c.a) + (c.b == no_body ? c.bend_m_s2 : of(c.b));
+  return bend * dt_s * dt_s / (bend_share * c.thin_m);
+}
+
+// Gives the groups that one look at their contacts is not enough for their velocities back, and forgets the contacts.
+void RigidSolver::take_groups_for_pieces(std::span<RigidState> rigid, double dt_s) {
+  groups_in_pieces_.clear();
+  for (const RigidContact& c : contacts_) {
+    if (bend_over(rigid, c, dt_s) > 1.0 ||
+        (has_bounced(c) && distance_after_m(rigid, c, dt_s) > bend_share * c.thin_m)) {
+      groups_in_pieces_.push_back(groups_[c.a]);
+    }
+  }
+  if (groups_in_pieces_.empty()) return;
+  std::ranges::sort(groups_in_pieces_);
+  const auto same = std::ranges::unique(groups_in_pieces_);
+  groups_in_pieces_.erase(same.begin(), same.end());
+  const auto turns = [&](std::uint32_t body) { return std::ranges::binary_search(groups_in_pieces_, groups_[body]); };
+  std::erase_if(contacts_, [&](const RigidContact& c) { return turns(c.a); });
+  for (std::uint32_t i = 0; i < rigid.size(); ++i) {
+    if (!turns(i)) continue;
+    rigid[i].velocity = before_[i].velocity;
+    rigid[i].angular_velocity = before_[i].angular_velocity;
+  }
+}
+
+// When the first contact bounces that is not there yet.
+double RigidSolver::first_bounce_s(std::span<const RigidState> rigid) const {
+  double first_s = std::numeric_limits<double>::infinity();
+  for (const RigidContact& c : contacts_) {
+    if (!c.bounces || c.distance_m < rigid_margin_share * c.size_m) continue;
+    first_s = std::min(first_s, -c.distance_m / relative_velocity(rigid, c).dot(c.normal));
+  }
+  return first_s;
+}
+
+// Conservative advancement: each piece is as long as its own motion allows, and ends where something bounces.
+void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
+                                 std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
+  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
+  const auto begin_piece = [&](double piece_s) {
+    for (const std::uint32_t i : members_) {
+      rigid[i].velocity = before_[i].velocity + piece_s * gravity_m_s2;
+      rigid[i].angular_velocity = before_[i].angular_velocity;
+    }
+    prepare(rigid, gravity_m_s2, resting_m_s, piece_s);
+  };
+  colliders_.assign(colliders.begin(), colliders.end());
+  for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * gravity_m_s2;
+  double left_s = dt_s;
+  for (int pieces_left = pieces_max; pieces_left > 0 && left_s > 0.0; --pieces_left) {
+    const double least_s = left_s / pieces_left;
+    for (const std::uint32_t i : members_) {
+      before_[i] = {rigid[i].velocity, rigid[i].angular_velocity};
+      rigid[i].velocity += left_s * gravity_m_s2;
+    }
+    find_contacts_of_group(rigid, left_s);
+    for (const RigidContact& c : contacts_) hold_spin(rigid, c, least_s);
+    for (const std::uint32_t i : members_) before_[i].angular_velocity = rigid[i].angular_velocity;
+    begin_piece(left_s);
+    double piece_s = std::clamp(nearly * first_bounce_s(rigid), least_s, left_s);
+    for (int shortening = 0;; ++shortening) {
+      begin_piece(piece_s);
+      solve_velocities(rigid, piece_s);
+      double over = 0.0;
+      for (const RigidContact& c : contacts_) over = std::max(over, bend_over(rigid, c, piece_s));
+      if (over <= 1.0 || piece_s <= least_s || shortening == piece_halvings_max) break;
+      piece_s = std::max(least_s, shortened * piece_s / std::sqrt(over));
+    }
+    for (const std::uint32_t i : members_) pressed_[i] = 0;
+    note_pressed();
+    undo_overlaps(rigid);
+    for (const RigidContact& c : contacts_) hold_spin(rigid, c, piece_s);
+    for (const std::uint32_t i : members_) {
+      if (touched[i] == 0 && pressed_[i] == 0) rigid[i].position -= 0.5 * piece_s * piece_s * gravity_m_s2;
+      move_rigid(rigid[i], piece_s);
+    }
+    move_solids({}, colliders_, piece_s);
+    left_s -= piece_s;
+  }
+  for (const std::uint32_t i : members_) rigid[i].has_moved = true;
+}
+
+void RigidSolver::note_pressed() {
+  for (const RigidContact& c : contacts_) {
+    if (c.normal_impulse_n_s <= 0.0) continue;
+    pressed_[c.a] = 1;
+    if (c.b != no_body) pressed_[c.b] = 1;
+  }
+}
+
+// What bounced ends the substep where it touched: the height it gets back is then that of its speed, whatever the step.
+void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
+  pushes_.assign(rigid.size(), Push{});
+  for (const RigidContact& c : contacts_) {
+    if (!has_bounced(c)) continue;
+    const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : pushes_[c.b].linear_m;
+    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(pushes_[c.a].linear_m - shift_b);
+    if (past_m <= 0.0) continue;
+    const double inverse_a = rigid[c.a].inverse_mass_1_kg;
+    const double inverse_b = c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg;
+    pushes_[c.a].linear_m -= past_m * inverse_a / (inverse_a + inverse_b) * c.normal;
+    if (c.b != no_body) pushes_[c.b].linear_m += past_m * inverse_b / (inverse_a + inverse_b) * c.normal;
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += pushes_[i].linear_m;
+}
+
+void RigidSolver::undo_overlaps(std::span<RigidState> rigid) {
+  pushes_.assign(rigid.size(), Push{});
+  const auto moved = [&](std::uint32_t i, const Vec3d& arm) -> Vec3d {
+    return velocity_at(pushes_[i].linear_m, pushes_[i].angular_rad, arm);
+  };
+  const auto push = [&](std::uint32_t i, const Vec3d& arm, const Vec3d& kg_m) {
+    pushes_[i].linear_m += rigid[i].inverse_mass_1_kg * kg_m;
+    pushes_[i].angular_rad += inverse_inertia_times(rigid[i], arm.cross(kg_m));
+  };
+  bool pushed = false;
+  for (int round = 0; round < push_rounds_max; ++round) {
+    for (RigidContact& c : contacts_) {
+      const double wanted_m = overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
+      if (wanted_m <= 0.0) continue;
+      const Vec3d relative = c.b == no_body ? moved(c.a, c.arm_a) : Vec3d(moved(c.a, c.arm_a) - moved(c.b, c.arm_b));
+      const double before_kg_m = c.push_kg_m;
+      c.push_kg_m = std::max(0.0, before_kg_m + (wanted_m - relative.dot(c.normal)) * c.mass_normal_kg);
+      const Vec3d change = (c.push_kg_m - before_kg_m) * c.normal;
+      push(c.a, c.arm_a, change);
+      if (c.b != no_body) push(c.b, c.arm_b, -change);
+      pushed = true;
+    }
+    if (!pushed) return;
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    rigid[i].position += pushes_[i].linear_m;
+    rigid[i].orientation = turned(rigid[i].orientation, pushes_[i].angular_rad, 1.0);
+  }
+}
+
+}  // namespace pneuma::physics

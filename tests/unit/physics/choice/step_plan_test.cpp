@@ -1,0 +1,73 @@
+// Shows that a plan made anew keeps the tables of the meshes that are still there, and adds only what it lacks.
+#include "physics/choice/step_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/forces/gas.h"
+#include "physics/mesh/mesh_builders.h"
+#include "physics/simulation.h"
+#include "unit/physics/lively_world.h"
+
+namespace pneuma::physics {
+namespace {
+
+Scene balls_of(const std::shared_ptr<const Mesh>& mesh, int count) {
+  Scene scene;
+  for (int i = 0; i < count; ++i) {
+    SoftBody& body = scene.soft_bodies.emplace_back(ball(std::string("ball-").append(std::to_string(i))));
+    body.mesh = mesh;
+  }
+  return scene;
+}
+
+TEST(StepPlan, KeepsTheTablesOfItsMeshes) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  Simulation sim(balls_of(mesh, 2), {1, Integrator::midpoint, ""});
+  auto& bodies = std::get<SoftBodies<double>>(sim.soft);
+  const auto tables = bodies.plan.meshes;
+  ASSERT_EQ(tables.size(), 1U);
+  lose_gas(bodies.states[0]);
+  sim.make_plan();
+  EXPECT_EQ(bodies.plan.meshes, tables);
+  EXPECT_EQ(bodies.plan.groups.size(), 2U);
+
+  bodies.states[0].body.mesh = *make_icosphere(2, 0.5);
+  sim.make_plan();
+  ASSERT_EQ(bodies.plan.meshes.size(), 2U);
+  EXPECT_NE(bodies.plan.meshes[0], tables[0]);
+  EXPECT_EQ(bodies.plan.meshes[1], tables[0]);
+}
+
+TEST(StepPlan, AddsEdgesToTablesThatAFleetTakesOver) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  const Simulation few(balls_of(mesh, 1), {1, Integrator::midpoint, ""});
+  const Simulation many(balls_of(mesh, 16), {1, Integrator::midpoint, ""});
+  const auto& states = std::get<SoftBodies<double>>(many.soft).states;
+  const auto& anew = std::get<SoftBodies<double>>(many.soft).plan;
+  const auto plan = make_step_plan<double>(states, false, true, std::get<SoftBodies<double>>(few.soft).plan);
+  EXPECT_EQ(plan.meshes[0]->edges.ends, anew.meshes[0]->edges.ends);
+  EXPECT_EQ(plan.meshes[0]->edges.ends.empty(), !plan.kernels->edges_first);
+}
+
+TEST(StepPlan, GivesBodiesOfOneMeshWithOtherFactorsTablesOfTheirOwn) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  Scene scene = balls_of(mesh, 3);
+  scene.soft_bodies[1].springs.vertex_stiffness_scale.assign(mesh->positions_m.size(), 2.0);
+  scene.soft_bodies[2].springs.vertex_stiffness_scale.assign(mesh->positions_m.size(), 2.0);
+  Simulation sim(scene, {1, Integrator::midpoint, ""});
+  auto& bodies = std::get<SoftBodies<double>>(sim.soft);
+  EXPECT_EQ(bodies.plan.mesh_of_body, (std::vector<std::size_t>{0, 1, 1}));
+  EXPECT_EQ(bodies.plan.groups.size(), 2U);
+  EXPECT_TRUE(bodies.plan.meshes[0]->stiffness_scales.empty());
+  const auto tables = bodies.plan.meshes;
+
+  bodies.states[2].body.springs.vertex_stiffness_scale[5] = 3.0;
+  sim.make_plan();
+  ASSERT_EQ(bodies.plan.meshes.size(), 3U);
+  EXPECT_EQ(bodies.plan.meshes[0], tables[0]);
+  EXPECT_EQ(bodies.plan.meshes[1], tables[1]);
+  EXPECT_NE(bodies.plan.meshes[2]->stiffness_scales, tables[1]->stiffness_scales);
+}
+
+}  // namespace
+}  // namespace pneuma::physics
