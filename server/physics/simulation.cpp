@@ -152,10 +152,9 @@ void Simulation::make_plan() {
     if (!is_explicit(choice.integrator)) make_tables<Real>(bodies, held_before);
     bodies.scratch.clear();
     bodies.solvers.clear();
-    const bool may_touch = bodies.states.size() > 1 || !rigid.empty() || !colliders.empty();
     const bool is_implicit = !is_explicit(choice.integrator) && choice.integrator != Integrator::xpbd;
     bodies.start_m_s.clear();
-    if (is_implicit && may_touch) bodies.start_m_s.resize(bodies.states.size());
+    if (is_implicit && bodies.plan.may_touch) bodies.start_m_s.resize(bodies.states.size());
     bodies.next_task = 0;
     bodies.next_awake = 0;
   });
@@ -351,20 +350,24 @@ bool Simulation::solve_part(SoftBodies<Real>& bodies, Workers& workers) {
   }
   const auto part = std::span(std::as_const(bodies.awake)).subspan(first, bodies.next_awake - first);
   const Surroundings surroundings{scene.gravity, scene.atmosphere};
-  const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}};
-  std::vector<SolidMove> moves;
-  for (const ColliderState& collider : colliders) moves.push_back(move_of(collider, dt_s()));
+  // A stiff body that rolls turns far in a step; one in flight does too, but nothing there feeds on what that adds.
+  const FirstGuess guess = bodies.start_m_s.empty() ? FirstGuess::straight : FirstGuess::turned;
+  const Method method{choice.integrator, {scene.stepping.newton_iterations, scene.stepping.error_target}, guess};
   run_tasks(workers, part, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
     SoftState<Real>& body = bodies.states[i];
-    std::span<const Vec3<Real>> start_m_s;
-    if (!bodies.start_m_s.empty()) start_m_s = bodies.start_m_s[i] = body.v;
+    if (!bodies.start_m_s.empty()) bodies.start_m_s[i] = body.v;
     advance_gas(body, scene.atmosphere.pressure_pa, dt_s());
-    physics::solve_step(body, bodies.tables[i], method, surroundings, moves, start_m_s, dt_s(), scratch,
-                        bodies.notes.empty() ? nullptr : &bodies.notes[i], profiling ? &bodies.profiles[i] : nullptr);
+    physics::solve_step(body, bodies.tables[i], method, surroundings, dt_s(), scratch,
+                        profiling ? &bodies.profiles[i] : nullptr);
   });
   if (bodies.next_awake < bodies.awake.size()) return false;
   bodies.next_awake = 0;
   return true;
+}
+
+std::optional<StageAccuracy> Simulation::first_order() const {
+  if (choice.integrator != Integrator::tr_bdf2) return {};
+  return StageAccuracy{scene.stepping.newton_iterations, scene.stepping.error_target};
 }
 
 // Steps 5 and 6 of the paper's algorithm, with all bodies.
@@ -378,8 +381,16 @@ void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
   accelerate_rigid_bodies(rigid, scene.gravity, dt_s);
-  bodies.contacts.resolve(bodies.states, rigid, colliders, bodies.start_m_s, {scene.gravity, scene.atmosphere}, dt_s,
-                          bodies.notes, workers, shared_profile);
+  bodies.contacts.resolve({.soft = bodies.states,
+                           .rigid = rigid,
+                           .colliders = colliders,
+                           .surroundings = {scene.gravity, scene.atmosphere},
+                           .dt_s = dt_s,
+                           .tables = bodies.tables,
+                           .start_m_s = bodies.start_m_s,
+                           .first_order = first_order(),
+                           .notes = bodies.notes},
+                          workers, shared_profile);
 
   freeze_runaways(bodies);
 

@@ -87,6 +87,7 @@ class Simulation {
   [[nodiscard]] LaneSettings lane_settings() const {
     return {choice.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
   }
+  [[nodiscard]] std::optional<StageAccuracy> first_order() const;
   template <class Real>
   void make_tables(SoftBodies<Real>& bodies, std::span<const HeldMatrices> held_before);
   template <class Real>

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "physics/forces/measures.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/implicit/tr_bdf2.h"
 
@@ -13,38 +14,61 @@ namespace {
 // settled.
 constexpr std::uint32_t tr_bdf2_turned_iterations = 16;
 
+// Of the kinetic energy: what a step of TR-BDF2 may gain by its own error. What contact leaves unsettled it magnifies,
+// and such a step is made by implicit Euler instead.
+constexpr double gain_share_max = 1e-4;
+
+template <class Real>
+double kinetic_j(const SoftState<Real>& body) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < body.v.size(); ++i) {
+    sum += 0.5 * body.mass_kg(i) * body.v[i].template cast<double>().squaredNorm();
+  }
+  return sum;
+}
+
+template <class Real>
+double energy_j(const SoftState<Real>& body, bool moved, const Surroundings& surroundings, std::vector<Vec3d>& places) {
+  places.resize(body.x.size());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    places[i] = body.x[i].template cast<double>();
+    if (moved) places[i] += body.dr[i].template cast<double>();
+  }
+  return kinetic_j(body) + potential_j<Real>(body, places, surroundings.atmosphere.pressure_pa, surroundings.gravity);
+}
+
 }  // namespace
 
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, std::span<const SolidMove> colliders,
-                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, ContactNotes* notes,
-                Profile* profile) {
+                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile) {
   body.dr.resize(body.x.size());
   if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
   if (!scratch.implicit) scratch.implicit.emplace();
-  scratch.implicit->forget_turns();
   const bool is_driven = !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, surroundings.atmosphere);
   if (method.integrator == Integrator::implicit_euler) {
-    body.solve_failed = !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit, profile);
+    const FirstGuess guess = is_driven ? FirstGuess::straight : method.guess;
+    body.solve_failed =
+        !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, guess, *scratch.implicit, profile);
   } else {
     assert(method.integrator == Integrator::tr_bdf2);
     StageAccuracy accuracy = method.accuracy;
     if (is_driven) accuracy.turned_iterations = tr_bdf2_turned_iterations;
+    const bool may_gain = method.guess == FirstGuess::turned && !is_driven;
+    if (may_gain) scratch.start_m_s = body.v;
+    const double start_j = may_gain ? energy_j(body, false, surroundings, scratch.places) : 0.0;
     body.solve_failed = !tr_bdf2(body, tables, accuracy, surroundings, dt_s, *scratch.implicit, profile);
+    if (!may_gain || body.solve_failed) return;
+    const double gained_j = energy_j(body, true, surroundings, scratch.places) - start_j;
+    if (gained_j <= gain_share_max * kinetic_j(body)) return;
+    body.v = scratch.start_m_s;
+    body.solve_failed = !euler_again(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit);
   }
-  if (body.solve_failed || start_m_s.empty()) return;
-  if (scratch.implicit->has_turned() && !is_driven) scratch.contact.limit_step(body, start_m_s, surroundings, dt_s);
-  if (colliders.empty()) return;
-  scratch.contact.meet_colliders(body, start_m_s, tables, method.accuracy, surroundings, colliders, dt_s,
-                                 *scratch.implicit, notes, profile);
 }
 
-template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&,
-                                std::span<const SolidMove>, std::span<const Vec3<float>>, double, SolverScratch<float>&,
-                                ContactNotes*, Profile*);
+template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&, double,
+                                SolverScratch<float>&, Profile*);
 template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const Method&, const Surroundings&,
-                                 std::span<const SolidMove>, std::span<const Vec3<double>>, double,
-                                 SolverScratch<double>&, ContactNotes*, Profile*);
+                                 double, SolverScratch<double>&, Profile*);
 
 }  // namespace pneuma::physics

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "physics/contact/implicit_contact.h"
 #include "physics/forces/forces.h"
+#include "physics/implicit/implicit_euler.h"
 #include "physics/implicit/implicit_solver.h"
 #include "physics/xpbd/xpbd.h"
 
@@ -15,11 +15,14 @@ namespace pneuma::physics {
 template <class Real>
 struct SolverScratch {
   std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
-  ImplicitContact<Real> contact;
   XpbdScratch<Real> xpbd;
+  // Of TR-BDF2, where it could gain energy.
+  std::vector<Vec3<Real>> start_m_s;
+  std::vector<Vec3d> places;
 
   [[nodiscard]] std::size_t bytes() const {
-    return (implicit ? implicit->bytes() : 0) + contact.bytes() + xpbd.bytes();
+    return (implicit ? implicit->bytes() : 0) + xpbd.bytes() + start_m_s.capacity() * sizeof(Vec3<Real>) +
+           places.capacity() * sizeof(Vec3d);
   }
 };
 
@@ -27,17 +30,14 @@ struct SolverScratch {
 struct Method {
   Integrator integrator = Integrator::implicit_euler;
   StageAccuracy accuracy;
+  FirstGuess guess = FirstGuess::straight;
 };
 
 /// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
-/// first. `start_m_s`: the velocities before the step, where the body can touch anything. There the implicit methods
-/// keep from adding energy (contact_limit.h), and they meet the colliders themselves (implicit_contact.h). Pinned
-/// particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says so in
-/// solve_failed. `notes`: null, or where the contacts that it answered are appended.
+/// first. Pinned particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says
+/// so in solve_failed.
 template <class Real>
 void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, std::span<const SolidMove> colliders,
-                std::span<const Vec3<Real>> start_m_s, double dt_s, SolverScratch<Real>& scratch, ContactNotes* notes,
-                Profile* profile);
+                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
 
 }  // namespace pneuma::physics

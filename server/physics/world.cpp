@@ -256,6 +256,10 @@ ContactNotes World::contacts(std::size_t soft_index) const {
       [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; }));
 }
 
+RowCounts World::row_counts() const {
+  return simulation_->visit([](const auto& bodies) { return bodies.contacts.row_counts(); });
+}
+
 void World::set_profiling(bool on) {
   simulation_->profiling = on;
 }

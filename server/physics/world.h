@@ -12,6 +12,7 @@
 #include "base/status.h"
 #include "physics/choice/stability.h"
 #include "physics/contact/contact_note.h"
+#include "physics/contact/row.h"
 #include "physics/forces/measures.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
@@ -132,6 +133,9 @@ class World {
   /// (and each wall of a room); nothing while it is not noted. Rigid bodies and colliders among each other are not in
   /// it.
   [[nodiscard]] ContactNotes contacts(std::size_t soft_index) const;
+
+  /// What the contacts of soft bodies came to since the world was made or edited.
+  [[nodiscard]] RowCounts row_counts() const;
 
   /// While on, steps add to profile(). Off at first.
   void set_profiling(bool on);

@@ -78,10 +78,6 @@ Status read_enum(Proto value, std::initializer_list<std::pair<Proto, Physics>> k
   return {StatusCode::unsupported, "this version has no " + name(value) + "; it has " + names};
 }
 
-Status refuse_if(bool set, const char* what) {
-  return set ? Status(StatusCode::unsupported, std::string("this version has no ") + what) : Status();
-}
-
 Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
   using enum physics::Integrator;
   using enum physics::Precision;
@@ -157,11 +153,12 @@ Status read_collision(const v1::Collision& in, physics::Collision& out) {
   using physics::BoundsKind;
   using physics::SoftCollision;
   Failures failures;
-  failures.note(
-      "soft",
-      read_enum(in.soft(), {{v1::Collision::BOUNDS, SoftCollision::bounds}, {v1::Collision::NONE, SoftCollision::none}},
-                out.soft));
-  failures.note("self", refuse_if(in.self(), "self-collision"));
+  failures.note("soft", read_enum(in.soft(),
+                                  {{v1::Collision::EXACT, SoftCollision::exact},
+                                   {v1::Collision::BOUNDS, SoftCollision::bounds},
+                                   {v1::Collision::NONE, SoftCollision::none}},
+                                  out.soft));
+  out.self = in.self();
   failures.note("bounds", read_enum(in.bounds(),
                                     {{v1::Collision::Bounds::Collision_Bounds_ELLIPSOID, BoundsKind::ellipsoid},
                                      {v1::Collision::Bounds::Collision_Bounds_BOX, BoundsKind::box},

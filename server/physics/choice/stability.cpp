@@ -21,14 +21,14 @@ constexpr double estimate_margin = 1.05;
 
 using Points = std::vector<Vec3d>;
 
-double dot(const Points& a, const Points& b) {
+double sum_of_products(const Points& a, const Points& b) {
   double sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
   return sum;
 }
 
 double norm(const Points& a) {
-  return std::sqrt(dot(a, a));
+  return std::sqrt(sum_of_products(a, a));
 }
 
 Points volume_gradient_m2(const Mesh& mesh) {
@@ -254,11 +254,11 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& sha
   if (springs.bend_stiffness_n_m > 0.0) modes.bending_n_m = stiffness.largest_eigenvalue({}, Part::bending);
   const Points gradient = shares.over_roots(volume_gradient_m2(mesh));
   const Points pull = stiffness.apply(gradient, stiffness_of(springs), Part::both);
-  modes.gradient_m4 = dot(gradient, gradient);
-  modes.gradient_n_m3 = dot(gradient, pull);
-  modes.gradient_n2_m2 = dot(pull, pull);
+  modes.gradient_m4 = sum_of_products(gradient, gradient);
+  modes.gradient_n_m3 = sum_of_products(gradient, pull);
+  modes.gradient_n2_m2 = sum_of_products(pull, pull);
   const auto quotient_n_m = [&](const Points& u) {
-    return dot(u, stiffness.apply(u, stiffness_of(springs), Part::both)) / dot(u, u);
+    return sum_of_products(u, stiffness.apply(u, stiffness_of(springs), Part::both)) / sum_of_products(u, u);
   };
   Points scaling = shares.times_roots(breathing(mesh, shares));
   if (!springs.vertex_stiffness_scale.empty()) {
@@ -266,10 +266,10 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& sha
     Points of_softest = shares.times_roots(breathing_of_softest(mesh, springs, shares));
     if (quotient_n_m(of_softest) < quotient_n_m(scaling)) scaling = std::move(of_softest);
   }
-  modes.scaling_m2 = dot(scaling, scaling);
-  modes.scaling_j = dot(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
-  modes.scaling_j_s = dot(scaling, stiffness.apply(scaling, damping_of(springs), Part::springs));
-  modes.scaling_m3 = dot(scaling, gradient);
+  modes.scaling_m2 = sum_of_products(scaling, scaling);
+  modes.scaling_j = sum_of_products(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
+  modes.scaling_j_s = sum_of_products(scaling, stiffness.apply(scaling, damping_of(springs), Part::springs));
+  modes.scaling_m3 = sum_of_products(scaling, gradient);
   return modes;
 }
 
@@ -359,7 +359,7 @@ Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere
   const double bending = stiffness.bending_bound();
   const Points gradient = shares.over_roots(volume_gradient_m2(*body.mesh));
   const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
-  const double gas = gas_stiffness_pa_m3(body, volume_m3) * dot(gradient, gradient);
+  const double gas = gas_stiffness_pa_m3(body, volume_m3) * sum_of_products(gradient, gradient);
   const double all = stiffness.spring_bound(stiffness_of(body.springs)) + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);

@@ -108,7 +108,8 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
     }
   }
   const auto meets_soft = [](const SoftState<Real>& body) { return body.body.collision.soft != SoftCollision::none; };
-  plan.may_touch = solids || std::ranges::count_if(bodies, meets_soft) > 1;
+  const auto meets_itself = [](const SoftState<Real>& body) { return body.body.collision.self; };
+  plan.may_touch = solids || std::ranges::count_if(bodies, meets_soft) > 1 || std::ranges::any_of(bodies, meets_itself);
   return plan;
 }
 

@@ -42,10 +42,10 @@ void Contacts<Real>::for_each(Workers& workers, std::size_t count, const Work& w
 }
 
 template <class Real>
-void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                             std::span<const ColliderState> colliders,
-                             std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings,
-                             double dt_s, std::span<ContactNotes> notes, Workers& workers, Profile* profile) {
+void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, Profile* profile) {
+  const std::span<SoftState<Real>> soft = world.soft;
+  const std::span<RigidState> rigid = world.rigid;
+  const std::span<const ColliderState> colliders = world.colliders;
   const auto meets_soft = [](const SoftState<Real>& body) {
     return !body.frozen && body.body.collision.soft != SoftCollision::none;
   };
@@ -53,12 +53,12 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
   if (std::ranges::none_of(soft, is_awake) && std::ranges::none_of(rigid, is_awake)) return;
   const bool solids = !rigid.empty() || !colliders.empty();
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
-  if (!solids && !pairs) return;
+  const bool self =
+      std::ranges::any_of(soft, [](const auto& body) { return !body.frozen && body.body.collision.self; });
+  if (!solids && !pairs && !self) return;
 
-  const SubstepPhysics physics = SubstepPhysics::of(surroundings.gravity, dt_s);
-  start_m_s_ = start_m_s;
-  notes_ = notes;
-  limit_.begin_substep(surroundings, physics.resting_m_s, dt_s);
+  const SubstepPhysics physics = SubstepPhysics::of(world.surroundings.gravity, world.dt_s);
+  notes_ = world.notes;
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
     bounds_.resize(soft.size());
@@ -67,28 +67,75 @@ void Contacts<Real>::resolve(std::span<SoftState<Real>> soft, std::span<RigidSta
       if (body.is_awake()) vertices_ += body.x.size();
     }
     for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+    active_.resize(soft.size());
+    for (std::size_t i = 0; i < soft.size(); ++i) active_[i] = bounds_[i].active ? 1 : 0;
   }
   pairs_.clear();
-  if (pairs) meet_soft_bodies(soft, physics, workers, profile);
-  wake_hit_pairs(soft, rigid, physics);
+  soft_touched_.assign(soft.size(), 0);
   rigid_touched_.assign(rigid.size(), 0);
-  if (solids && !soft.empty()) {
+  if ((pairs || self) && !world.is_implicit()) {
+    const StageTimer timer(profile, Stage::soft_contact);
+    meet_surfaces(world, physics);
+  }
+  if (pairs) meet_bounding_volumes(world, physics, workers, profile);
+  if (world.is_implicit()) {
+    const StageTimer timer(profile, Stage::soft_contact);
+    meet_coupled(world, physics);
+  }
+  wake_hit_pairs(soft, rigid, physics);
+  if (solids && !soft.empty() && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::solid_contact);
-    meet_solids(soft, rigid, colliders, physics, workers);
+    meet_solids(world, physics, workers);
   }
   if (!rigid.empty()) {
     const StageTimer timer(profile, Stage::rigid);
     wake_near_rigid(soft, rigid, physics);
-    rigid_solver_.solve(rigid, colliders, rigid_touched_, surroundings.gravity, dt_s);
+    rigid_solver_.solve(rigid, colliders, rigid_touched_, world.surroundings.gravity, world.dt_s);
+  }
+  if ((pairs || self) && !world.is_implicit()) {
+    const StageTimer timer(profile, Stage::soft_contact);
+    surfaces_.cut(soft);
   }
 }
 
 template <class Real>
-void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const SubstepPhysics& physics, Workers& workers,
-                                      Profile* profile) {
+void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
+  surfaces_.answer(world.soft, active_, physics.dt_s, notes_, soft_touched_);
+  for (std::size_t i = 0; i < bounds_.size(); ++i) bounds_[i].stale = bounds_[i].stale || soft_touched_[i] != 0;
+}
+
+template <class Real>
+void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
+  coupled_.run({.soft = world.soft,
+                .tables = world.tables,
+                .start_m_s = world.start_m_s,
+                .active = active_,
+                .rigid = world.rigid,
+                .colliders = world.colliders,
+                .surroundings = world.surroundings,
+                .resting_m_s = physics.resting_m_s,
+                .dt_s = physics.dt_s,
+                .first_order = world.first_order,
+                .notes = notes_,
+                .soft_touched = soft_touched_,
+                .rigid_touched = rigid_touched_},
+               surfaces_);
+  for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
+    if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world, const SubstepPhysics& physics,
+                                           Workers& workers, Profile* profile) {
+  const std::span<SoftState<Real>> soft = world.soft;
+  const HitResponse response = world.is_implicit() ? HitResponse::whole : HitResponse::vertices;
   {
     const StageTimer timer(profile, Stage::broad_phase);
     find_soft_pairs<Real>(soft, bounds_, order_, pairs_);
+    std::erase_if(pairs_, [&](const SoftPair& pair) {
+      return SurfaceContacts<Real>::asks_for(soft[pair.a], soft[pair.b]) && surfaces_.meets(pair.a, pair.b);
+    });
   }
   if (pairs_.empty()) return;
 
@@ -110,8 +157,8 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
     for (std::size_t p = 0; p < some.size(); ++p) {
       const std::uint32_t a = some[p].a;
       const std::uint32_t b = some[p].b;
-      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s,
-                  limit_of(soft[a]), start_of(a), hits_);
+      meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, response,
+                  hits_);
       some[p].hit = !hits_.empty();
       if (notes_.empty()) continue;
       for (const VertexHit& hit : hits_)
@@ -122,15 +169,16 @@ void Contacts<Real>::meet_soft_bodies(std::span<SoftState<Real>> soft, const Sub
 
 // Colliders last: they do not give way, so what a rigid body pushed into them must come back.
 template <class Real>
-void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                                 std::span<const ColliderState> colliders, const SubstepPhysics& physics,
-                                 Workers& workers) {
+void Contacts<Real>::meet_solids(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers) {
+  const std::span<SoftState<Real>> soft = world.soft;
+  const std::span<RigidState> rigid = world.rigid;
+  const std::span<const ColliderState> colliders = world.colliders;
   for (std::uint32_t r = 0; r < rigid.size(); ++r) {
     if (!is_active(rigid[r])) continue;
     refit_stale(soft);
     for (std::size_t i = 0; i < soft.size(); ++i) {
       if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
-      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, limit_of(soft[i]), start_of(i), notes_of(i))) {
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, notes_of(i))) {
         continue;
       }
       rigid_touched_[r] = 1;
@@ -144,20 +192,9 @@ void Contacts<Real>::meet_solids(std::span<SoftState<Real>> soft, std::span<Rigi
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
   const auto meet = [&](std::size_t i) {
     if (!bounds_[i].active || !soft[i].is_awake()) return;
-    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, limit_of(soft[i]), start_of(i), notes_of(i));
+    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, notes_of(i));
   };
-  if (start_m_s_.empty()) return for_each(workers, bounds_.size(), meet);
-  for (std::size_t i = 0; i < bounds_.size(); ++i) meet(i);  // the limit has room for one
-}
-
-template <class Real>
-ContactLimit<Real>* Contacts<Real>::limit_of(const SoftState<Real>& body) {
-  return start_m_s_.empty() || !body.pinned.empty() ? nullptr : &limit_;
-}
-
-template <class Real>
-std::span<const Vec3<Real>> Contacts<Real>::start_of(std::size_t body) const {
-  return start_m_s_.empty() ? std::span<const Vec3<Real>>() : std::span<const Vec3<Real>>(start_m_s_[body]);
+  for_each(workers, bounds_.size(), meet);
 }
 
 template <class Real>
@@ -184,6 +221,9 @@ void Contacts<Real>::wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<R
     wake_touched(soft, rigid, pair.a, physics);
     wake_touched(soft, rigid, pair.b, physics);
   }
+  for (std::size_t i = 0; i < soft_touched_.size(); ++i) {
+    if (soft_touched_[i] != 0) wake_touched(soft, rigid, i, physics);
+  }
 }
 
 template <class Real>
@@ -206,8 +246,8 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   add(Stage::broad_phase, order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
-  add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes);
-  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove) + limit_.bytes());
+  add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes());
+  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
 }
 

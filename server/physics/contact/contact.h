@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,8 @@
 #include "physics/contact/contact_note.h"
 #include "physics/contact/contact_soft.h"
 #include "physics/contact/contact_solid.h"
+#include "physics/contact/coupled_step.h"
+#include "physics/contact/surface_contacts.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
 #include "physics/rigid/contact_surface.h"
@@ -17,6 +20,24 @@
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
+
+/// The world of one substep, between its bodies' free motion and their moves.
+template <class Real>
+struct ContactWorld {
+  std::span<SoftState<Real>> soft;
+  std::span<RigidState> rigid;
+  std::span<const ColliderState> colliders;
+  Surroundings surroundings;
+  double dt_s = 0.0;
+  // Where the method is implicit, one a soft body: its tables, and its velocities before the substep (of sleepers
+  // none).
+  std::span<ImplicitTables<Real>> tables = {};
+  std::span<const std::vector<Vec3<Real>>> start_m_s = {};
+  std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
+  std::span<ContactNotes> notes = {};             // one a soft body, to which what was answered is appended; or none
+
+  [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
+};
 
 /// Finds and answers the contacts of one world. It holds nothing but scratch between substeps, so that a steady world
 /// allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
@@ -27,24 +48,21 @@ class Contacts {
   /// pose changes only to undo an overlap, to be cut at an impact, or to follow its parabola in free flight. Call
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
-  /// with nobody awake, nothing is computed. `start_m_s`: the velocities before the substep, one list a body, empty for
-  /// sleepers, where the method is implicit: then contact adds no energy (contact_limit.h); else no lists. `notes`: one
-  /// list a body, to which what was answered is appended; or none.
-  void resolve(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
-               std::span<const std::vector<Vec3<Real>>> start_m_s, const Surroundings& surroundings, double dt_s,
-               std::span<ContactNotes> notes, Workers& workers, Profile* profile);
+  /// with nobody awake, nothing is computed.
+  void resolve(const ContactWorld<Real>& world, Workers& workers, Profile* profile);
 
+  /// What the rows of all substeps so far came to.
+  [[nodiscard]] RowCounts row_counts() const { return surfaces_.counts() + coupled_.counts(); }
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
 
  private:
   void fit(const SoftState<Real>& body, BodyBounds& bounds) const;
-  void meet_soft_bodies(std::span<SoftState<Real>> soft, const SubstepPhysics& physics, Workers& workers,
-                        Profile* profile);
-  void meet_solids(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                   std::span<const ColliderState> colliders, const SubstepPhysics& physics, Workers& workers);
-  [[nodiscard]] ContactLimit<Real>* limit_of(const SoftState<Real>& body);
-  [[nodiscard]] std::span<const Vec3<Real>> start_of(std::size_t body) const;
+  void meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics);
+  void meet_bounding_volumes(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers,
+                             Profile* profile);
+  void meet_solids(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers);
+  void meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics);
   [[nodiscard]] ContactNotes* notes_of(std::size_t body) const { return notes_.empty() ? nullptr : &notes_[body]; }
   void refit_stale(std::span<SoftState<Real>> soft);
   void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
@@ -53,7 +71,11 @@ class Contacts {
   template <class Work>
   void for_each(Workers& workers, std::size_t count, const Work& work);
 
-  std::vector<BodyBounds> bounds_;    // one a soft body; sleepers keep theirs
+  std::vector<BodyBounds> bounds_;          // one a soft body; sleepers keep theirs
+  std::vector<std::uint8_t> active_;        // likewise: it takes part in contact
+  std::vector<std::uint8_t> soft_touched_;  // likewise: by another's surface, in this substep
+  SurfaceContacts<Real> surfaces_;
+  CoupledStep<Real> coupled_;
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b
@@ -63,9 +85,7 @@ class Contacts {
   std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;
   std::size_t vertices_ = 0;
-  std::span<const std::vector<Vec3<Real>>> start_m_s_;  // of the substep under way
-  std::span<ContactNotes> notes_;                       // and where it is noted
-  ContactLimit<Real> limit_;
+  std::span<ContactNotes> notes_;  // of the substep under way
 };
 
 }  // namespace pneuma::physics

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,17 +24,6 @@ struct RigidPart {
   Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
-/// What a body may have in a substep after contact (contact_limit.h), all kinds together.
-struct EnergyLimit {
-  std::optional<double> most_j;  // once it was asked for
-  double given_j = 0.0;          // by partners, until then
-
-  void give(double energy_j) {
-    if (most_j) *most_j += energy_j;
-    given_j += energy_j;
-  }
-};
-
 /// What contact needs to know of a soft body as a whole in this substep.
 struct BodyBounds {
   bool active = false;  // not frozen
@@ -47,7 +35,6 @@ struct BodyBounds {
   RigidPart rigid;
   Vec3d mean_move = Vec3d::Zero();  // of the vertices that are not pinned, whatever their mass: of the shape
   Ellipsoid<double> ellipsoid;      // Collision::bounds of the moved vertices: a ball is an ellipsoid of equal radii
-  EnergyLimit energy;               // of the implicit methods only
 };
 
 /// Vertices of `a` are tested against the bounds of `b`.

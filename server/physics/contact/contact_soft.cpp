@@ -107,6 +107,14 @@ void find_hits(const SoftState<Real>& a, const SoftState<Real>& b, const BodyBou
   }
 }
 
+/// What contact gave to a body, to be taken from its partner.
+struct Exchange {
+  Vec3d about = Vec3d::Zero();  // a place near both, so that far from the origin no digits are lost
+  Vec3d impulse_n_s = Vec3d::Zero();
+  Vec3d moment_n_m_s = Vec3d::Zero();  // of the impulses about that place
+  Vec3d shift_kg_m = Vec3d::Zero();    // mass times displacement
+};
+
 // A vertex and its share of the body that it hits, as two masses; the body is split evenly among `hits`.
 class SharedMasses {
  public:
@@ -179,49 +187,57 @@ void find_near_vertices(const SoftState<Real>& a, const BodyBounds& bounds_a, co
 
 template <class Real>
 void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
-                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
-                 std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits) {
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, HitResponse response,
+                 std::vector<VertexHit>& hits) {
   const ContactSurface surface = surface_of(a.body, b.body);
   find_hits(a, b, bounds_b, surface, near, hits);
   if (hits.empty()) return;
-  if (limit != nullptr) limit->begin(a, start_m_s);
   fit_turning(a, bounds_a.rigid);
   fit_turning(b, bounds_b.rigid);
 
+  const RigidPart own = bounds_a.rigid;
   const RigidPart& other = bounds_b.rigid;
+  const auto shares = static_cast<double>(hits.size());
+  const bool whole = response == HitResponse::whole && own.mass_kg > 0.0;
   const SharedMasses masses(other, hits.size());
-  const Vec3d approach = bounds_a.rigid.velocity - other.velocity;
+  const Vec3d approach = own.velocity - other.velocity;
   Exchange to_a{.about = other.centre};
   for (const auto& [i, hit] : hits) {
-    const double vertex_mass_kg = a.mass_kg(i);
+    const double hit_mass_kg = whole ? own.mass_kg / shares : a.mass_kg(i);
     const Vec3d arm = a.position_m(i) - other.centre;
-    const Vec3d relative = a.v[i].template cast<double>() - velocity_at(other.velocity, other.angular_velocity, arm);
+    const Vec3d own_arm = a.position_m(i) - own.centre;
+    const Vec3d velocity =
+        whole ? velocity_at(own.velocity, own.angular_velocity, own_arm) : Vec3d(a.v[i].template cast<double>());
+    const Vec3d relative = velocity - velocity_at(other.velocity, other.angular_velocity, arm);
     const bool pressed = approach.dot(hit.normal) >= -resting_m_s;
     const double impact_m_s = pressed ? 0.0 : impact_speed(relative.dot(hit.normal), 0.0, resting_m_s);
-    const Eigen::Matrix3d inverse_mass_1_kg = masses.inverse_mass_1_kg(vertex_mass_kg, arm);
+    Eigen::Matrix3d inverse_mass_1_kg = masses.inverse_mass_1_kg(hit_mass_kg, arm);
+    if (whole) inverse_mass_1_kg += turning_inverse_mass(own_arm, shares * own.inverse_inertia_1_kg_m2);
     const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface, inverse_mass_1_kg);
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
-    const Vec3d back = stop_of(way, hit, after, dt_s) - way.end;
-    if (limit != nullptr) {
-      limit->note({.vertex = i, .normal = hit.normal, .depth_m = back.dot(hit.normal), .surface = surface});
+    const Vec3d back = masses.moved_share(hit_mass_kg) * (stop_of(way, hit, after, dt_s) - way.end);
+    if (whole) {
+      to_a.impulse_n_s += impulse_n_s;
+      to_a.moment_n_m_s += arm.cross(impulse_n_s);
+      to_a.shift_kg_m += hit_mass_kg * back;
+      continue;
     }
-
     // What the vertex took after rounding is what b gives.
     const Vec3<Real> v_before = a.v[i];
     const Vec3<Real> dr_before = a.dr[i];
-    a.v[i] += (impulse_n_s / vertex_mass_kg).template cast<Real>();
-    a.dr[i] += (masses.moved_share(vertex_mass_kg) * back).template cast<Real>();
-    const Vec3d taken_n_s = vertex_mass_kg * (a.v[i] - v_before).template cast<double>();
+    a.v[i] += (impulse_n_s / hit_mass_kg).template cast<Real>();
+    a.dr[i] += back.template cast<Real>();
+    const Vec3d taken_n_s = hit_mass_kg * (a.v[i] - v_before).template cast<double>();
     to_a.impulse_n_s += taken_n_s;
     to_a.moment_n_m_s += arm.cross(taken_n_s);
-    to_a.shift_kg_m += vertex_mass_kg * (a.dr[i] - dr_before).template cast<double>();
+    to_a.shift_kg_m += hit_mass_kg * (a.dr[i] - dr_before).template cast<double>();
   }
-  if (limit != nullptr) {
-    to_a = limit->end(a, {.rigid = other, .parts = true}, 0.0, bounds_a.energy);
-    bounds_b.energy.give(limit->given_j());
+  if (whole) {
+    take_as_a_whole(a, bounds_a, to_a);
+  } else {
+    take(bounds_a, to_a);
   }
-  take(bounds_a, to_a);
   take_as_a_whole(b, bounds_b, {other.centre, -to_a.impulse_n_s, -to_a.moment_n_m_s, -to_a.shift_kg_m});
 }
 
@@ -229,8 +245,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   template void find_near_vertices(const SoftState<Real>&, const BodyBounds&, const SoftState<Real>&, \
                                    const BodyBounds&, std::vector<std::uint32_t>&);                   \
   template void meet_bounds(SoftState<Real>&, BodyBounds&, SoftState<Real>&, BodyBounds&,             \
-                            std::span<const std::uint32_t>, double, double, ContactLimit<Real>*,      \
-                            std::span<const Vec3<Real>>, std::vector<VertexHit>&);
+                            std::span<const std::uint32_t>, double, double, HitResponse, std::vector<VertexHit>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

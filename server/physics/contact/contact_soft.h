@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "physics/contact/contact_bounds.h"
-#include "physics/contact/contact_limit.h"
 #include "physics/scene/shape.h"
 #include "physics/scene/shape_entry.h"
 
@@ -22,14 +21,18 @@ struct VertexHit {
   SurfaceHit hit;  // about the centre of the bounds, as they are at the end of the substep
 };
 
+/// By what a body answers whose vertices hit another's bounds.
+enum class HitResponse { vertices, whole };
+
 /// Stops the vertices `near` of `a` at the bounds of `b`. Each meets an equal share of b as a whole (its mass and
 /// inertia split among the hits), and b goes on with the mean of its shares: so kinetic energy does not grow where no
 /// restitution is past 1, momentum and angular momentum about the places where the substep began are kept to round-off,
 /// and the moves that are cut leave the common centre of mass. Pinned vertices hold, and give back nothing. `hits` is
-/// scratch. `limit`: null, or begun for a's energy, which contact may not add to; `start_m_s` as there.
+/// scratch. With HitResponse::whole, `a` too answers by its mean motion: vertices that are stopped after a long step,
+/// while the rest of a stiff body runs on, would leave it stretched with energy that nothing paid for.
 template <class Real>
 void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, BodyBounds& bounds_b,
-                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, ContactLimit<Real>* limit,
-                 std::span<const Vec3<Real>> start_m_s, std::vector<VertexHit>& hits);
+                 std::span<const std::uint32_t> near, double resting_m_s, double dt_s, HitResponse response,
+                 std::vector<VertexHit>& hits);
 
 }  // namespace pneuma::physics

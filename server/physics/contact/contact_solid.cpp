@@ -158,7 +158,7 @@ Answer meet_wall(const Vec3d& velocity, const Wall& wall, const SolidMove& solid
 
 template <class Real>
 bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidMove& solid, std::uint32_t index,
-                   const SubstepPhysics& physics, ContactLimit<Real>* limit, double& work_j, ContactNotes* notes) {
+                   const SubstepPhysics& physics, ContactNotes* notes) {
   const ContactSurface surface = combine(body.body.surface, *solid.surface);
   const Tolerances tolerances = tolerances_of(body, bounds);
   Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
@@ -167,20 +167,9 @@ bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidM
     if (body.is_pinned(i) || !within_speed(body.v[i])) return;
     const Vec3d start = body.position_m(i);
     Vec3d end = start + body.dr[i].template cast<double>();
-    const Vec3d free_end = end;
     Vec3d velocity = body.v[i].template cast<double>();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
       const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
-      if (limit != nullptr) {
-        limit->note({.vertex = static_cast<std::uint32_t>(i),
-                     .normal = normal,
-                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
-                     .gained_m_s = after_s * normal.dot(physics.gravity_m_s2),
-                     .of_surface = met.of_surface,
-                     .surface = surface});
-        const Vec3d change = met.of_surface + met.after - velocity;
-        work_j += body.mass_kg(i) * change.dot(met.of_surface);
-      }
       if (notes != nullptr) {
         notes->push_back({static_cast<std::uint32_t>(i), VertexContact::Other::collider, index, normal});
       }
@@ -217,16 +206,6 @@ struct Touch {
     rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
   }
 };
-
-RigidPart rigid_part(const RigidState& body) {
-  const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
-  return {.mass_kg = body.body.mass_kg,
-          .centre = body.position,
-          .velocity = body.velocity,
-          .turning_is_known = true,
-          .angular_velocity = body.angular_velocity,
-          .inverse_inertia_1_kg_m2 = rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()};
-}
 
 }  // namespace
 
@@ -268,68 +247,27 @@ bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m,
 }
 
 template <class Real>
-void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
-                const SubstepPhysics& physics, std::vector<VertexStop>& stops) {
-  stops.clear();
-  const std::size_t stops_max = touches_a_vertex_max * body.x.size();
-  for (std::uint32_t c = 0; c < colliders.size(); ++c) {
-    const SolidMove& solid = colliders[c];
-    const ContactSurface surface = combine(body.body.surface, *solid.surface);
-    if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) continue;
-    const Tolerances tolerances = tolerances_of(body, bounds);
-    Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
-    for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
-      if (body.is_pinned(i) || !within_speed(body.v[i])) return;
-      const Vec3d start = body.position_m(i);
-      Vec3d end = start + body.dr[i].template cast<double>();
-      Vec3d velocity = body.v[i].template cast<double>();
-      const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double after_s) -> Vec3d {
-        const Answer met = meet_wall(velocity, {normal, arm, gap_m, after_s}, solid, surface, physics, pressure);
-        velocity = met.of_surface + met.after;
-        if (stops.size() == stops_max) return met.after;
-        stops.push_back({static_cast<std::uint32_t>(i), c, stops.size(), normal,
-                         normal.dot(solid.end.origin + arm - start) / physics.dt_s,
-                         std::max(0.0, -surface.restitution * met.impact_m_s),
-                         after_s * normal.dot(physics.gravity_m_s2), met.of_surface, surface});
-        return met.after;
-      };
-      (void)stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer);
-    });
-  }
-  std::ranges::sort(stops, {}, [](const VertexStop& stop) { return std::pair(stop.vertex, stop.number); });
-}
-
-template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
-                    ContactNotes* notes) {
-  bool begun = false;
-  double work_j = 0.0;
+                    const SubstepPhysics& physics, ContactNotes* notes) {
   for (int round = 0; round < sweeps_max; ++round) {
     bool touched = false;
     for (std::uint32_t c = 0; c < colliders.size(); ++c) {
       const SolidMove& solid = colliders[c];
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
-      if (limit != nullptr && !begun) limit->begin(body, start_m_s);
-      begun = true;
-      touched = meet_collider(body, bounds, solid, c, physics, limit, work_j, notes) || touched;
+      touched = meet_collider(body, bounds, solid, c, physics, notes) || touched;
     }
     if (!touched || colliders.size() == 1) break;
     fit_boxes(body, bounds);
   }
-  if (limit != nullptr && begun) (void)limit->end(body, {}, work_j, bounds.energy);
 }
 
 template <class Real>
 bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, std::uint32_t index,
-                const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
-                ContactNotes* notes) {
+                const SubstepPhysics& physics, ContactNotes* notes) {
   const SolidMove solid = move_of(rigid, physics.dt_s);
   const ContactSurface surface = combine(body.body.surface, rigid.body.surface);
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
-  if (limit != nullptr) limit->begin(body, start_m_s);
-  const RigidPart before = rigid_part(rigid);
   const Tolerances tolerances = tolerances_of(body, bounds);
   Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
   bool touched = false;
@@ -337,7 +275,6 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
     if (!within_speed(body.v[i])) return;
     const Vec3d start = body.position_m(i);
     Vec3d end = start + body.dr[i].template cast<double>();
-    const Vec3d free_end = end;
     const bool pinned = body.is_pinned(i);
     const double inverse_mass_1_kg = pinned ? 0.0 : 1.0 / body.mass_kg(i);
     Vec3d velocity = body.v[i].template cast<double>();
@@ -348,12 +285,6 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
       const double impact_m_s = pressure.presses(normal, gap_m, velocity - relative)
                                     ? 0.0
                                     : impact_speed(relative.dot(normal), 0.0, physics.resting_m_s);
-      if (limit != nullptr) {
-        limit->note({.vertex = static_cast<std::uint32_t>(i),
-                     .normal = normal,
-                     .depth_m = normal.dot(solid.end.origin + arm - free_end),
-                     .surface = surface});
-      }
       if (notes != nullptr) {
         notes->push_back({static_cast<std::uint32_t>(i), VertexContact::Other::rigid, index, normal});
       }
@@ -370,24 +301,15 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
     body.dr[i] = (end - start).template cast<Real>();
     body.v[i] = velocity.template cast<Real>();
   });
-  if (limit != nullptr && touched) {
-    const Exchange given = limit->end(body, {.rigid = before}, 0.0, bounds.energy);
-    rigid.velocity = before.velocity - rigid.inverse_mass_1_kg * given.impulse_n_s;
-    rigid.angular_velocity = before.angular_velocity - before.inverse_inertia_1_kg_m2 * given.moment_n_m_s;
-  }
   bounds.stale = bounds.stale || touched;
   return touched;
 }
 
-template void find_stops(const SoftState<float>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
-                         std::vector<VertexStop>&);
-template void find_stops(const SoftState<double>&, const BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&,
-                         std::vector<VertexStop>&);
 #define PNEUMA_INSTANTIATE(Real)                                                                                 \
   template void meet_colliders(SoftState<Real>&, BodyBounds&, std::span<const SolidMove>, const SubstepPhysics&, \
-                               ContactLimit<Real>*, std::span<const Vec3<Real>>, ContactNotes*);                 \
+                               ContactNotes*);                                                                   \
   template bool meet_rigid(SoftState<Real>&, BodyBounds&, RigidState&, std::uint32_t, const SubstepPhysics&,     \
-                           ContactLimit<Real>*, std::span<const Vec3<Real>>, ContactNotes*);
+                           ContactNotes*);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

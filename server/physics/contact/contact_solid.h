@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "physics/contact/contact_bounds.h"
-#include "physics/contact/contact_limit.h"
 #include "physics/contact/contact_note.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/scene/shape.h"
@@ -37,39 +36,19 @@ struct SubstepPhysics {
   }
 };
 
-/// Where the way of a vertex meets a collider.
-struct VertexStop {
-  std::uint32_t vertex = 0;
-  std::uint32_t collider = 0;        // in the list
-  std::size_t number = 0;            // in the order found
-  Vec3d normal = Vec3d::Zero();      // unit, out of the collider
-  double normal_m_s = 0.0;           // the velocity along it that ends the substep on the surface
-  double away_m_s = 0.0;             // along it, after the hit, as seen from the surface
-  double gained_m_s = 0.0;           // along it, by gravity after the hit
-  Vec3d of_surface = Vec3d::Zero();  // m/s
-  ContactSurface surface;
-};
-
-/// Lists the stops of the body's moves, by vertex; a vertex in an edge or a corner has one for each wall. Those past
-/// touches_a_vertex_max of all its vertices are left out. The body stays as it is.
-template <class Real>
-void find_stops(const SoftState<Real>& body, const BodyBounds& bounds, std::span<const SolidMove> colliders,
-                const SubstepPhysics& physics, std::vector<VertexStop>& stops);
-
+/// On average, in one contact of a body. A corner of three colliders gives 9 in all their rounds; hundreds of colliders
+/// through each other would give thousands, of which a rigid body's answer needs no more.
 /// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
-/// `limit`: null, or what keeps contact from adding to the body's energy; `start_m_s` as there. `notes`: null, or where
-/// what was answered is appended.
+/// `notes`: null, or where what was answered is appended.
 template <class Real>
 void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const SolidMove> colliders,
-                    const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
-                    ContactNotes* notes);
+                    const SubstepPhysics& physics, ContactNotes* notes);
 
 /// Stops a body's vertices at a rigid body, which gets the opposite impulses one by one, in the order of the vertices;
 /// so momentum is kept to round-off and a light rigid body is not pushed twice for one touch. Pinned vertices push too.
 /// True where they touched. `index`: the rigid body's own, for `notes`.
 template <class Real>
 bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, std::uint32_t index,
-                const SubstepPhysics& physics, ContactLimit<Real>* limit, std::span<const Vec3<Real>> start_m_s,
-                ContactNotes* notes);
+                const SubstepPhysics& physics, ContactNotes* notes);
 
 }  // namespace pneuma::physics

@@ -2,6 +2,7 @@
 
 #include <variant>
 
+#include "physics/contact/surface_shell.h"
 #include "physics/rigid/rigid_contacts.h"
 
 namespace pneuma::physics {
@@ -25,7 +26,7 @@ Extent extent_of(const SoftState<Real>& body) {
   return {.counts = true,
           .meets_soft = body.body.collision.soft != SoftCollision::none,
           .box = {body.origin_m + box.min.template cast<double>(), body.origin_m + box.max.template cast<double>()},
-          .reach_m = body.body.surface.thickness_m + group_gap_share * length_m};
+          .reach_m = shell_m(body) + group_gap_share * length_m};
 }
 
 Extent extent_of(const RigidState& body) {

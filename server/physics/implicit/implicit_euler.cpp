@@ -1,10 +1,62 @@
 #include "physics/implicit/implicit_euler.h"
 
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "physics/machine/portable_math.h"
+
 namespace pneuma::physics {
+namespace {
+
+// Of the squares of the arms: a body with less about an axis does not turn as a whole.
+constexpr double guess_turning_share_min = 1e-9;
+// A turn by less shears edges by half its square, which is nothing.
+constexpr double turn_min_rad = 3e-3;
+
+// Gives the velocities that end the step with the body turned where they would shear it into a larger one.
+template <class Real>
+void turn(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, std::vector<Vec3d>& u) {
+  Vec3d centre = Vec3d::Zero();
+  Vec3d velocity = Vec3d::Zero();
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      centre += share(i) * x[i];
+      velocity += share(i) * u[i];
+    }
+  });
+  centre /= static_cast<double>(x.size());
+  velocity /= static_cast<double>(x.size());
+  Vec3d spin = Vec3d::Zero();
+  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+  body.with_mass_shares([&](auto share) {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const Vec3d arm = x[i] - centre;
+      spin += share(i) * arm.cross(u[i] - velocity);
+      products += share(i) * arm * arm.transpose();
+    }
+  });
+  const Eigen::Matrix3d inertia = products.trace() * Eigen::Matrix3d::Identity() - products;
+  const double size = inertia.trace();
+  if (!(inertia.determinant() > guess_turning_share_min * size * size * size)) return;
+  const Vec3d turning = inertia.inverse() * spin;
+  const double angle = dt_s * turning.norm();
+  if (!(angle > turn_min_rad)) return;
+  const auto [sine, cosine] = portable_sincos(0.5 * angle);
+  const Vec3d axis = sine * turning.normalized();
+  const Eigen::Matrix3d rotation = Quatd(cosine, axis.x(), axis.y(), axis.z()).toRotationMatrix();
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Vec3d arm = x[i] - centre;
+    u[i] += (rotation * arm - arm) / dt_s - turning.cross(arm);
+  }
+}
+
+}  // namespace
 
 template <class Real>
 bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                    const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver, Profile* profile) {
+                    const Surroundings& surroundings, double dt_s, FirstGuess guess, ImplicitSolver<Real>& solver,
+                    Profile* profile) {
   std::vector<Vec3d> x(body.x.size());
   std::vector<Vec3d> v(body.x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -12,6 +64,7 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
     v[i] = body.v[i].template cast<double>();
   }
   std::vector<Vec3d> u = v;
+  if (guess == FirstGuess::turned) turn(body, x, dt_s, u);
   if (!solver.solve(body, tables, {x, v, dt_s}, accuracy, surroundings, u, profile)) return false;
   for (std::size_t i = 0; i < u.size(); ++i) {
     body.v[i] = u[i].cast<Real>();
@@ -20,9 +73,22 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
   return true;
 }
 
+template <class Real>
+bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
+                 const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver) {
+  std::swap(tables.held.steps, tables.held.first_order);
+  const bool solved = implicit_euler(body, tables, accuracy, surroundings, dt_s, FirstGuess::turned, solver, nullptr);
+  std::swap(tables.held.steps, tables.held.first_order);
+  return solved;
+}
+
+template bool euler_again<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&, const Surroundings&,
+                                 double, ImplicitSolver<float>&);
+template bool euler_again<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&,
+                                  const Surroundings&, double, ImplicitSolver<double>&);
 template bool implicit_euler<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&,
-                                    const Surroundings&, double, ImplicitSolver<float>&, Profile*);
+                                    const Surroundings&, double, FirstGuess, ImplicitSolver<float>&, Profile*);
 template bool implicit_euler<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&,
-                                     const Surroundings&, double, ImplicitSolver<double>&, Profile*);
+                                     const Surroundings&, double, FirstGuess, ImplicitSolver<double>&, Profile*);
 
 }  // namespace pneuma::physics

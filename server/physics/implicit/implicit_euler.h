@@ -5,11 +5,20 @@
 
 namespace pneuma::physics {
 
+/// Where the solve starts: by the velocities as they are, or with their turning made a turn. Straight on, a stiff body
+/// that turns far in a step begins it stretched.
+enum class FirstGuess { straight, turned };
+
 /// Advances body.v and sets body.dr, as solve_step() does. With one Newton iteration it is the linearised method of
 /// Baraff and Witkin, "Large Steps in Cloth Simulation" (1998). False, and the body unmoved, where the solve failed.
 template <class Real>
 [[nodiscard]] bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                                  const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver,
-                                  Profile* profile);
+                                  const Surroundings& surroundings, double dt_s, FirstGuess guess,
+                                  ImplicitSolver<Real>& solver, Profile* profile);
+
+/// The same for a body whose own method is another: from a turned guess, with a matrix of its own.
+template <class Real>
+[[nodiscard]] bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
+                               const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver);
 
 }  // namespace pneuma::physics

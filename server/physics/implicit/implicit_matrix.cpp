@@ -36,6 +36,15 @@ double bounding_drag_n_s_m3(const SoftState<Real>& body, const Atmosphere& atmos
   return atmosphere.density_kg_m3 * std::max(body.body.drag.normal, body.body.drag.tangential) * speed_m_s;
 }
 
+// To a power of four; 0 where it is little beside the springs.
+double rounded_up(double pressure_stiffness_n_m, double stiffness_n_m) {
+  constexpr double little = 0.05;
+  if (!(pressure_stiffness_n_m > little * stiffness_n_m)) return 0.0;
+  int exponent = 0;
+  (void)std::frexp(pressure_stiffness_n_m, &exponent);
+  return std::ldexp(1.0, 2 * ((exponent + 1) / 2));
+}
+
 Eigen::SparseMatrix<double> assemble(const ImplicitConstants& constants, std::span<const double> diagonal,
                                      std::span<const Hinge> hinges) {
   const Mesh& mesh = *constants.mesh;
@@ -53,7 +62,7 @@ Eigen::SparseMatrix<double> assemble(const ImplicitConstants& constants, std::sp
   const std::vector<double>& scale = constants.vertex_stiffness_scale;
   for (const auto& [a, b] : mesh.edges) {
     const double stiffness_n_m = (scale.empty() ? 1.0 : 0.5 * (scale[a] + scale[b])) * constants.stiffness_n_m;
-    const double spring = s * (constants.damping_n_s_m + s * stiffness_n_m);
+    const double spring = s * (constants.damping_n_s_m + s * (stiffness_n_m + constants.pressure_stiffness_n_m));
     add(a, a, spring);
     add(b, b, spring);
     add(a, b, -spring);
@@ -101,13 +110,15 @@ ImplicitMatrixPtr make_matrix(ImplicitConstants constants, const SoftState<Real>
   if (!matrix->factor.factor(assemble(constants, matrix->diagonal, body.hinges))) return nullptr;
   if (constants.mesh->closed) matrix->opposite = opposite_vertices(*constants.mesh);
   matrix->constants = std::move(constants);
+  matrix->inverse = std::make_unique<InverseColumns>(matrix->factor, matrix->constants.pinned);
   return matrix;
 }
 
 }  // namespace
 
 template <class Real>
-ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surroundings& surroundings, double s) {
+ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surroundings& surroundings, double s,
+                                        double pressure_stiffness_n_m) {
   const Springs& springs = body.body.springs;
   ImplicitConstants constants{body.body.mesh,
                               s,
@@ -115,6 +126,7 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
                               springs.stiffness_n_m,
                               springs.damping_n_s_m,
                               springs.bend_stiffness_n_m,
+                              rounded_up(pressure_stiffness_n_m, springs.stiffness_n_m),
                               springs.vertex_stiffness_scale,
                               bounding_drag_n_s_m3(body, surroundings.atmosphere),
                               {},
@@ -129,14 +141,16 @@ ImplicitConstants ImplicitConstants::of(const SoftState<Real>& body, const Surro
 
 bool ImplicitConstants::operator==(const ImplicitConstants& other) const {
   const auto numbers = [](const ImplicitConstants& of) {
-    return std::tie(of.s, of.vertex_mass_kg, of.stiffness_n_m, of.damping_n_s_m, of.bend_stiffness_n_m, of.drag_n_s_m3,
-                    of.grabs, of.pinned, of.vertex_stiffness_scale, of.mass_shares);
+    return std::tie(of.s, of.vertex_mass_kg, of.stiffness_n_m, of.damping_n_s_m, of.bend_stiffness_n_m,
+                    of.pressure_stiffness_n_m, of.drag_n_s_m3, of.grabs, of.pinned, of.vertex_stiffness_scale,
+                    of.mass_shares);
   };
   return numbers(*this) == numbers(other) && same_mesh(*mesh, *other.mesh);
 }
 
 std::size_t ImplicitMatrix::bytes() const {
-  return factor.bytes() + diagonal.capacity() * sizeof(double) + opposite.capacity() * sizeof(opposite[0]) +
+  return factor.bytes() + inverse->bytes() + diagonal.capacity() * sizeof(double) +
+         opposite.capacity() * sizeof(opposite[0]) +
          (constants.grabs.capacity() + constants.vertex_stiffness_scale.capacity() + constants.mass_shares.capacity()) *
              sizeof(double) +
          constants.pinned.capacity();
@@ -152,8 +166,8 @@ ImplicitMatrixPtr ImplicitMatrices::find(const ImplicitConstants& constants) con
 
 template <class Real>
 void ImplicitMatrices::update(ImplicitMatrixPtr& held, const SoftState<Real>& body, const Surroundings& surroundings,
-                              double s) {
-  ImplicitConstants constants = ImplicitConstants::of(body, surroundings, s);
+                              double s, double pressure_stiffness_n_m) {
+  ImplicitConstants constants = ImplicitConstants::of(body, surroundings, s, pressure_stiffness_n_m);
   if (held && held->constants == constants) return;
   held = nullptr;
   // The lock is kept while the matrix is made: bodies that are alike come one after another, and want the same.
@@ -180,6 +194,7 @@ void ImplicitMatrices::take_over(HeldMatrices& held, const SoftState<Real>& body
   const std::lock_guard lock(mutex_);
   add(held.steps);
   if (held.touching) add(held.touching);
+  if (held.first_order) add(held.first_order);
 }
 
 void ImplicitMatrices::add(const ImplicitMatrixPtr& matrix) {
@@ -200,8 +215,9 @@ template void ImplicitMatrices::take_over<float>(HeldMatrices&, const SoftState<
                                                  std::span<const HeldMatrices>);
 template void ImplicitMatrices::take_over<double>(HeldMatrices&, const SoftState<double>&, const Surroundings&,
                                                   std::span<const HeldMatrices>);
-template void ImplicitMatrices::update<float>(ImplicitMatrixPtr&, const SoftState<float>&, const Surroundings&, double);
+template void ImplicitMatrices::update<float>(ImplicitMatrixPtr&, const SoftState<float>&, const Surroundings&, double,
+                                              double);
 template void ImplicitMatrices::update<double>(ImplicitMatrixPtr&, const SoftState<double>&, const Surroundings&,
-                                               double);
+                                               double, double);
 
 }  // namespace pneuma::physics

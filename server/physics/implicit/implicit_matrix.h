@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "physics/forces/forces.h"
+#include "physics/implicit/inverse_columns.h"
 #include "physics/implicit/sparse_cholesky.h"
 #include "physics/state/state.h"
 
@@ -22,6 +23,7 @@ struct ImplicitConstants {
   double stiffness_n_m = 0.0;
   double damping_n_s_m = 0.0;
   double bend_stiffness_n_m = 0.0;
+  double pressure_stiffness_n_m = 0.0;  // of every edge, beside its spring's
   std::vector<double> vertex_stiffness_scale;
   double drag_n_s_m3 = 0.0;   // times a vertex's area, of wind
   std::vector<double> grabs;  // vertex, stiffness and damping of each
@@ -29,7 +31,8 @@ struct ImplicitConstants {
   std::vector<double> mass_shares;  // SoftState's
 
   template <class Real>
-  static ImplicitConstants of(const SoftState<Real>& body, const Surroundings& surroundings, double s);
+  static ImplicitConstants of(const SoftState<Real>& body, const Surroundings& surroundings, double s,
+                              double pressure_stiffness_n_m = 0.0);
   /// Meshes are equal by what they hold.
   bool operator==(const ImplicitConstants& other) const;
 };
@@ -42,24 +45,29 @@ struct ImplicitMatrix {
   double least_share = 1.0;                            // of the mean mass, of any vertex
   std::vector<std::array<std::uint32_t, 2>> opposite;  // opposite_vertices, of closed meshes
   SparseCholesky factor;
+  std::unique_ptr<InverseColumns> inverse;  // of the factored matrix
 
   [[nodiscard]] std::size_t bytes() const;
 };
 using ImplicitMatrixPtr = std::shared_ptr<const ImplicitMatrix>;
 
-/// What a body holds: for its steps, and for those in which it meets a collider. Null until it had one.
+/// What a body holds: for its steps, for passes with contact, and for steps of implicit Euler where its own method is
+/// another. Null until it had one.
 struct HeldMatrices {
   ImplicitMatrixPtr steps;
   ImplicitMatrixPtr touching;
+  ImplicitMatrixPtr first_order;
 };
 
 /// The matrices of one world's bodies, which hold them. For any thread.
 class ImplicitMatrices {
  public:
   /// Sets `held` to the body's matrix for steps of s, where it is not that already: one that another body holds, or a
-  /// new one. Null where there is none: the matrix could not be factored.
+  /// new one. Null where there is none: the matrix could not be factored. `pressure_stiffness_n_m`: what the gas may
+  /// take from each edge's stiffness, as a bound from above; it is rounded up, so that it seldom asks for a new matrix.
   template <class Real>
-  void update(ImplicitMatrixPtr& held, const SoftState<Real>& body, const Surroundings& surroundings, double s);
+  void update(ImplicitMatrixPtr& held, const SoftState<Real>& body, const Surroundings& surroundings, double s,
+              double pressure_stiffness_n_m = 0.0);
 
   /// Sets `held` to what another body held under an earlier plan, where that is what this one would factor again.
   /// `others` has each once.

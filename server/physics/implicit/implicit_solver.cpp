@@ -19,13 +19,6 @@ constexpr double small_move = 0.1;
 // Of the body's length: the furthest that velocities are trusted to tell where a particle will be, seen from the body.
 constexpr double trusted_move = 0.25;
 constexpr int shortenings_max = 12;
-// The like of small_move for a step that vertices are held in, whose turns are less small; and of such a step, what it
-// may move them in held directions to count as one that they are held in already.
-constexpr double small_held_move = 0.01;
-constexpr double small_jump = 1e-6;
-// A vertex held alone begins with all that its springs can hold, far more than what is left when the rest has followed.
-constexpr double held_tightening = 1e-3;
-
 Vec3d mean(std::span<const Vec3d> points) {
   Vec3d sum = Vec3d::Zero();
   for (const Vec3d& point : points) sum += point;
@@ -60,10 +53,6 @@ double turning_j(const SoftState<Real>& body, double move_m, double spacing_m) {
     for (const Edge& edge : body.body.mesh->edges) edges += springs.stiffness_scale(edge);
   }
   return 0.5 * springs.stiffness_n_m * edges * longer_m * longer_m;
-}
-
-double step_held_m_s(const Hold& hold, const Vec3d& step) {
-  return (step - hold.free * step).norm();
 }
 
 }  // namespace
@@ -135,7 +124,6 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     }
     if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
     if (turning_j(body, spread_m, spacing_m) > settled_j) {
-      has_turned_ = true;
       iterations_max = std::max(iterations_max, accuracy.turned_iterations);
     }
     if (spread_m > small_move * spacing_m) {
@@ -154,30 +142,6 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     }
     if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
   }
-  return true;
-}
-
-template <class Real>
-bool ImplicitSolver<Real>::correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                                        std::span<const Hold> holds, const StageAccuracy& accuracy,
-                                        const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile) {
-  tables.matrices->update(tables.held.touching, body, surroundings, stage.s);
-  if (!tables.held.touching || !find_residual(body, tables, stage, surroundings, u, profile)) return false;
-  const StageTimer timer(profile, Stage::integrate);
-  const double settled_m_s = settled_speed_m_s(body, stage, accuracy);
-  system_.solve_held(body, *tables.held.touching, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()}, holds,
-                     {held_tightening * accuracy.error_target, settled_m_s}, step_);
-  last_move_m_ = stage.s * spread(step_);
-  if (!std::isfinite(last_move_m_)) return false;
-  const bool held_already = std::ranges::all_of(holds, [&](const Hold& hold) {
-    return stage.s * step_held_m_s(hold, step_[hold.vertex]) <= small_jump * last_move_m_;
-  });
-  const double spacing_m = static_cast<double>(body.length_m) / std::sqrt(static_cast<double>(u.size()));
-  if (held_already && last_move_m_ > small_held_move * spacing_m) {
-    return take_step(body, tables, stage, surroundings, dot(residual_, step_), last_move_m_, Vec3d::Zero(), u, profile);
-  }
-  for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
-  move_volume(body, stage, surroundings);
   return true;
 }
 

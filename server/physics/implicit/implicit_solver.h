@@ -47,24 +47,13 @@ class ImplicitSolver {
                            const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
                            Profile* profile);
 
-  /// Whether a solve since the last forget_turns() turned edges so far that its linear systems may have added energy.
-  [[nodiscard]] bool has_turned() const { return has_turned_; }
-  void forget_turns() { has_turned_ = false; }
-
-  /// One Newton step from `u` that gives held vertices the velocities they are held to. False where it is not finite.
-  [[nodiscard]] bool correct_held(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                                  std::span<const Hold> holds, const StageAccuracy& accuracy,
-                                  const Surroundings& surroundings, std::vector<Vec3d>& u, Profile* profile);
-  /// The impulse, N s, by which correct_held() held a vertex; in held directions.
-  [[nodiscard]] Vec3d holding_n_s(std::uint32_t vertex) const { return -system_.residual_n_s()[vertex]; }
-
-  /// By how much correct_held() moved any vertex as seen from the body.
-  [[nodiscard]] double last_move_m() const { return last_move_m_; }
-
   /// f(x, v), N; zero on pinned particles. Until the next call of either.
   [[nodiscard]] std::span<const Vec3d> force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                              std::span<const Vec3d> x, std::span<const Vec3d> v,
                                              const Surroundings& surroundings, Profile* profile);
+
+  /// Of the last force(); empty without gas.
+  [[nodiscard]] std::span<const Vec3d> volume_gradient_m2() const { return forces_.volume_gradient_m2(); }
 
   [[nodiscard]] std::size_t bytes() const;
 
@@ -80,8 +69,6 @@ class ImplicitSolver {
   ImplicitSystem system_;
   BodyForces<Real> forces_;
   std::vector<Vec3d> x_, residual_, step_, trial_;
-  double last_move_m_ = 0.0;
-  bool has_turned_ = false;
 };
 
 }  // namespace pneuma::physics

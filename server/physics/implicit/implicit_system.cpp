@@ -12,9 +12,6 @@ namespace {
 // Measured with this preconditioner: 15 to 33 iterations to 1e-8 from 162 to 40,962 vertices and h^2 k/m from 1 to 1e6.
 // A step that needs more is taken as far as it got.
 constexpr int iterations_max = 60;
-// What is held is a change of that rank, and takes the method so many more.
-constexpr int iterations_a_hold = 3;
-
 // Of the inertia along a direction: the least resistance at which the system still counts as one.
 constexpr double inertia_share_min = 0.5;
 
@@ -171,10 +168,6 @@ void ImplicitSystem::clear_pinned(std::vector<Vec3d>& points) const {
   }
 }
 
-void ImplicitSystem::clear_held(std::vector<Vec3d>& points) const {
-  for (const Hold& hold : holds_) points[hold.vertex] = hold.free * points[hold.vertex];
-}
-
 // Of b and of the gas's gradient at once: one pass over the factor serves both.
 void ImplicitSystem::solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
   const std::span<const std::uint32_t> places = matrix_->factor.places();
@@ -215,7 +208,6 @@ void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
 template <class Real>
 void ImplicitSystem::begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Problem& problem) {
   matrix_ = &matrix;
-  holds_ = {};
   volume_gradient_ = {};
   if (body.gas) {
     volume_gradient_ = problem.volume_gradient_m2;
@@ -249,48 +241,17 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& 
   return dot(b, step);
 }
 
-template <class Real>
-void ImplicitSystem::solve_held(const SoftState<Real>& body, const ImplicitMatrix& matrix,
-                                const Surroundings& surroundings, const Problem& problem, std::span<const Hold> holds,
-                                const Tolerance& tolerance, std::vector<Vec3d>& step) {
-  const std::size_t count = problem.b.size();
-  begin(body, matrix, problem);
-  holds_ = holds;
-  linearise_rest(body, surroundings, problem);
-  step.assign(count, Vec3d::Zero());
-  for (const Hold& hold : holds) {
-    const Vec3d change = hold.velocity - problem.v[hold.vertex];
-    step[hold.vertex] = change - hold.free * change;
-  }
-  multiply(step, product_);
-  residual_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) residual_[i] = problem.b[i] - product_[i];
-  filtered_ = residual_;
-  clear_held(filtered_);
-  if (has_gas()) {
-    solve_with_gas(filtered_, conditioned_);
-  } else {
-    precondition(filtered_, conditioned_);
-  }
-  add_gas(conditioned_);
-  iterate(enough_j(matrix, tolerance, dot(filtered_, conditioned_), count), step);
-}
-
 // Conjugate gradients from `step`, whose residual is residual_.
 void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
   const ImplicitConstants& constants = matrix_->constants;
   double before = 0.0;
   // A body that nothing holds moves as a whole by b alone, which the first guess has in full. Left in, the rounding of
   // that motion grows with each iteration.
-  const bool is_free = holds_.empty() && constants.pinned.empty() && constants.grabs.empty() && drags_.empty();
-  const int iterations = iterations_max + iterations_a_hold * static_cast<int>(holds_.size());
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  const bool is_free = constants.pinned.empty() && constants.grabs.empty() && drags_.empty();
+  for (int iteration = 0; iteration < iterations_max; ++iteration) {
     if (is_free) remove_sum(residual_, constants.mass_shares);
-    filtered_ = residual_;
-    clear_held(filtered_);
-    precondition(filtered_, conditioned_);
+    precondition(residual_, conditioned_);
     add_gas(conditioned_);
-    clear_held(conditioned_);
     const double now = dot(residual_, conditioned_);
     if (!(now > enough)) break;
     if (iteration == 0) {
@@ -319,18 +280,12 @@ double ImplicitSystem::volume_change_m3(std::span<const Vec3d> step) const {
 
 std::size_t ImplicitSystem::bytes() const {
   const std::size_t points = gas_answer_.capacity() + residual_.capacity() + direction_.capacity() +
-                             product_.capacity() + conditioned_.capacity() + filtered_.capacity();
+                             product_.capacity() + conditioned_.capacity();
   return points * sizeof(Vec3d) + edges_.capacity() * sizeof(EdgeTangent) + bends_.capacity() * sizeof(HingeTangent) +
          drags_.capacity() * sizeof(Eigen::Matrix3d) + rows4_.capacity() * sizeof(rows4_[0]) +
          rows8_.capacity() * sizeof(rows8_[0]);
 }
 
-template void ImplicitSystem::solve_held<float>(const SoftState<float>&, const ImplicitMatrix&, const Surroundings&,
-                                                const Problem&, std::span<const Hold>, const Tolerance&,
-                                                std::vector<Vec3d>&);
-template void ImplicitSystem::solve_held<double>(const SoftState<double>&, const ImplicitMatrix&, const Surroundings&,
-                                                 const Problem&, std::span<const Hold>, const Tolerance&,
-                                                 std::vector<Vec3d>&);
 template double ImplicitSystem::solve<float>(const SoftState<float>&, const ImplicitMatrix&, const Surroundings&,
                                              const Problem&, const Tolerance&, std::vector<Vec3d>&);
 template double ImplicitSystem::solve<double>(const SoftState<double>&, const ImplicitMatrix&, const Surroundings&,

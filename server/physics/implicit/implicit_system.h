@@ -13,13 +13,6 @@ namespace pneuma::physics {
 /// Over all vertices; the two are of one size.
 [[nodiscard]] double dot(std::span<const Vec3d> a, std::span<const Vec3d> b);
 
-/// A vertex whose velocity is given in some directions.
-struct Hold {
-  std::uint32_t vertex = 0;
-  Eigen::Matrix3d free = Eigen::Matrix3d::Zero();  // the projection on the directions that are not
-  Vec3d velocity = Vec3d::Zero();                  // m/s; counts in the other directions
-};
-
 /// Solved by conjugate gradients on a product that forms no matrix, with the body's ImplicitMatrix for a
 /// preconditioner. The gas's rank-one term goes into it by the Sherman-Morrison-Woodbury formula. Room for one solve at
 /// a time, of any body.
@@ -44,16 +37,6 @@ class ImplicitSystem {
   template <class Real>
   double solve(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
                const Problem& problem, const Tolerance& tolerance, std::vector<Vec3d>& step);
-
-  /// The same where the held velocities, which are v + step, are met exactly. Conjugate gradients in what is left free
-  /// (Baraff and Witkin, "Large Steps in Cloth Simulation", 1998, section 5), over the matrix without holds,
-  /// which is factored already.
-  template <class Real>
-  void solve_held(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
-                  const Problem& problem, std::span<const Hold> holds, const Tolerance& tolerance,
-                  std::vector<Vec3d>& step);
-  /// The impulses, N s, that the last solve_held() left unanswered: of held directions, what the holds took up.
-  [[nodiscard]] std::span<const Vec3d> residual_n_s() const { return residual_; }
 
   /// dV/dx . step: by how much a move of `step` changes the volume. With the last problem's gradient.
   [[nodiscard]] double volume_change_m3(std::span<const Vec3d> step) const;
@@ -89,20 +72,18 @@ class ImplicitSystem {
   void add_gas(std::vector<Vec3d>& z) const;
   void iterate(double enough, std::vector<Vec3d>& step);
   void clear_pinned(std::vector<Vec3d>& points) const;
-  void clear_held(std::vector<Vec3d>& points) const;
 
   // Of the solve under way.
   const ImplicitMatrix* matrix_ = nullptr;
   std::span<const Vec3d> volume_gradient_;  // where there is gas
   double gas_stiffness_ = 0.0;              // s^2 times -dP/dV
   double gas_share_ = 0.0;
-  std::span<const Hold> holds_;
 
   std::vector<EdgeTangent> edges_;
   std::vector<Eigen::Matrix3d> drags_;  // a face, where there is wind
   std::vector<HingeTangent> bends_;     // where there is bending
   std::vector<Vec3d> gas_answer_;       // the preconditioner's to the gradient
-  std::vector<Vec3d> residual_, direction_, product_, conditioned_, filtered_;
+  std::vector<Vec3d> residual_, direction_, product_, conditioned_;
   std::vector<FactorRow<4>> rows4_;
   std::vector<FactorRow<8>> rows8_;
 };

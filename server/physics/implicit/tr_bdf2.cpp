@@ -44,7 +44,7 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
     }
   });
   if (!(s * spread(u0) <= throw_max * static_cast<double>(body.length_m))) {
-    return implicit_euler(body, tables, accuracy, surroundings, dt_s, solver, profile);
+    return implicit_euler(body, tables, accuracy, surroundings, dt_s, FirstGuess::straight, solver, profile);
   }
   const StageAccuracy tight{accuracy.newton_iterations, tightening * accuracy.error_target, accuracy.turned_iterations};
   std::vector<Vec3d> u = v;

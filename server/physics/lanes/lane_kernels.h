@@ -123,5 +123,9 @@ enum class Isa;
 /// `Real` is float or double; has_isa(isa).
 template <class Real>
 [[nodiscard]] const LaneKernels<Real>& lane_kernels(Isa isa);
+template <>
+const LaneKernels<float>& lane_kernels<float>(Isa isa);
+template <>
+const LaneKernels<double>& lane_kernels<double>(Isa isa);
 
 }  // namespace pneuma::physics

@@ -99,11 +99,14 @@ struct Drag {
   bool operator==(const Drag&) const = default;
 };
 
-enum class SoftCollision { none, bounds };
+/// By bounding volumes, as in the paper, or by the surfaces themselves. Two bodies meet by their surfaces if both ask
+/// to.
+enum class SoftCollision { none, bounds, exact };
 enum class BoundsKind { box, ball, ellipsoid };
 
 struct Collision {
-  SoftCollision soft = SoftCollision::bounds;
+  SoftCollision soft = SoftCollision::exact;
+  bool self = false;  // the surface does not run through itself
   BoundsKind bounds = BoundsKind::ellipsoid;
   bool operator==(const Collision&) const = default;
 };

@@ -54,7 +54,8 @@ TEST(ToPhysics, SoftBodyHasTheDefaults) {
   EXPECT_EQ(body.gas->law, physics::GasLaw::isothermal);
   EXPECT_EQ(body.volume, physics::Volume{});
   EXPECT_EQ(body.pressure_spread, physics::PressureSpread::faces);
-  EXPECT_EQ(body.collision.soft, physics::SoftCollision::bounds);
+  EXPECT_EQ(body.collision.soft, physics::SoftCollision::exact);
+  EXPECT_FALSE(body.collision.self);
   EXPECT_EQ(body.collision.bounds, physics::BoundsKind::ellipsoid);
   EXPECT_FALSE(body.surface.restitution.has_value());
   EXPECT_EQ(body.orientation.coeffs(), physics::Quatd::Identity().coeffs());
@@ -269,14 +270,11 @@ TEST(ToPhysics, VolumeMethodsThatSampleHaveAResolution) {
   EXPECT_EQ(volume(R"("method": "MONTE_CARLO", "resolution": 65536)"), (physics::Volume{monte_carlo, 65'536}));
 }
 
-TEST(ToPhysics, WhatIsNotBuiltYetIsUnsupportedByPath) {
-  const auto check = [](const base::Result<physics::Scene>& scene, const std::string& path) {
-    ASSERT_FALSE(scene.ok()) << path;
-    EXPECT_EQ(scene.status().code(), base::StatusCode::unsupported) << scene.status().message();
-    EXPECT_EQ(scene.status().where(), path);
-  };
-  check(with_body(R"("collision": {"soft": "EXACT"})"), "soft_bodies[0].collision.soft");
-  check(with_body(R"("collision": {"self": true})"), "soft_bodies[0].collision.self");
+TEST(ToPhysics, CollisionIsAsTheSceneSays) {
+  const auto scene = with_body(R"("collision": {"soft": "BOUNDS", "self": true})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  EXPECT_EQ(scene->soft_bodies[0].collision.soft, physics::SoftCollision::bounds);
+  EXPECT_TRUE(scene->soft_bodies[0].collision.self);
 }
 
 TEST(ToPhysics, EnumNumberThatNobodyNamedIsRefused) {
@@ -333,8 +331,9 @@ TEST(ToProto, GasThatBurstIsNoMore) {
 }
 
 TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {
-  EXPECT_EQ(builtin_scene_names(), (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "hand",
-                                                             "hanging-ball", "wind-cloth"}));
+  EXPECT_EQ(builtin_scene_names(),
+            (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "five-balls-paper", "hand",
+                                      "hanging-ball", "wind-cloth"}));
   for (const std::string& name : builtin_scene_names()) {
     const auto scene = load_scene(name);
     ASSERT_TRUE(scene.ok()) << name << ": " << scene.status().message();

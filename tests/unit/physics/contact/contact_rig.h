@@ -24,6 +24,7 @@ SoftState<Real> make_particles(std::shared_ptr<const Mesh> mesh, const Vec3d& po
   state.body.mesh = mesh;
   state.body.mass_kg = mass_kg;
   state.body.surface = surface;
+  state.body.collision.soft = SoftCollision::bounds;
   state.vertex_mass_kg = static_cast<Real>(mass_kg / static_cast<double>(mesh->positions_m.size()));
   state.length_m = static_cast<Real>(diagonal_m(mesh->positions_m));
   for (const Vec3d& p : mesh->positions_m) state.x.push_back((p + position).template cast<Real>());
@@ -91,7 +92,9 @@ struct Rig {
       }
     }
     accelerate_rigid_bodies(rigid, gravity_m_s2, dt_s);
-    contacts.resolve(soft, rigid, colliders, {}, {gravity_m_s2, {}}, dt_s, {}, workers, &profile);
+    contacts.resolve(
+        {.soft = soft, .rigid = rigid, .colliders = colliders, .surroundings = {gravity_m_s2, {}}, .dt_s = dt_s},
+        workers, &profile);
     for (SoftState<Real>& body : soft) {
       for (std::size_t i = 0; i < body.x.size(); ++i) body.x[i] += body.dr[i];
     }

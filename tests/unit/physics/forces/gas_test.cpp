@@ -13,11 +13,11 @@
 namespace pneuma::physics {
 namespace {
 
-constexpr double volume_m3 = 2.0;
+constexpr double gas_volume_m3 = 2.0;
 
 TEST(Gas, IsothermalPressureTimesVolumeIsConstant) {
   const Gas gas{.moles = 0.5, .temperature_k = 300.0};
-  const GasState state = make_gas_state(gas, volume_m3);
+  const GasState state = make_gas_state(gas, gas_volume_m3);
   const double nrt = 0.5 * gas_constant_j_mol_k * 300.0;
   for (const double v : {0.1, 1.0, 2.0, 50.0}) {
     EXPECT_NEAR(gas_pressure_pa(state, gas, v) * v, nrt, 1e-12 * nrt);
@@ -27,8 +27,8 @@ TEST(Gas, IsothermalPressureTimesVolumeIsConstant) {
 
 TEST(Gas, AdiabaticPressureTimesVolumeToTheRatioIsConstant) {
   const Gas gas{.moles = 0.5, .temperature_k = 300.0, .law = GasLaw::adiabatic, .heat_capacity_ratio = 5.0 / 3.0};
-  const GasState state = make_gas_state(gas, volume_m3);
-  const double at_start = gas_pressure_pa(state, gas, volume_m3) * std::pow(volume_m3, gas.heat_capacity_ratio);
+  const GasState state = make_gas_state(gas, gas_volume_m3);
+  const double at_start = gas_pressure_pa(state, gas, gas_volume_m3) * std::pow(gas_volume_m3, gas.heat_capacity_ratio);
   for (const double v : {0.1, 1.0, 2.0, 50.0}) {
     const double pressure_pa = gas_pressure_pa(state, gas, v);
     EXPECT_NEAR(pressure_pa * std::pow(v, gas.heat_capacity_ratio), at_start, 1e-12 * at_start);
@@ -39,8 +39,8 @@ TEST(Gas, AdiabaticPressureTimesVolumeToTheRatioIsConstant) {
 TEST(Gas, PressesOutwardsAndBoundedWhereTheVolumeVanishesOrTurnsOver) {
   for (const GasLaw law : {GasLaw::isothermal, GasLaw::adiabatic}) {
     const Gas gas{.moles = 0.5, .law = law};
-    const GasState state = make_gas_state(gas, volume_m3);
-    const double at_floor = gas_pressure_pa(state, gas, gas_volume_floor * volume_m3);
+    const GasState state = make_gas_state(gas, gas_volume_m3);
+    const double at_floor = gas_pressure_pa(state, gas, gas_volume_floor * gas_volume_m3);
     for (const double v : {0.0, -1.0, -1e9, 1e-300}) {
       EXPECT_EQ(gas_pressure_pa(state, gas, v), at_floor);
       EXPECT_GT(at_floor, 0.0);
@@ -51,42 +51,42 @@ TEST(Gas, PressesOutwardsAndBoundedWhereTheVolumeVanishesOrTurnsOver) {
 
 TEST(Gas, FlowAddsMolesAndNeverLeavesFewerThanNone) {
   const Gas pump{.moles = 1.0, .flow_mol_s = 0.25};
-  GasState state = make_gas_state(pump, volume_m3);
-  for (int i = 0; i < 100; ++i) flow_gas(state, pump, volume_m3, 0.0, 0.0, 0.01);
+  GasState state = make_gas_state(pump, gas_volume_m3);
+  for (int i = 0; i < 100; ++i) flow_gas(state, pump, gas_volume_m3, 0.0, 0.0, 0.01);
   EXPECT_NEAR(state.moles, 1.25, 1e-12);
 
   const Gas drain{.moles = 0.1, .flow_mol_s = -1.0};
-  state = make_gas_state(drain, volume_m3);
-  for (int i = 0; i < 100; ++i) flow_gas(state, drain, volume_m3, 0.0, 0.0, 0.01);
+  state = make_gas_state(drain, gas_volume_m3);
+  for (int i = 0; i < 100; ++i) flow_gas(state, drain, gas_volume_m3, 0.0, 0.0, 0.01);
   EXPECT_EQ(state.moles, 0.0);
 }
 
 TEST(Gas, LeakFollowsThePressureDifferenceBothWays) {
   const Gas gas{.moles = 1.0, .leak_mol_s_pa = 1e-6};
-  GasState state = make_gas_state(gas, volume_m3);
-  const double inside_pa = gas_pressure_pa(state, gas, volume_m3);
-  flow_gas(state, gas, volume_m3, 100.0, inside_pa - 100.0, 0.5);
+  GasState state = make_gas_state(gas, gas_volume_m3);
+  const double inside_pa = gas_pressure_pa(state, gas, gas_volume_m3);
+  flow_gas(state, gas, gas_volume_m3, 100.0, inside_pa - 100.0, 0.5);
   EXPECT_NEAR(state.moles, 0.99995, 1e-15);
-  flow_gas(state, gas, volume_m3, -100.0, inside_pa + 100.0, 0.5);
+  flow_gas(state, gas, gas_volume_m3, -100.0, inside_pa + 100.0, 0.5);
   EXPECT_NEAR(state.moles, 1.0, 1e-15);
 }
 
 TEST(Gas, LeakStopsAtTheBalanceHoweverLargeItIs) {
   const Gas gas{.moles = 3.0, .leak_mol_s_pa = 1e6};
-  GasState state = make_gas_state(gas, volume_m3);
-  const double inside_pa = gas_pressure_pa(state, gas, volume_m3);
-  flow_gas(state, gas, volume_m3, inside_pa / 1.5, inside_pa / 3.0, 1.0);
+  GasState state = make_gas_state(gas, gas_volume_m3);
+  const double inside_pa = gas_pressure_pa(state, gas, gas_volume_m3);
+  flow_gas(state, gas, gas_volume_m3, inside_pa / 1.5, inside_pa / 3.0, 1.0);
   EXPECT_NEAR(state.moles, 1.0, 1e-12);
-  state = make_gas_state(gas, volume_m3);
-  flow_gas(state, gas, volume_m3, -inside_pa, 2.0 * inside_pa, 1.0);
+  state = make_gas_state(gas, gas_volume_m3);
+  flow_gas(state, gas, gas_volume_m3, -inside_pa, 2.0 * inside_pa, 1.0);
   EXPECT_NEAR(state.moles, 6.0, 1e-12);
 }
 
 TEST(Gas, LeaksIntoAnEmptySkinNoFurtherThanTheBalance) {
   const Gas gas{.moles = 0.0, .leak_mol_s_pa = 1e6};
-  GasState state = make_gas_state(gas, volume_m3);
-  flow_gas(state, gas, volume_m3, -1e5, 1e5, 1.0);
-  EXPECT_NEAR(gas_pressure_pa(state, gas, volume_m3), 1e5, 1e-6);
+  GasState state = make_gas_state(gas, gas_volume_m3);
+  flow_gas(state, gas, gas_volume_m3, -1e5, 1e5, 1.0);
+  EXPECT_NEAR(gas_pressure_pa(state, gas, gas_volume_m3), 1e5, 1e-6);
 }
 
 // Simpson's rule over the volume.
@@ -107,11 +107,11 @@ TEST(Gas, DoesTheWorkOfTheClosedForms) {
   const double to_m3 = 4.0;
   const Gas isothermal{.moles = 0.5, .temperature_k = 300.0};
   const double nrt_j = 0.5 * gas_constant_j_mol_k * 300.0;
-  EXPECT_NEAR(work_j(make_gas_state(isothermal, volume_m3), isothermal, from_m3, to_m3),
+  EXPECT_NEAR(work_j(make_gas_state(isothermal, gas_volume_m3), isothermal, from_m3, to_m3),
               nrt_j * std::log(to_m3 / from_m3), 1e-9 * nrt_j);
 
   const Gas adiabatic{.moles = 0.5, .temperature_k = 300.0, .law = GasLaw::adiabatic, .heat_capacity_ratio = 1.4};
-  const GasState state = make_gas_state(adiabatic, volume_m3);
+  const GasState state = make_gas_state(adiabatic, gas_volume_m3);
   const double before_j = gas_pressure_pa(state, adiabatic, from_m3) * from_m3;
   const double after_j = gas_pressure_pa(state, adiabatic, to_m3) * to_m3;
   EXPECT_NEAR(work_j(state, adiabatic, from_m3, to_m3), (before_j - after_j) / 0.4, 1e-9 * nrt_j);
@@ -121,12 +121,12 @@ TEST(Gas, LeaksUntilThePressuresAreInBalanceFromBothSides) {
   const double outside_pa = 1000.0;
   for (const double start_moles : {0.2, 5.0}) {
     const Gas gas{.moles = start_moles, .leak_mol_s_pa = 1e-3};
-    GasState state = make_gas_state(gas, volume_m3);
+    GasState state = make_gas_state(gas, gas_volume_m3);
     for (int i = 0; i < 2000; ++i) {
-      flow_gas(state, gas, volume_m3, gas_pressure_pa(state, gas, volume_m3) - outside_pa, outside_pa, 0.01);
+      flow_gas(state, gas, gas_volume_m3, gas_pressure_pa(state, gas, gas_volume_m3) - outside_pa, outside_pa, 0.01);
     }
-    EXPECT_NEAR(gas_pressure_pa(state, gas, volume_m3), outside_pa, 1e-6);
-    EXPECT_NEAR(state.moles, outside_pa * volume_m3 / (gas_constant_j_mol_k * gas.temperature_k), 1e-9);
+    EXPECT_NEAR(gas_pressure_pa(state, gas, gas_volume_m3), outside_pa, 1e-6);
+    EXPECT_NEAR(state.moles, outside_pa * gas_volume_m3 / (gas_constant_j_mol_k * gas.temperature_k), 1e-9);
   }
 }
 

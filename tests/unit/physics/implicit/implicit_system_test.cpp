@@ -298,7 +298,7 @@ TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
     state.x[0].x() = std::nan("");
     SolverScratch<double> scratch;
     BodyTables<double> body(state);
-    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, {}, {}, s, scratch, nullptr, nullptr);
+    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
     EXPECT_TRUE(state.solve_failed);
     EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
   }

@@ -1,0 +1,98 @@
+#include "physics/contact/filter.h"
+
+#include <algorithm>
+
+#include "physics/contact/surface_rows.h"
+
+namespace pneuma::physics {
+namespace {
+
+// What two features may come to: of the distance that they keep, or of the one that they start with where that is less.
+constexpr double kept_share = 0.1;
+constexpr double start_share = 0.9;
+// A cut changes what other pairs of its vertices do, which may need another. From here on, a pair that would still
+// cross stays where it is, and one more such round than there are vertices ends it.
+constexpr std::uint32_t patient_rounds = 12;
+// Of a safe share: so that the next round need not cut the same pair by its last digit.
+constexpr double caution = 0.98;
+
+struct Cut {
+  FeatureCorners corners;
+  double share = 1.0;
+};
+
+class MoveFilter {
+ public:
+  MoveFilter(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) : pairs_(pairs), bodies_(bodies) {
+    for (const SurfacePair& pair : pairs) {
+      for (const std::uint32_t body : {pair.first, pair.second}) std::ranges::fill(bodies_[body].cuts, 1.0);
+    }
+  }
+
+  FilterOutcome run() {
+    FilterOutcome outcome;
+    bool cut = true;
+    while (cut) {
+      ++outcome.rounds;
+      cuts_.clear();
+      for (const SurfacePair& pair : pairs_) find_cuts(pair);
+      cut = apply(outcome.rounds > patient_rounds);
+    }
+    return outcome;
+  }
+
+ private:
+  void find_cuts(const SurfacePair& pair) {
+    const double kept_m = kept_distance_m(pair, bodies_);
+    for (const Candidate& candidate : pair.candidates) {
+      const FeatureCorners corners = corners_of(pair, candidate, bodies_);
+      const FourPoints moves = corners.moves(bodies_);
+      const double margin_m = kept_share * kept_m;
+      if (candidate.apart_m - margin_m >= largest_relative_move_m(candidate.pair, moves)) continue;
+      const FourPoints start = corners.start(bodies_);
+      const double least_m = std::min(margin_m, start_share * distance_m(candidate.pair, start));
+      const double share = safe_share(candidate.pair, start, moves, least_m);
+      if (share < 1.0) cuts_.push_back({corners, share});
+    }
+  }
+
+  bool apply(bool at_once) {
+    bool changed = false;
+    for (const Cut& cut : cuts_) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        next_.push_back({cut.corners.bodies[i], cut.corners.vertices[i],
+                         at_once ? 0.0 : caution * cut.share * share_of(cut.corners, i)});
+      }
+    }
+    for (const VertexCut& cut : next_) {
+      double& share = bodies_[cut.body].cuts[cut.vertex];
+      changed = changed || cut.share < share;
+      share = std::min(share, cut.share);
+    }
+    next_.clear();
+    return changed;
+  }
+
+  [[nodiscard]] double share_of(const FeatureCorners& corners, std::size_t i) const {
+    return bodies_[corners.bodies[i]].cuts[corners.vertices[i]];
+  }
+
+  struct VertexCut {
+    std::uint32_t body = 0;
+    std::uint32_t vertex = 0;
+    double share = 1.0;
+  };
+
+  std::span<const SurfacePair> pairs_;
+  std::span<SurfaceBody> bodies_;
+  std::vector<Cut> cuts_;
+  std::vector<VertexCut> next_;
+};
+
+}  // namespace
+
+FilterOutcome cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) {
+  return MoveFilter(pairs, bodies).run();
+}
+
+}  // namespace pneuma::physics

@@ -1,0 +1,84 @@
+// What a body does with an impulse at one of its points.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "physics/contact/factored_response.h"
+#include "physics/contact/row.h"
+
+namespace pneuma::physics {
+
+/// A surface that does not give way.
+struct FixedResponse {
+  [[nodiscard]] Vec3d change_m_s(const Support&) const { return Vec3d::Zero(); }
+  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support&, const Support&) const {
+    return Eigen::Matrix3d::Zero();
+  }
+  void push(const Support&, const Vec3d&) {}
+};
+
+/// A body whose vertices answer by their masses alone, as explicit steps and XPBD have it.
+class LumpedResponse {
+ public:
+  /// `inverse_masses_1_kg`: one a vertex, 0 of pinned ones. Both lists outlive the response; `changes_m_s` begins at 0.
+  LumpedResponse(std::span<const double> inverse_masses_1_kg, std::span<Vec3d> changes_m_s)
+      : inverse_masses_1_kg_(inverse_masses_1_kg), changes_m_s_(changes_m_s) {}
+
+  [[nodiscard]] Vec3d change_m_s(const Support& at) const {
+    Vec3d sum = Vec3d::Zero();
+    for (std::uint32_t i = 0; i < at.count; ++i) sum += at.weights[i] * changes_m_s_[at.vertices[i]];
+    return sum;
+  }
+  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support& at, const Support& by) const {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < at.count; ++i) {
+      for (std::uint32_t j = 0; j < by.count; ++j) {
+        if (at.vertices[i] != by.vertices[j]) continue;
+        sum += at.weights[i] * by.weights[j] * inverse_masses_1_kg_[at.vertices[i]];
+      }
+    }
+    return sum * Eigen::Matrix3d::Identity();
+  }
+  void push(const Support& at, const Vec3d& impulse_n_s) {
+    for (std::uint32_t i = 0; i < at.count; ++i) {
+      changes_m_s_[at.vertices[i]] += at.weights[i] * inverse_masses_1_kg_[at.vertices[i]] * impulse_n_s;
+    }
+  }
+
+ private:
+  std::span<const double> inverse_masses_1_kg_;
+  std::span<Vec3d> changes_m_s_;
+};
+
+/// A rigid body: its mass and its inertia.
+class RigidResponse {
+ public:
+  RigidResponse(double inverse_mass_1_kg, const Eigen::Matrix3d& inverse_inertia_1_kg_m2)
+      : inverse_mass_1_kg_(inverse_mass_1_kg), inverse_inertia_1_kg_m2_(inverse_inertia_1_kg_m2) {}
+
+  [[nodiscard]] Vec3d change_m_s(const Support& at) const { return velocity_ + turning_.cross(at.arm); }
+  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support& at, const Support& by) const {
+    return inverse_mass_1_kg_ * Eigen::Matrix3d::Identity() +
+           cross_matrix(at.arm) * inverse_inertia_1_kg_m2_ * cross_matrix(by.arm).transpose();
+  }
+  void push(const Support& at, const Vec3d& impulse_n_s) {
+    velocity_ += inverse_mass_1_kg_ * impulse_n_s;
+    turning_ += inverse_inertia_1_kg_m2_ * at.arm.cross(impulse_n_s);
+  }
+
+  [[nodiscard]] const Vec3d& velocity_change_m_s() const { return velocity_; }
+  [[nodiscard]] const Vec3d& turning_change_rad_s() const { return turning_; }
+
+ private:
+  double inverse_mass_1_kg_;
+  Eigen::Matrix3d inverse_inertia_1_kg_m2_;
+  Vec3d velocity_ = Vec3d::Zero();
+  Vec3d turning_ = Vec3d::Zero();
+};
+
+using Response = std::variant<FixedResponse, LumpedResponse, RigidResponse, FactoredResponse>;
+
+}  // namespace pneuma::physics

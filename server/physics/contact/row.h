@@ -1,0 +1,63 @@
+// A contact: one row for every kind of partner.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+#include "physics/scene/scene.h"
+
+namespace pneuma::physics {
+
+/// The point of a body at which a row acts: up to three vertices with weights, or a point of a solid.
+struct Support {
+  std::uint32_t body = 0;   // a response's index
+  std::uint32_t count = 0;  // vertices; 0 of a solid
+  std::array<std::uint32_t, 3> vertices{};
+  std::array<double, 3> weights{};
+  Vec3d arm = Vec3d::Zero();  // of a solid: from its centre, m
+  std::uint32_t slot = 0;     // in the response's own tables
+
+  void add(std::uint32_t vertex, double weight) {
+    if (weight == 0.0) return;
+    vertices[count] = vertex;
+    weights[count++] = weight;
+  }
+};
+
+/// What touches what, whatever the order in which it was found. Rows are solved in this order.
+struct FeatureKey {
+  std::uint64_t bodies = 0;
+  std::uint64_t features = 0;
+  auto operator<=>(const FeatureKey&) const = default;
+};
+
+struct ContactRow {
+  FeatureKey key;
+  Support first;
+  Support second;
+  Vec3d normal = Vec3d::UnitY();  // unit, from the second to the first
+  double gap_m = 0.0;             // along it, over the distance that the two keep
+  double friction = 0.0;
+  double restitution = 0.0;
+
+  // What the solver is to reach.
+  Vec3d free_m_s = Vec3d::Zero();  // the first as seen from the second, without an impulse
+  double least_m_s = 0.0;          // along the normal, with it
+  // What it found.
+  Vec3d impulse_n_s = Vec3d::Zero();  // on the first; the second gets its opposite
+};
+
+/// What the rows of one world's substeps came to, added up.
+struct RowCounts {
+  std::uint64_t rows = 0;
+  std::uint64_t unconverged = 0;   // solves that ended before the rows agreed
+  std::uint64_t cut_vertices = 0;  // moves that were cut short, so that nothing crosses
+
+  RowCounts operator+(const RowCounts& other) const {
+    return {rows + other.rows, unconverged + other.unconverged, cut_vertices + other.cut_vertices};
+  }
+};
+
+}  // namespace pneuma::physics

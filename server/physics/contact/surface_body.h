@@ -1,0 +1,75 @@
+// A soft body as contact of surfaces sees it in one substep: in double, whatever the body steps in.
+#pragma once
+
+#include <array>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "physics/contact/closest.h"
+#include "physics/contact/surface_tree.h"
+#include "physics/scene/scene.h"
+
+namespace pneuma::physics {
+
+struct SurfaceBody {
+  std::shared_ptr<const SurfaceTopology> topology;
+  Surface surface;
+  double spacing_m = 0.0;                   // of the vertices, on average
+  double shell_m = 0.0;                     // that it keeps free around itself; two surfaces keep the sum of theirs
+  std::vector<double> inverse_masses_1_kg;  // one a vertex; 0 of pinned ones
+  // One a vertex, of bodies that are near others in this substep.
+  std::vector<Vec3d> from;  // where the substep finds it, m; nothing crosses there
+  std::vector<Vec3d> to;    // where it would end
+  std::vector<Vec3d> velocities_m_s;
+  std::vector<Vec3d> changes_m_s;  // by contact
+  std::vector<double> cuts;        // the share of its move that it may make
+  std::vector<Vec3d> boxed_to;     // `to` as the candidates were found for it
+  Box way;                         // of all vertices, grown by margin_m
+  double slack_m = 0.0;            // what `to` may differ by from boxed_to
+  double margin_m = 0.0;           // the shell, with the room beyond it that rows see, and the slack
+  SurfaceBoxes boxes;              // of bodies that meet themselves
+
+  [[nodiscard]] Vec3d move_m(std::uint32_t vertex) const { return to[vertex] - from[vertex]; }
+  [[nodiscard]] std::size_t bytes() const {
+    return (from.capacity() + to.capacity() + boxed_to.capacity() + velocities_m_s.capacity() +
+            changes_m_s.capacity()) *
+               sizeof(Vec3d) +
+           (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) +
+           (boxes.nodes.capacity() + boxes.faces.capacity()) * sizeof(Box);
+  }
+};
+
+/// A vertex (or an edge) of one surface and a face (or an edge) of the other that may meet.
+struct Candidate {
+  FeaturePair pair = FeaturePair::vertex_face;
+  bool swapped = false;  // the first feature is of the pair's second body
+  std::uint32_t first = 0;
+  std::uint32_t second = 0;
+  double apart_m = 0.0;  // no less than this, where the substep (or the pass) finds them
+};
+
+/// Two bodies, or one and itself (`first == second`), and the features of theirs that may meet in this substep.
+struct SurfacePair {
+  std::uint32_t first = 0;
+  std::uint32_t second = 0;
+  std::vector<Candidate> candidates = {};
+};
+
+/// The distance that the two surfaces of a pair keep.
+[[nodiscard]] double kept_distance_m(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
+
+/// A candidate's four vertices, as (body, vertex): those of the first feature first.
+struct FeatureCorners {
+  std::array<std::uint32_t, 4> bodies{};
+  std::array<std::uint32_t, 4> vertices{};
+
+  [[nodiscard]] FourPoints start(std::span<const SurfaceBody> all) const;
+  /// As far as the bodies' cuts allow.
+  [[nodiscard]] FourPoints moves(std::span<const SurfaceBody> all) const;
+};
+[[nodiscard]] FeatureCorners corners_of(const SurfacePair& pair, const Candidate& candidate,
+                                        std::span<const SurfaceBody> bodies);
+
+}  // namespace pneuma::physics

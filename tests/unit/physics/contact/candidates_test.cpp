@@ -1,0 +1,171 @@
+// Shows that the candidates of two surfaces, and of one with itself, have every two features that come near each other
+// anywhere on their way, found by looking at all of them at many times; that they have none twice; and that surfaces
+// are said to cross exactly where an oracle without rounding says so.
+#include "physics/contact/candidates.h"
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+#include "physics/mesh/mesh_builders.h"
+#include "unit/physics/contact/surface_rig.h"
+
+namespace pneuma::physics {
+namespace {
+
+constexpr double shell_of_candidates_m = 0.03;
+constexpr int ways = 12;
+
+/// What a candidate names: the kind, then each feature with its body.
+using NamedPair = std::tuple<FeaturePair, std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;
+
+NamedPair name_of(FeaturePair kind, std::pair<std::uint32_t, std::uint32_t> first,
+                  std::pair<std::uint32_t, std::uint32_t> second) {
+  if (kind == FeaturePair::edge_edge && second < first) std::swap(first, second);
+  return {kind, first.first, first.second, second.first, second.second};
+}
+
+NamedPair name_of(const SurfacePair& pair, const Candidate& candidate) {
+  const std::uint32_t first = candidate.swapped ? pair.second : pair.first;
+  const std::uint32_t second = candidate.swapped ? pair.first : pair.second;
+  return name_of(candidate.pair, {first, candidate.first}, {second, candidate.second});
+}
+
+bool share_a_vertex(const FeatureCorners& corners, FeaturePair kind) {
+  const std::size_t of_first = kind == FeaturePair::vertex_face ? 1 : 2;
+  for (std::size_t i = 0; i < of_first; ++i) {
+    for (std::size_t j = of_first; j < 4; ++j) {
+      if (corners.bodies[i] == corners.bodies[j] && corners.vertices[i] == corners.vertices[j]) return true;
+    }
+  }
+  return false;
+}
+
+bool come_near(FeaturePair kind, const FeatureCorners& corners, std::span<const SurfaceBody> bodies, double near_m) {
+  const FourPoints start = corners.start(bodies);
+  const FourPoints moves = corners.moves(bodies);
+  constexpr int times = 16;
+  for (int k = 0; k <= times; ++k) {
+    FourPoints now = start;
+    for (std::size_t i = 0; i < 4; ++i) now[i] += static_cast<double>(k) / times * moves[i];
+    if (distance_m(kind, now) <= near_m) return true;
+  }
+  return false;
+}
+
+/// Of all features of the two, those that come near, by looking at each.
+std::set<NamedPair> near_features(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  std::set<NamedPair> near;
+  const double near_m = kept_distance_m(pair, bodies);
+  const auto look = [&](FeaturePair kind, bool swapped, std::uint32_t first, std::uint32_t second) {
+    const Candidate candidate{kind, swapped, first, second};
+    const FeatureCorners corners = corners_of(pair, candidate, bodies);
+    if (share_a_vertex(corners, kind) || !come_near(kind, corners, bodies, near_m)) return;
+    near.insert(name_of(pair, candidate));
+  };
+  const Mesh& a = *bodies[pair.first].topology->mesh;
+  const Mesh& b = *bodies[pair.second].topology->mesh;
+  for (std::uint32_t v = 0; v < a.positions_m.size(); ++v) {
+    for (std::uint32_t f = 0; f < b.faces.size(); ++f) look(FeaturePair::vertex_face, false, v, f);
+  }
+  for (std::uint32_t v = 0; v < b.positions_m.size(); ++v) {
+    for (std::uint32_t f = 0; f < a.faces.size(); ++f) look(FeaturePair::vertex_face, true, v, f);
+  }
+  for (std::uint32_t e = 0; e < a.edges.size(); ++e) {
+    for (std::uint32_t f = 0; f < b.edges.size(); ++f) look(FeaturePair::edge_edge, false, e, f);
+  }
+  return near;
+}
+
+/// Expects all near features among the candidates and returns how many there are.
+std::size_t expect_all_near_ones(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  std::set<NamedPair> found;
+  for (const Candidate& candidate : pair.candidates) {
+    EXPECT_TRUE(found.insert(name_of(pair, candidate)).second) << "twice";
+    EXPECT_FALSE(share_a_vertex(corners_of(pair, candidate, bodies), candidate.pair));
+  }
+  const std::set<NamedPair> near = near_features(pair, bodies);
+  EXPECT_TRUE(std::ranges::includes(found, near));
+  return near.size();
+}
+
+void shake_ends(SurfaceBody& body, const Vec3d& way_m, double shake_m, std::mt19937& random) {
+  for (std::size_t i = 0; i < body.to.size(); ++i) body.to[i] = body.from[i] + way_m + random_vector(random, shake_m);
+}
+
+TEST(Candidates, OfTwoBallsThatMeetHaveAllThatComesNear) {
+  std::mt19937 random(1);
+  std::size_t near = 0;
+  for (unsigned i = 0; i < ways; ++i) {
+    const Vec3d towards = random_vector(random, 1.0).normalized();
+    std::vector<SurfaceBody> bodies{
+        askew_surface(*make_icosphere(1, 0.5), Vec3d::Zero(), i, shell_of_candidates_m),
+        askew_surface(*make_icosphere(1, 0.7), 1.4 * towards, i + 100, 2.0 * shell_of_candidates_m)};
+    shake_ends(bodies[0], 0.3 * i / ways * towards, 0.05, random);
+    shake_ends(bodies[1], -0.5 * i / ways * towards, 0.1, random);
+    near += expect_all_near_ones(all_pairs(bodies, false).front(), bodies);
+  }
+  EXPECT_GT(near, 1000U);
+}
+
+// Most of a ball lies on one side of the sheet's middle: the direction between the two tells little apart.
+TEST(Candidates, OfABallInAFoldedSheetHaveAllThatComesNear) {
+  std::mt19937 random(2);
+  std::size_t near = 0;
+  for (unsigned i = 0; i < ways; ++i) {
+    std::vector<SurfaceBody> bodies{
+        askew_surface(*make_icosphere(1, 0.4), random_vector(random, 0.2), i, shell_of_candidates_m),
+        askew_surface(*make_grid(6, 6, 2.0, 2.0), random_vector(random, 0.3), i + 50, shell_of_candidates_m)};
+    for (Vec3d& x : bodies[1].from) x += random_vector(random, 0.2);
+    for (SurfaceBody& body : bodies) shake_ends(body, random_vector(random, 0.3), 0.1, random);
+    near += expect_all_near_ones(all_pairs(bodies, false).front(), bodies);
+  }
+  EXPECT_GT(near, 1000U);
+}
+
+TEST(Candidates, OfACrumpledSurfaceWithItselfHaveAllThatComesNear) {
+  std::mt19937 random(3);
+  std::size_t near = 0;
+  for (unsigned i = 0; i < ways; ++i) {
+    const auto mesh = i % 2 == 0 ? *make_icosphere(1, 0.5) : *make_grid(5, 4, 1.0, 1.0);
+    std::vector<SurfaceBody> bodies{askew_surface(mesh, random_vector(random, 5.0), i, shell_of_candidates_m)};
+    for (Vec3d& x : bodies[0].from) x += random_vector(random, 0.15);
+    shake_ends(bodies[0], random_vector(random, 0.5), 0.3, random);
+    near += expect_all_near_ones(all_pairs(bodies, true).front(), bodies);
+  }
+  EXPECT_GT(near, 1000U);
+}
+
+TEST(Candidates, OfSurfacesFarApartAreNone) {
+  std::vector<SurfaceBody> bodies{
+      askew_surface(*make_icosphere(2, 0.5), Vec3d::Zero(), 1, shell_of_candidates_m),
+      askew_surface(*make_icosphere(2, 0.5), Vec3d(1.5, 0.2, 0.1), 2, shell_of_candidates_m)};
+  EXPECT_TRUE(all_pairs(bodies, false).front().candidates.empty());
+}
+
+TEST(Candidates, SayThatSurfacesCrossWhereTheOracleDoes) {
+  std::mt19937 random(4);
+  CandidateFinder finder;
+  int crossed = 0;
+  constexpr int poses = 200;
+  for (unsigned i = 0; i < poses; ++i) {
+    const auto other = i % 3 == 0 ? *make_grid(3, 3, 1.5, 1.5) : *make_icosphere(1, 0.3 + 0.4 * (i % 2));
+    const Vec3d direction = random_vector(random, 1.0).normalized();
+    const double apart_m = 1.3 * i / poses;
+    std::vector<SurfaceBody> bodies{askew_surface(*make_icosphere(1, 0.5), Vec3d::Zero(), i, shell_of_candidates_m),
+                                    askew_surface(other, apart_m * direction, i + 1000, shell_of_candidates_m)};
+    for (SurfaceBody& body : bodies) shake_ends(body, random_vector(random, 0.1), 0.1, random);
+    for (SurfaceBody& body : bodies) fit_way(body);
+    const bool wanted = support::count_crossings(triangles_of(bodies[0]), triangles_of(bodies[1])) > 0;
+    EXPECT_EQ(finder.are_crossed({0, 1}, bodies), wanted) << i;
+    EXPECT_EQ(finder.are_crossed({1, 0}, bodies), wanted) << i;
+    crossed += wanted ? 1 : 0;
+  }
+  EXPECT_GT(crossed, poses / 4);
+  EXPECT_LT(crossed, 3 * poses / 4);
+}
+
+}  // namespace
+}  // namespace pneuma::physics

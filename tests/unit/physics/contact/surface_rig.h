@@ -1,0 +1,73 @@
+// Surfaces on their way through one substep, as contact of surfaces sees them, without a world around them.
+#pragma once
+
+#include <memory>
+#include <random>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "physics/contact/candidates.h"
+#include "physics/contact/surface_body.h"
+#include "physics/contact/surface_rows.h"
+#include "support/crossings.h"
+
+namespace pneuma::physics {
+
+inline Vec3d random_vector(std::mt19937& random, double largest) {
+  std::uniform_real_distribution<double> coordinate(-largest, largest);
+  const double x = coordinate(random);
+  const double y = coordinate(random);
+  return {x, y, coordinate(random)};
+}
+
+/// At rest, turned askew: no feature lies along one of another body.
+inline SurfaceBody askew_surface(std::shared_ptr<const Mesh> mesh, const Vec3d& position_m, unsigned seed,
+                                 double shell_m) {
+  std::mt19937 random(seed);
+  const Eigen::AngleAxisd turn(1.0 + 0.1 * seed, random_vector(random, 1.0).normalized());
+  SurfaceBody body;
+  body.shell_m = shell_m;
+  for (const Vec3d& x : mesh->positions_m) body.from.push_back(position_m + turn * x);
+  body.topology = make_surface_topology(std::move(mesh));
+  body.to = body.from;
+  body.inverse_masses_1_kg.assign(body.from.size(), 1.0);
+  body.cuts.assign(body.from.size(), 1.0);
+  return body;
+}
+
+/// What candidates are found by, after `from` or `to` have changed.
+inline void fit_way(SurfaceBody& body) {
+  body.margin_m = (1.0 + row_slack_share) * body.shell_m;
+  body.boxed_to = body.to;
+  body.way = {};
+  for (const Vec3d& at : body.from) body.way.include(at);
+  for (const Vec3d& at : body.to) body.way.include(at);
+  body.way.low -= Vec3d::Constant(body.margin_m);
+  body.way.high += Vec3d::Constant(body.margin_m);
+}
+
+/// Each two bodies, and each with itself where `with_selves`, with their candidates.
+inline std::vector<SurfacePair> all_pairs(std::span<SurfaceBody> bodies, bool with_selves) {
+  for (SurfaceBody& body : bodies) fit_way(body);
+  CandidateFinder finder;
+  std::vector<SurfacePair> pairs;
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) {
+    for (std::uint32_t j = with_selves ? i : i + 1; j < bodies.size(); ++j) {
+      SurfacePair& pair = pairs.emplace_back(SurfacePair{i, j});
+      finder.find(pair, bodies);
+      for (Candidate& candidate : pair.candidates) {
+        candidate.apart_m = distance_bound_m(candidate.pair, corners_of(pair, candidate, bodies).start(bodies));
+      }
+    }
+  }
+  return pairs;
+}
+
+inline support::TriangleMesh triangles_of(const SurfaceBody& body) {
+  return {body.from, body.topology->mesh->faces};
+}
+
+}  // namespace pneuma::physics
