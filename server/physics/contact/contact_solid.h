@@ -36,8 +36,6 @@ struct SubstepPhysics {
   }
 };
 
-/// On average, in one contact of a body. A corner of three colliders gives 9 in all their rounds; hundreds of colliders
-/// through each other would give thousands, of which a rigid body's answer needs no more.
 /// Stops a body's vertices at the colliders, and carries them along. Sets bounds.stale where anything was touched.
 /// `notes`: null, or where what was answered is appended.
 template <class Real>

@@ -20,6 +20,13 @@ constexpr std::uint32_t coupled_sweeps_max = 30;
 constexpr std::size_t direct_rows_max = 160;
 // Of the mean edge a substep: what rows may be off by.
 constexpr double coupled_enough_share = 1e-6;
+// Of what two surfaces are nearer than they keep: what a pass parts them by. At once, the springs would be fed.
+constexpr double parted_share = 0.2;
+// A body on a line does not turn as a whole.
+constexpr double whole_turning_share_min = 1e-9;
+// The rebound is of few bodies as wholes; off by this share of what counts as resting.
+constexpr std::uint32_t rebound_sweeps_max = 50;
+constexpr double rebound_enough_share = 1e-6;
 // What a pass may move vertices by and be the last.
 constexpr double pass_settled_share = 1e-4;
 // Of the internal forces' moments: the stress stiffness of a body's rotations, as a bound from above.
@@ -129,7 +136,7 @@ void CoupledStep<Real>::aim_surface_rows(double dt_s) {
     const Vec3d way = end - (mean_of(row.first, a.start) - mean_of(row.second, b.start));
     const Vec3d across = way - way.dot(row.normal) * row.normal;
     row.free_m_s = (ahead.dot(row.normal) * row.normal + across) / dt_s;
-    row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -0.2 * row.gap_m) / dt_s;
+    row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -parted_share * row.gap_m) / dt_s;
   }
 }
 
@@ -397,7 +404,7 @@ WholeMotion whole_of(std::span<const double> masses_kg, std::span<const Vec3d> x
   }
   const Eigen::Matrix3d inertia = products.trace() * Eigen::Matrix3d::Identity() - products;
   const double size = inertia.trace();
-  if (!(inertia.determinant() > 1e-9 * size * size * size)) return whole;
+  if (!(inertia.determinant() > whole_turning_share_min * size * size * size)) return whole;
   whole.inertia_kg_m2 = inertia;
   whole.inverse_inertia_1_kg_m2 = inertia.inverse();
   whole.turning = whole.inverse_inertia_1_kg_m2 * spin;
@@ -514,7 +521,8 @@ void CoupledStep<Real>::rebound(const CoupledWorld<Real>& world) {
     return !was_stopped;
   });
   if (rows.empty()) return;
-  (void)solve_rows(rows, responses, {.sweeps_max = 50, .enough_m_s = 1e-6 * world.resting_m_s});
+  (void)solve_rows(rows, responses,
+                   {.sweeps_max = rebound_sweeps_max, .enough_m_s = rebound_enough_share * world.resting_m_s});
   // The rebound gives back no more than contact took: a body that also stays squeezed keeps that much of it.
   double taken_j = 0.0;
   double linear_j = 0.0;

@@ -13,6 +13,8 @@ namespace {
 
 // Of the mean distance of a body's vertices: what ends no nearer than this needs no row.
 constexpr double solid_slack_share = 0.02;
+// Of the spacing: what ends no deeper than this is on the surface, as the solver's tolerance leaves it.
+constexpr double in_solid_share = 1e-6;
 // A vertex that is deeper than its surface goes back out within this time.
 constexpr double solid_overlap_time_s = 0.1;
 
@@ -165,7 +167,7 @@ void cut_at_solid(SurfaceBody& body, const SolidPlace& solid, double dt_s) {
     const Vec3d from = solid.at.to_local(body.from[i]);
     if (surface_distance(*solid.shape, from) <= 0.0) continue;  // on its way out, or the surface has come to it
     const Vec3d to = end.to_local(body.from[i] + body.cuts[i] * body.move_m(static_cast<std::uint32_t>(i)));
-    const double tolerance_m = 1e-6 * body.spacing_m;
+    const double tolerance_m = in_solid_share * body.spacing_m;
     if (surface_distance(*solid.shape, to) >= -tolerance_m) continue;
     if (const auto hit = first_hit(*solid.shape, from, to, 0.0, 0.0)) body.cuts[i] *= hit->fraction;
   }
