@@ -27,35 +27,44 @@ bool runs_through(const SurfaceBody& edges, std::uint32_t edge, const SurfaceBod
                       faces.from[corners[2]]);
 }
 
-// About the ways of an edge's ends, or of a vertex named twice.
-Box way_box(const SurfaceBody& body, std::uint32_t start, std::uint32_t end) {
-  const Vec3d margin = Vec3d::Constant(body.margin_m);
-  return {body.from[start].cwiseMin(body.to[start]).cwiseMin(body.from[end]).cwiseMin(body.to[end]) - margin,
-          body.from[start].cwiseMax(body.to[start]).cwiseMax(body.from[end]).cwiseMax(body.to[end]) + margin};
-}
-
-double highest_m(const SurfaceBody& body, const Vec3d& towards) {
+double highest_m(std::span<const Vec3d> from, std::span<const Vec3d> to, const Vec3d& towards) {
   double highest = -std::numeric_limits<double>::infinity();
-  for (const Vec3d& at : body.from) highest = std::max(highest, towards.dot(at));
-  for (const Vec3d& at : body.to) highest = std::max(highest, towards.dot(at));
+  for (const Vec3d& at : from) highest = std::max(highest, towards.dot(at));
+  if (to.data() == from.data()) return highest;
+  for (const Vec3d& at : to) highest = std::max(highest, towards.dot(at));
   return highest;
 }
 
 }  // namespace
 
+// About the ways of an edge's ends, or of a vertex named twice.
+Box CandidateFinder::Ways::box(std::uint32_t start, std::uint32_t end) const {
+  const Vec3d margin = Vec3d::Constant(margin_m);
+  if (to.data() == from.data()) {
+    return {from[start].cwiseMin(from[end]) - margin, from[start].cwiseMax(from[end]) + margin};
+  }
+  return {from[start].cwiseMin(to[start]).cwiseMin(from[end]).cwiseMin(to[end]) - margin,
+          from[start].cwiseMax(to[start]).cwiseMax(from[end]).cwiseMax(to[end]) + margin};
+}
+
+CandidateFinder::Ways CandidateFinder::places_of(const SurfaceBody& body, double margin_m) {
+  const Vec3d margin = Vec3d::Constant(margin_m);
+  return {&body, body.from, body.from, {body.at.low - margin, body.at.high + margin}, margin_m};
+}
+
 // The faces with a corner that comes as far as least_m, and whose box is in the region.
-void CandidateFinder::take_near_faces(const SurfaceBody& body, const Vec3d& towards, double least_m, const Box& region,
+void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                                       std::vector<double>& heights_m, std::vector<FaceBox>& near) {
-  heights_m.resize(body.from.size());
+  heights_m.resize(ways.from.size());
   for (std::size_t i = 0; i < heights_m.size(); ++i) {
-    heights_m[i] = std::max(towards.dot(body.from[i]), towards.dot(body.to[i]));
+    heights_m[i] = std::max(towards.dot(ways.from[i]), towards.dot(ways.to[i]));
   }
   near.clear();
-  const std::vector<Face>& faces = body.topology->mesh->faces;
+  const std::vector<Face>& faces = ways.body->topology->mesh->faces;
   for (std::uint32_t f = 0; f < faces.size(); ++f) {
     const auto& [a, b, c] = faces[f];
     if (heights_m[a] < least_m && heights_m[b] < least_m && heights_m[c] < least_m) continue;
-    const Box box = physics::way_box(faces[f], body.from, body.to, body.margin_m);
+    const Box box = way_box(faces[f], ways.from, ways.to, ways.margin_m);
     if (box.overlaps(region)) near.push_back({f, box});
   }
   std::ranges::sort(near, {}, [](const FaceBox& face) { return std::pair(face.box.low.x(), face.face); });
@@ -63,12 +72,12 @@ void CandidateFinder::take_near_faces(const SurfaceBody& body, const Vec3d& towa
 
 // Most of two bodies that touch is told apart by one direction: from the middle of one to that of the other.
 template <class Visit>
-void CandidateFinder::for_near_faces(const SurfaceBody& a, const SurfaceBody& b, const Visit& visit) {
-  const Vec3d between = (b.way.low + b.way.high) - (a.way.low + a.way.high);
+void CandidateFinder::for_near_faces(const Ways& a, const Ways& b, const Visit& visit) {
+  const Vec3d between = (b.all.low + b.all.high) - (a.all.low + a.all.high);
   const Vec3d towards = between.isZero(0.0) ? Vec3d(Vec3d::UnitX()) : Vec3d(between.normalized());
   const double grown_m = a.margin_m + b.margin_m;
-  take_near_faces(a, towards, -highest_m(b, -towards) - grown_m, b.way, heights_m_, near_a_);
-  take_near_faces(b, -towards, -highest_m(a, towards) - grown_m, a.way, heights_m_, near_b_);
+  take_near_faces(a, towards, -highest_m(b.from, b.to, -towards) - grown_m, b.all, heights_m_, near_a_);
+  take_near_faces(b, -towards, -highest_m(a.from, a.to, towards) - grown_m, a.all, heights_m_, near_b_);
   // Sort and sweep of two lists.
   const auto sweep = [&](const std::vector<FaceBox>& firsts, const std::vector<FaceBox>& seconds, bool with_equal,
                          const auto& meet) {
@@ -90,6 +99,14 @@ void CandidateFinder::for_near_faces(const SurfaceBody& a, const SurfaceBody& b,
 }
 
 void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
+  find(pair, bodies, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
+}
+
+void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies, double reach_m) {
+  find(pair, bodies, places_of(bodies[pair.first], 0.5 * reach_m), places_of(bodies[pair.second], 0.5 * reach_m));
+}
+
+void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
   SurfaceBody& a = bodies[pair.first];
   SurfaceBody& b = bodies[pair.second];
   std::vector<Candidate>& candidates = pair.candidates;
@@ -103,20 +120,20 @@ void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
     for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
       const std::uint32_t vertex = of_f.vertices[i];
       if (self && has(faces[g], vertex)) continue;
-      if (way_box(a, vertex, vertex).overlaps(box_g)) {
+      if (ways_a.box(vertex, vertex).overlaps(box_g)) {
         candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
       }
     }
     for (std::uint8_t i = 0; i < of_g.vertex_count && !self; ++i) {
       const std::uint32_t vertex = of_g.vertices[i];
-      if (way_box(b, vertex, vertex).overlaps(box_f)) {
+      if (ways_b.box(vertex, vertex).overlaps(box_f)) {
         candidates.push_back({FeaturePair::vertex_face, true, vertex, f});
       }
     }
     for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
       const std::uint32_t first = of_f.edges[i];
       const auto [start, end] = a.topology->mesh->edges[first];
-      const Box box = way_box(a, start, end);
+      const Box box = ways_a.box(start, end);
       if (!box.overlaps(box_g)) continue;
       for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
         const std::uint32_t second = of_g.edges[j];
@@ -124,18 +141,18 @@ void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
         if (self && (first >= second || start == other[0] || start == other[1] || end == other[0] || end == other[1])) {
           continue;  // of (f, g) and (g, f), one
         }
-        if (box.overlaps(way_box(b, other[0], other[1]))) {
+        if (box.overlaps(ways_b.box(other[0], other[1]))) {
           candidates.push_back({FeaturePair::edge_edge, false, first, second});
         }
       }
     }
   };
   if (self) {
-    a.boxes.fit(*a.topology, a.from, a.to, a.margin_m);
+    a.boxes.fit(*a.topology, ways_a.from, ways_a.to, ways_a.margin_m);
     a.boxes.for_pairs(*a.topology,
                       [&](std::uint32_t f, std::uint32_t g) { meet(f, a.boxes.faces[f], g, a.boxes.faces[g]); });
   } else {
-    for_near_faces(a, b, meet);
+    for_near_faces(ways_a, ways_b, meet);
   }
 }
 
@@ -143,7 +160,7 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
   const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
   bool crossed = false;
-  for_near_faces(a, b, [&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
+  for_near_faces(ways_of(a), ways_of(b), [&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count && !crossed; ++i) crossed = runs_through(a, of_f.edges[i], b, g);

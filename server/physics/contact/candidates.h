@@ -17,6 +17,9 @@ class CandidateFinder {
   /// with itself, those that share no vertex.
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies);
 
+  /// Likewise those that are within `reach_m` where the substep finds them, and some beyond.
+  void find_near(SurfacePair& pair, std::span<SurfaceBody> bodies, double reach_m);
+
   /// Whether an edge of one of two bodies runs through a face of the other where the substep finds them.
   [[nodiscard]] bool are_crossed(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
@@ -25,9 +28,21 @@ class CandidateFinder {
     std::uint32_t face = 0;
     Box box;
   };
+  // Of one body: where its vertices are in the substep, or where it begins (`from` twice), and a margin.
+  struct Ways {
+    const SurfaceBody* body = nullptr;
+    std::span<const Vec3d> from, to;
+    Box all;
+    double margin_m = 0.0;
+
+    [[nodiscard]] Box box(std::uint32_t start, std::uint32_t end) const;
+  };
+  static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
+  static Ways places_of(const SurfaceBody& body, double margin_m);
+  void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
   template <class Visit>
-  void for_near_faces(const SurfaceBody& a, const SurfaceBody& b, const Visit& visit);
-  static void take_near_faces(const SurfaceBody& body, const Vec3d& towards, double least_m, const Box& region,
+  void for_near_faces(const Ways& a, const Ways& b, const Visit& visit);
+  static void take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                               std::vector<double>& heights_m, std::vector<FaceBox>& near);
 
   std::vector<double> heights_m_;

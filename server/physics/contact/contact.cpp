@@ -67,8 +67,6 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
       if (body.is_awake()) vertices_ += body.x.size();
     }
     for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
-    active_.resize(soft.size());
-    for (std::size_t i = 0; i < soft.size(); ++i) active_[i] = bounds_[i].active ? 1 : 0;
   }
   pairs_.clear();
   soft_touched_.assign(soft.size(), 0);
@@ -94,22 +92,24 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   }
   if ((pairs || self) && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::soft_contact);
-    surfaces_.cut(soft);
+    refit_stale(soft);
+    surfaces_.cut({soft, bounds_, world.dt_s, world.is_first_of_tick});
   }
 }
 
 template <class Real>
 void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
-  surfaces_.answer(world.soft, active_, physics.dt_s, notes_, soft_touched_);
+  surfaces_.answer({world.soft, bounds_, physics.dt_s, world.is_first_of_tick}, notes_, soft_touched_);
   for (std::size_t i = 0; i < bounds_.size(); ++i) bounds_[i].stale = bounds_[i].stale || soft_touched_[i] != 0;
 }
 
 template <class Real>
 void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
+  refit_stale(world.soft);
   coupled_.run({.soft = world.soft,
                 .tables = world.tables,
                 .start_m_s = world.start_m_s,
-                .active = active_,
+                .bounds = bounds_,
                 .rigid = world.rigid,
                 .colliders = world.colliders,
                 .surroundings = world.surroundings,

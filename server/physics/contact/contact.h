@@ -29,6 +29,7 @@ struct ContactWorld {
   std::span<const ColliderState> colliders;
   Surroundings surroundings;
   double dt_s = 0.0;
+  bool is_first_of_tick = true;  // the substep: it starts from nothing
   // Where the method is implicit, one a soft body: its tables, and its velocities before the substep (of sleepers
   // none).
   std::span<ImplicitTables<Real>> tables = {};
@@ -72,7 +73,6 @@ class Contacts {
   void for_each(Workers& workers, std::size_t count, const Work& work);
 
   std::vector<BodyBounds> bounds_;          // one a soft body; sleepers keep theirs
-  std::vector<std::uint8_t> active_;        // likewise: it takes part in contact
   std::vector<std::uint8_t> soft_touched_;  // likewise: by another's surface, in this substep
   SurfaceContacts<Real> surfaces_;
   CoupledStep<Real> coupled_;

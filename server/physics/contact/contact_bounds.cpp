@@ -67,8 +67,8 @@ void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
     }
   }
   bounds.moved = end.box(body.origin_m);
-  const Aabb<double> before = start.box(body.origin_m);
-  bounds.swept = {before.min.cwiseMin(bounds.moved.min), before.max.cwiseMax(bounds.moved.max)};
+  bounds.start = start.box(body.origin_m);
+  bounds.swept = {bounds.start.min.cwiseMin(bounds.moved.min), bounds.start.max.cwiseMax(bounds.moved.max)};
   bounds.active = within_limits(bounds.swept);
   bounds.stale = false;
 }

@@ -29,6 +29,7 @@ struct BodyBounds {
   bool active = false;  // not frozen
   bool stale = false;   // its moves were changed since the boxes were fitted
   bool asleep = false;  // the body sleeps, so that the boxes need no other fitting
+  Aabb<double> start;   // of x
   Aabb<double> moved;   // of x + dr
   Aabb<double> swept;   // of x and x + dr
   // Filled for bodies of a pair only.

@@ -68,7 +68,7 @@ void CoupledStep<Real>::load(const CoupledWorld<Real>& world) {
     const SoftState<Real>& state = world.soft[i];
     Body& body = bodies_[i];
     body.in_contact = false;
-    if (world.active[i] == 0) continue;
+    if (!world.bounds[i].active) continue;
     const std::size_t count = state.x.size();
     body.is_free = !is_held(state, world.surroundings.atmosphere);
     for (std::vector<Vec3d>* points : {&body.start, &body.x0, &body.u0, &body.u}) points->resize(count);
@@ -108,10 +108,10 @@ void CoupledStep<Real>::load(const CoupledWorld<Real>& world) {
 template <class Real>
 void CoupledStep<Real>::find_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   rows_.clear();
-  find_surface_rows(surfaces.pairs(), surfaces.bodies(), rows_);
+  surfaces.find_rows(rows_);
   aim_surface_rows(world.dt_s);
   for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
-    if (world.active[i] == 0) continue;
+    if (!world.bounds[i].active) continue;
     const SurfaceBody& body = surfaces.bodies()[i];
     for (std::size_t k = 0; k < solids_.size(); ++k) {
       const bool is_rigid = k < world.rigid.size();
@@ -331,7 +331,7 @@ double CoupledStep<Real>::end_pass(const CoupledWorld<Real>& world, SurfaceConta
 
 template <class Real>
 void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
-  surfaces.find_all(world.soft, world.active);
+  surfaces.find_all(world.soft, world.bounds);
   surfaces_ = &surfaces.bodies();
   load(world);
   warm_.clear();

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/contact/contact_bounds.h"
 #include "physics/contact/contact_note.h"
 #include "physics/contact/factored_response.h"
 #include "physics/contact/groups.h"
@@ -23,7 +24,7 @@ struct CoupledWorld {
   std::span<SoftState<Real>> soft;
   std::span<ImplicitTables<Real>> tables;
   std::span<const std::vector<Vec3<Real>>> start_m_s;  // before the substep; empty of sleepers
-  std::span<const std::uint8_t> active;                // takes part in contact
+  std::span<const BodyBounds> bounds;
   std::span<RigidState> rigid;
   std::span<const ColliderState> colliders;
   Surroundings surroundings;

@@ -1,6 +1,7 @@
 #include "physics/contact/filter.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "physics/contact/surface_rows.h"
 
@@ -15,6 +16,26 @@ constexpr double start_share = 0.9;
 constexpr std::uint32_t patient_rounds = 12;
 // Of a safe share: so that the next round need not cut the same pair by its last digit.
 constexpr double caution = 0.98;
+
+// Whether a plane with the candidate's direction keeps the two that far apart all the way: at both ends, so between.
+bool are_parted(const Candidate& candidate, const FourPoints& start, const FourPoints& moves, double margin_m) {
+  const std::size_t of_first = candidate.pair == FeaturePair::vertex_face ? 1 : 2;
+  double start_m = std::numeric_limits<double>::infinity();
+  double end_m = start_m;
+  for (std::size_t i = 0; i < of_first; ++i) {
+    const double at_m = candidate.apart.dot(start[i]);
+    start_m = std::min(start_m, at_m);
+    end_m = std::min(end_m, at_m + candidate.apart.dot(moves[i]));
+  }
+  double other_start_m = -std::numeric_limits<double>::infinity();
+  double other_end_m = other_start_m;
+  for (std::size_t i = of_first; i < 4; ++i) {
+    const double at_m = candidate.apart.dot(start[i]);
+    other_start_m = std::max(other_start_m, at_m);
+    other_end_m = std::max(other_end_m, at_m + candidate.apart.dot(moves[i]));
+  }
+  return start_m - other_start_m >= margin_m && end_m - other_end_m >= margin_m;
+}
 
 struct Cut {
   FeatureCorners corners;
@@ -48,8 +69,10 @@ class MoveFilter {
       const FeatureCorners corners = corners_of(pair, candidate, bodies_);
       const FourPoints moves = corners.moves(bodies_);
       const double margin_m = kept_share * kept_m;
-      if (candidate.apart_m - margin_m >= largest_relative_move_m(candidate.pair, moves)) continue;
+      const double apart_m = candidate.apart_m - pair.drifted_m;
+      if (apart_m - margin_m >= largest_relative_move_m(candidate.pair, moves)) continue;
       const FourPoints start = corners.start(bodies_);
+      if (are_parted(candidate, start, moves, margin_m)) continue;
       const double least_m = std::min(margin_m, start_share * distance_m(candidate.pair, start));
       const double share = safe_share(candidate.pair, start, moves, least_m);
       if (share < 1.0) cuts_.push_back({corners, share});

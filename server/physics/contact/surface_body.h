@@ -13,6 +13,18 @@
 
 namespace pneuma::physics {
 
+/// How vertices have moved: all by the shift, and each by no more than the path beside it.
+struct SurfaceDrift {
+  Vec3d shift_m = Vec3d::Zero();
+  double path_m = 0.0;
+
+  SurfaceDrift& operator+=(const SurfaceDrift& more) {
+    shift_m += more.shift_m;
+    path_m += more.path_m;
+    return *this;
+  }
+};
+
 struct SurfaceBody {
   std::shared_ptr<const SurfaceTopology> topology;
   Surface surface;
@@ -20,22 +32,21 @@ struct SurfaceBody {
   double shell_m = 0.0;                     // that it keeps free around itself; two surfaces keep the sum of theirs
   std::vector<double> inverse_masses_1_kg;  // one a vertex; 0 of pinned ones
   // One a vertex, of bodies that are near others in this substep.
-  std::vector<Vec3d> from;  // where the substep finds it, m; nothing crosses there
-  std::vector<Vec3d> to;    // where it would end
-  std::vector<Vec3d> velocities_m_s;
-  std::vector<Vec3d> changes_m_s;  // by contact
-  std::vector<double> cuts;        // the share of its move that it may make
-  std::vector<Vec3d> boxed_to;     // `to` as the candidates were found for it
-  Box way;                         // of all vertices, grown by margin_m
-  double slack_m = 0.0;            // what `to` may differ by from boxed_to
-  double margin_m = 0.0;           // the shell, with the room beyond it that rows see, and the slack
-  SurfaceBoxes boxes;              // of bodies that meet themselves
+  std::vector<Vec3d> from;      // where the substep finds it, m; nothing crosses there
+  std::vector<Vec3d> to;        // where it would end
+  std::vector<double> cuts;     // the share of its move that it may make
+  SurfaceDrift drift;           // of `from`, since the body was first near another
+  SurfaceDrift substep;         // from `from` to `to`
+  std::vector<Vec3d> boxed_to;  // `to` as the candidates were found for it
+  Box at;                       // of all vertices where the substep finds them
+  Box way;                      // of all vertices, grown by margin_m
+  double slack_m = 0.0;         // what `to` may differ by from boxed_to
+  double margin_m = 0.0;        // the shell, with the room beyond it that rows see, and the slack
+  SurfaceBoxes boxes;           // of bodies that meet themselves
 
   [[nodiscard]] Vec3d move_m(std::uint32_t vertex) const { return to[vertex] - from[vertex]; }
   [[nodiscard]] std::size_t bytes() const {
-    return (from.capacity() + to.capacity() + boxed_to.capacity() + velocities_m_s.capacity() +
-            changes_m_s.capacity()) *
-               sizeof(Vec3d) +
+    return (from.capacity() + to.capacity() + boxed_to.capacity()) * sizeof(Vec3d) +
            (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) +
            (boxes.nodes.capacity() + boxes.faces.capacity()) * sizeof(Box);
   }
@@ -47,7 +58,8 @@ struct Candidate {
   bool swapped = false;  // the first feature is of the pair's second body
   std::uint32_t first = 0;
   std::uint32_t second = 0;
-  double apart_m = 0.0;  // no less than this, where the substep (or the pass) finds them
+  double apart_m = 0.0;         // no less than this, where they were last measured
+  Vec3d apart = Vec3d::Zero();  // likewise: unit, from the second's nearest point to the first's; 0 where not known
 };
 
 /// Two bodies, or one and itself (`first == second`), and the features of theirs that may meet in this substep.
@@ -55,6 +67,7 @@ struct SurfacePair {
   std::uint32_t first = 0;
   std::uint32_t second = 0;
   std::vector<Candidate> candidates = {};
+  double drifted_m = 0.0;  // what any two of them may have come nearer since they were measured
 };
 
 /// The distance that the two surfaces of a pair keep.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/contact/filter.h"
 #include "physics/contact/surface_rows.h"
@@ -11,43 +12,51 @@
 namespace pneuma::physics {
 namespace {
 
-// What comes after answer() may change a move by this much before its candidates are found anew: of the body's largest
-// move, and of the shell.
+// What comes after answer() may change a move by this much before its candidates are found anew: of the body's moves,
+// and of the shell.
 constexpr double move_slack_share = 0.1;
 constexpr double shell_slack_share = 0.5;
 // What begins the substep nearer than the kept distance goes back to it within this time. At once, the springs would be
 // fed.
 constexpr double surface_overlap_time_s = 0.1;
+// Each solve starts from the last one's impulses, so a few sweeps a substep do.
 constexpr std::uint32_t surface_sweeps_max = 12;
 // Of the largest approach: what a sweep may change and be the last.
 constexpr double surface_enough_share = 1e-2;
-// Minima and maxima by lanes: two points are six numbers, which a compiler keeps in vector registers.
-template <class Real>
-Box box_of(const std::vector<Vec3<Real>>& points) {
-  constexpr std::size_t lanes = 6;
-  std::array<Real, lanes> low;
-  std::array<Real, lanes> high;
-  const Real* values = points.front().data();
-  const std::size_t count = 3 * points.size();
-  for (std::size_t k = 0; k < lanes; ++k) low[k] = high[k] = values[k % 3];
-  std::size_t i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) {
-      low[k] = values[i + k] < low[k] ? values[i + k] : low[k];
-      high[k] = values[i + k] > high[k] ? values[i + k] : high[k];
-    }
+
+// Their mean, and the most beside it.
+SurfaceDrift drift_of(std::span<const Vec3d> moves_m) {
+  Vec3d sum = Vec3d::Zero();
+  for (const Vec3d& move : moves_m) sum += move;
+  const Vec3d mean = sum / static_cast<double>(moves_m.size());
+  double furthest_m2 = 0.0;
+  for (const Vec3d& move : moves_m) furthest_m2 = std::max(furthest_m2, (move - mean).squaredNorm());
+  return {mean, std::sqrt(furthest_m2)};
+}
+
+Box grown(const Aabb<double>& box, double by_m) {
+  return {box.min - Vec3d::Constant(by_m), box.max + Vec3d::Constant(by_m)};
+}
+
+bool holds_box(const Box& outer, const Box& inner) {
+  return (inner.low.array() >= outer.low.array()).all() && (inner.high.array() <= outer.high.array()).all();
+}
+
+// What is within this needs a row.
+double row_reach_m(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  return (1.0 + row_slack_share) * kept_distance_m(pair, bodies);
+}
+
+template <class Value>
+Vec3d relative(const ContactRow& row, const Value& value) {
+  Vec3d sum = Vec3d::Zero();
+  for (std::uint32_t i = 0; i < row.first.count; ++i) {
+    sum += row.first.weights[i] * value(row.first.body, row.first.vertices[i]);
   }
-  for (std::size_t k = 0; i + k < count; ++k) {
-    low[k] = std::min(low[k], values[i + k]);
-    high[k] = std::max(high[k], values[i + k]);
+  for (std::uint32_t i = 0; i < row.second.count; ++i) {
+    sum -= row.second.weights[i] * value(row.second.body, row.second.vertices[i]);
   }
-  Box box;
-  for (std::size_t k = 0; k < lanes; ++k) {
-    const auto axis = static_cast<Eigen::Index>(k % 3);
-    box.low[axis] = std::min(box.low[axis], static_cast<double>(low[k]));
-    box.high[axis] = std::max(box.high[axis], static_cast<double>(high[k]));
-  }
-  return box;
+  return sum;
 }
 
 bool keeps_to_boxes(const SurfaceBody& body) {
@@ -82,44 +91,60 @@ void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBod
   for (std::size_t k = 0; k < count; ++k) {
     body.inverse_masses_1_kg.push_back(state.is_pinned(k) ? 0.0 : 1.0 / state.mass_kg(k));
   }
-  for (auto* points : {&body.from, &body.to, &body.boxed_to, &body.velocities_m_s, &body.changes_m_s}) {
-    points->assign(count, Vec3d::Zero());
-  }
+  for (auto* points : {&body.from, &body.to, &body.boxed_to}) points->assign(count, Vec3d::Zero());
   body.cuts.assign(count, 1.0);
 }
 
 // Where the bodies are and go, as boxes.
 template <class Real>
-void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active,
+void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
                                       bool all) {
   bodies_.resize(soft.size());
-  start_boxes_.resize(soft.size());
   loaded_.assign(soft.size(), 0);
   meeting_.clear();
   selves_.clear();
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
     const SoftState<Real>& state = soft[i];
     const bool meets_others = state.body.collision.soft == SoftCollision::exact;
-    if (active[i] == 0 || (!all && !meets_others && !state.body.collision.self)) continue;
+    if (!bounds[i].active || (!all && !meets_others && !state.body.collision.self)) continue;
     SurfaceBody& body = bodies_[i];
     if (!body.topology) load_tables(state, body);
-    const Box start = box_of(state.x);
-    const Box moves = box_of(state.dr);
-    start_boxes_[i] = {state.origin_m + start.low, state.origin_m + start.high};
-    body.slack_m = move_slack_share * moves.low.cwiseAbs().cwiseMax(moves.high.cwiseAbs()).norm() +
-                   shell_slack_share * body.shell_m;
+    const double move_m =
+        (bounds[i].swept.max - bounds[i].start.max).cwiseMax(bounds[i].start.min - bounds[i].swept.min).norm();
+    body.slack_m = move_slack_share * move_m + shell_slack_share * body.shell_m;
     body.margin_m = (1.0 + row_slack_share) * body.shell_m + body.slack_m;
-    const Vec3d margin = Vec3d::Constant(body.margin_m);
-    body.way = {start_boxes_[i].low + moves.low.cwiseMin(0.0) - margin,
-                start_boxes_[i].high + moves.high.cwiseMax(0.0) + margin};
+    body.at = grown(bounds[i].start, 0.0);
+    body.way = grown(bounds[i].swept, body.margin_m);
     if (meets_others) meeting_.push_back(i);
     if (state.body.collision.self && state.is_awake()) selves_.push_back(i);
   }
 }
 
+template <class Real>
+void SurfaceContacts<Real>::load_vertices(const SoftState<Real>& state, SurfaceBody& body) {
+  moves_m_.resize(state.x.size());
+  for (std::size_t i = 0; i < state.x.size(); ++i) {
+    const Vec3d at = state.origin_m + state.x[i].template cast<double>();
+    moves_m_[i] = at - body.from[i];
+    body.from[i] = at;
+  }
+  body.drift += drift_of(moves_m_);
+  load_moves(state, body);
+}
+
+template <class Real>
+void SurfaceContacts<Real>::load_moves(const SoftState<Real>& state, SurfaceBody& body) {
+  moves_m_.resize(state.dr.size());
+  for (std::size_t i = 0; i < state.dr.size(); ++i) {
+    moves_m_[i] = state.dr[i].template cast<double>();
+    body.to[i] = body.from[i] + moves_m_[i];
+  }
+  body.substep = drift_of(moves_m_);
+}
+
 // A pair that does not cross never will; so each is looked at when it first comes near, and while it is crossed.
 template <class Real>
-void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
+void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bool watched) {
   near_.clear();
   for (const std::uint32_t i : selves_) near_.emplace_back(i, i);
   sort_and_sweep(
@@ -131,9 +156,11 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
       });
   std::ranges::sort(near_);
   crossed_.clear();
-  paired_.clear();
+  if (watched) keep_watches();
   std::size_t count = 0;
-  for (const auto& [first, second] : near_) {
+  std::size_t watch = 0;
+  for (std::size_t at = 0; at < near_.size(); ++at) {
+    const auto [first, second] = near_[at];
     if (pairs_.size() == count) pairs_.emplace_back();
     SurfacePair& pair = pairs_[count];
     pair.first = first;
@@ -141,13 +168,8 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
     for (const std::uint32_t i : {first, second}) {
       if (loaded_[i] != 0) continue;
       loaded_[i] = 1;
-      paired_.push_back(i);
-      SurfaceBody& body = bodies_[i];
-      for (std::size_t k = 0; k < body.from.size(); ++k) {
-        body.from[k] = soft[i].position_m(k);
-        body.to[k] = body.from[k] + soft[i].dr[k].template cast<double>();
-      }
-      body.boxed_to = body.to;
+      load_vertices(soft[i], bodies_[i]);
+      if (!watched) bodies_[i].boxed_to = bodies_[i].to;
     }
     if (first != second) {
       const std::pair key(first, second);
@@ -160,103 +182,118 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
         clear_.insert(known, key);
       }
     }
-    finder_.find(pair, bodies_);
+    if (watched) {
+      while (watches_[watch].bodies() != near_[at]) ++watch;
+      const double slack_m = shell_slack_share * std::min(bodies_[first].shell_m, bodies_[second].shell_m);
+      watches_[watch].look(row_reach_m(pair, bodies_) + slack_m, bodies_, finder_, feature_bounds_, pair);
+    } else {
+      finder_.find(pair, bodies_);
+    }
     ++count;
   }
   pairs_.resize(count);
 }
 
+// Those of pairs that are near still, and new ones.
 template <class Real>
-template <class Visit>
-void SurfaceContacts<Real>::for_paired_vertices(const Visit& visit) {
-  for (const std::uint32_t i : paired_) {
-    for (std::uint32_t k = 0; k < bodies_[i].from.size(); ++k) visit(i, k);
+void SurfaceContacts<Real>::keep_watches() {
+  next_watches_.clear();
+  std::size_t old = 0;
+  for (const auto& key : near_) {
+    while (old < watches_.size() && watches_[old].bodies() < key) ++old;
+    if (old < watches_.size() && watches_[old].bodies() == key) {
+      next_watches_.push_back(std::move(watches_[old]));
+    } else {
+      next_watches_.emplace_back(key.first, key.second);
+    }
   }
+  watches_.swap(next_watches_);
 }
 
 template <class Real>
-void SurfaceContacts<Real>::answer(std::span<SoftState<Real>> soft, std::span<const std::uint8_t> active, double dt_s,
-                                   std::span<ContactNotes> notes, std::span<std::uint8_t> touched) {
-  load_ways(soft, active, false);
-  find_pairs(soft);
+void SurfaceContacts<Real>::find_rows(std::vector<ContactRow>& rows) {
+  for (SurfacePair& pair : pairs_) feature_bounds_.set(pair, pair.candidates, bodies_);
+  find_surface_rows(pairs_, bodies_, rows);
+}
+
+template <class Real>
+bool SurfaceContacts<Real>::pairs_hold() {
+  std::size_t watch = 0;
+  return std::ranges::all_of(pairs_, [&](SurfacePair& pair) {
+    while (watches_[watch].bodies() != std::pair(pair.first, pair.second)) ++watch;
+    return watches_[watch].holds(row_reach_m(pair, bodies_), bodies_, pair);
+  });
+}
+
+template <class Real>
+void SurfaceContacts<Real>::answer(const Substep& substep, std::span<ContactNotes> notes,
+                                   std::span<std::uint8_t> touched) {
+  const std::span<SoftState<Real>> soft = substep.soft;
+  const double dt_s = substep.dt_s;
+  load_ways(soft, substep.bounds, false);
+  find_pairs(soft, true);
   rows_.clear();
   find_surface_rows(pairs_, bodies_, rows_);
   counts_.rows += rows_.size();
-  if (rows_.empty()) return;
-  for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
-    bodies_[body].velocities_m_s[vertex] = soft[body].v[vertex].template cast<double>();
-  });
-  responses_.clear();
-  for (SurfaceBody& body : bodies_) responses_.emplace_back(LumpedResponse(body.inverse_masses_1_kg, body.changes_m_s));
-  solve_velocities(dt_s);
+  if (rows_.empty()) {
+    warm_.clear();
+    return;
+  }
+  solver_.load(rows_, bodies_);
+  solve_velocities(soft, dt_s, !substep.is_first);
   note(notes, touched);
-  for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
-    SurfaceBody& surface = bodies_[body];
-    const Vec3d change_m_s = surface.changes_m_s[vertex];
+  solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
     if (change_m_s.isZero(0.0)) return;
-    surface.changes_m_s[vertex].setZero();
     soft[body].v[vertex] += change_m_s.template cast<Real>();
     soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
+    SurfaceBody& surface = bodies_[body];
     surface.to[vertex] = surface.from[vertex] + soft[body].dr[vertex].template cast<double>();
   });
-  solve_places(dt_s);
-  for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
-    const Vec3d change_m_s = bodies_[body].changes_m_s[vertex];
-    if (change_m_s.isZero(0.0)) return;
-    bodies_[body].changes_m_s[vertex].setZero();
-    soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
-  });
+  solve_places(soft, dt_s);
 }
-
-namespace {
-
-template <class Value>
-Vec3d relative(const ContactRow& row, const Value& value) {
-  Vec3d sum = Vec3d::Zero();
-  for (std::uint32_t i = 0; i < row.first.count; ++i) {
-    sum += row.first.weights[i] * value(row.first.body, row.first.vertices[i]);
-  }
-  for (std::uint32_t i = 0; i < row.second.count; ++i) {
-    sum -= row.second.weights[i] * value(row.second.body, row.second.vertices[i]);
-  }
-  return sum;
-}
-
-}  // namespace
 
 // What is not there yet may come as near as its gap. Single vertices do not bounce, whatever the surfaces' restitution:
 // what they would bounce off is a few grams of another skin, and the springs and the gas behind both give back what
 // they took.
 template <class Real>
-void SurfaceContacts<Real>::solve_velocities(double dt_s) {
+void SurfaceContacts<Real>::solve_velocities(std::span<const SoftState<Real>> soft, double dt_s, bool warm) {
   double enough_m_s = 0.0;
+  auto last = warm_.begin();
   for (ContactRow& row : rows_) {
-    row.free_m_s = relative(
-        row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d { return bodies_[body].velocities_m_s[vertex]; });
+    row.free_m_s = relative(row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d {
+      return soft[body].v[vertex].template cast<double>();
+    });
     const double approach_m_s = row.free_m_s.dot(row.normal);
     row.least_m_s = -std::max(row.gap_m, 0.0) / dt_s;
     enough_m_s = std::max(enough_m_s, surface_enough_share * std::abs(approach_m_s));
+    while (last != warm_.end() && last->key < row.key) ++last;
+    if (warm && last != warm_.end() && last->key == row.key) row.impulse_n_s = last->impulse_n_s;
   }
-  const SolveOutcome outcome =
-      solve_rows(rows_, responses_, {.sweeps_max = surface_sweeps_max, .enough_m_s = enough_m_s});
+  const SolveOutcome outcome = solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = enough_m_s}, true);
   counts_.unconverged += outcome.converged ? 0 : 1;
+  warm_.clear();
+  for (const ContactRow& row : rows_) {
+    if (!row.impulse_n_s.isZero(0.0)) warm_.push_back({row.key, row.impulse_n_s});
+  }
 }
 
 // Moves alone: what is nearer than it should be goes back without a velocity, which would be energy.
 template <class Real>
-void SurfaceContacts<Real>::solve_places(double dt_s) {
+void SurfaceContacts<Real>::solve_places(std::span<SoftState<Real>> soft, double dt_s) {
   double shortest_m_s = 0.0;
   for (ContactRow& row : rows_) {
     row.free_m_s = relative(
         row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d { return bodies_[body].move_m(vertex) / dt_s; });
     row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -row.gap_m * std::min(1.0, dt_s / surface_overlap_time_s)) / dt_s;
     row.impulse_n_s.setZero();
-    row.friction = 0.0;
     shortest_m_s = std::max(shortest_m_s, row.least_m_s - row.free_m_s.dot(row.normal));
   }
   if (shortest_m_s <= 0.0) return;
-  (void)solve_rows(rows_, responses_,
-                   {.sweeps_max = surface_sweeps_max, .enough_m_s = surface_enough_share * shortest_m_s});
+  (void)solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = surface_enough_share * shortest_m_s},
+                      false);
+  solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
+    if (!change_m_s.isZero(0.0)) soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
+  });
 }
 
 template <class Real>
@@ -276,18 +313,15 @@ void SurfaceContacts<Real>::note(std::span<ContactNotes> notes, std::span<std::u
 }
 
 template <class Real>
-void SurfaceContacts<Real>::find_all(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active) {
-  load_ways(soft, active, true);
-  find_pairs(soft);
+void SurfaceContacts<Real>::find_all(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds) {
+  load_ways(soft, bounds, true);
+  find_pairs(soft, false);
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
-    if (active[i] == 0) continue;
+    if (!bounds[i].active) continue;
     SurfaceBody& body = bodies_[i];
     std::ranges::fill(body.cuts, 1.0);
     if (loaded_[i] != 0) continue;
-    for (std::size_t k = 0; k < body.from.size(); ++k) {
-      body.from[k] = soft[i].position_m(k);
-      body.to[k] = body.from[k] + soft[i].dr[k].template cast<double>();
-    }
+    load_vertices(soft[i], body);
     body.boxed_to = body.to;
   }
 }
@@ -300,7 +334,7 @@ void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> s
   for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
     SurfaceBody& body = bodies_[i];
     if (body.from.empty() || !(body.way.low.x() <= body.way.high.x())) continue;
-    Box way = start_boxes_[i];
+    Box way = body.at;
     for (const Vec3d& at : body.from) way.include(at);
     for (const Vec3d& at : body.to) way.include(at);
     const Vec3d margin = Vec3d::Constant(body.margin_m);
@@ -308,46 +342,42 @@ void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> s
     body.boxed_to = body.to;
     loaded_[i] = 1;  // as they are now, not as the substep found them
   }
-  find_pairs(soft);
+  find_pairs(soft, false);
 }
 
 template <class Real>
-void SurfaceContacts<Real>::cut(std::span<SoftState<Real>> soft) {
+void SurfaceContacts<Real>::cut(const Substep& substep) {
+  const std::span<SoftState<Real>> soft = substep.soft;
   bool holds = true;
-  for (const std::uint32_t i : meeting_) {
+  for (std::uint32_t i = 0; i < soft.size(); ++i) {
     SurfaceBody& body = bodies_[i];
-    if (loaded_[i] != 0) {
-      for (std::size_t k = 0; k < body.from.size(); ++k) {
-        body.to[k] = body.from[k] + soft[i].dr[k].template cast<double>();
-      }
-      holds = holds && keeps_to_boxes(body);
-    } else {
-      const Box moves = box_of(soft[i].dr);
-      const Box& start = start_boxes_[i];
-      const Vec3d shell = Vec3d::Constant((1.0 + row_slack_share) * body.shell_m);
-      holds = holds && ((start.low + moves.low - shell).array() >= body.way.low.array()).all() &&
-              ((start.high + moves.high + shell).array() <= body.way.high.array()).all();
-    }
+    if (!body.topology || !substep.bounds[i].active) continue;
+    holds = holds && holds_box(body.way, grown(substep.bounds[i].swept, (1.0 + row_slack_share) * body.shell_m));
+    if (loaded_[i] == 0) continue;
+    load_moves(soft[i], body);
   }
-  if (!holds) {
-    const std::vector<std::uint8_t> active(soft.size(), 1);
-    load_ways(soft, active, false);
-    find_pairs(soft);
+  if (!holds || !pairs_hold()) {
+    load_ways(soft, substep.bounds, false);
+    find_pairs(soft, true);
   }
   if (pairs_.empty()) return;
   (void)cut_moves(pairs_, bodies_);
-  for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
-    const double cut = bodies_[body].cuts[vertex];
-    if (cut >= 1.0) return;
-    soft[body].dr[vertex] *= static_cast<Real>(cut);
-    ++counts_.cut_vertices;
-  });
+  for (std::uint32_t i = 0; i < soft.size(); ++i) {
+    if (loaded_[i] == 0) continue;
+    for (std::size_t k = 0; k < bodies_[i].cuts.size(); ++k) {
+      const double cut = std::exchange(bodies_[i].cuts[k], 1.0);
+      if (cut >= 1.0) continue;
+      soft[i].dr[k] *= static_cast<Real>(cut);
+      ++counts_.cut_vertices;
+    }
+  }
 }
 
 template <class Real>
 std::size_t SurfaceContacts<Real>::bytes() const {
   std::size_t sum = pairs_.capacity() * sizeof(SurfacePair) + rows_.capacity() * sizeof(ContactRow) +
-                    responses_.capacity() * sizeof(Response) + start_boxes_.capacity() * sizeof(Box);
+                    warm_.capacity() * sizeof(WarmImpulse) + feature_bounds_.bytes() + solver_.bytes();
+  for (const PairWatch& watch : watches_) sum += sizeof(PairWatch) + watch.bytes();
   for (const SurfacePair& pair : pairs_) sum += pair.candidates.capacity() * sizeof(Candidate);
   for (const SurfaceBody& body : bodies_) sum += body.bytes();
   for (const auto& topology : topologies_) sum += topology->bytes();

@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "physics/contact/candidates.h"
+#include "physics/contact/contact_bounds.h"
 #include "physics/contact/contact_note.h"
+#include "physics/contact/feature_bounds.h"
+#include "physics/contact/lumped_solver.h"
+#include "physics/contact/pair_watch.h"
 #include "physics/contact/row.h"
-#include "physics/contact/solver.h"
 #include "physics/contact/surface_body.h"
 #include "physics/state/state.h"
 
@@ -29,18 +32,27 @@ class SurfaceContacts {
   /// bounds, which part them, until they do not run through each other any more.
   [[nodiscard]] bool meets(std::uint32_t a, std::uint32_t b) const;
 
+  /// What a substep hands to surfaces; `bounds` are of its moves, one a soft body.
+  struct Substep {
+    std::span<SoftState<Real>> soft;
+    std::span<const BodyBounds> bounds;
+    double dt_s = 0.0;
+    bool is_first = false;  // of its tick
+  };
+
   /// Answers the contacts of the moves `dr` by impulses: changes v and dr. Sets `touched[i]` of bodies that got any.
-  void answer(std::span<SoftState<Real>> soft, std::span<const std::uint8_t> active, double dt_s,
-              std::span<ContactNotes> notes, std::span<std::uint8_t> touched);
+  void answer(const Substep& substep, std::span<ContactNotes> notes, std::span<std::uint8_t> touched);
 
   /// Cuts the moves so that nothing crosses, as whatever came after answer() left them.
-  void cut(std::span<SoftState<Real>> soft);
+  void cut(const Substep& substep);
 
   /// For passes that find their rows themselves: near pairs with their candidates, and all active bodies with their
   /// vertices' places, also those that meet no soft body.
-  void find_all(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active);
+  void find_all(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds);
   /// After the bodies' `to` have changed: the candidates of what may meet now.
   void update_candidates(std::span<const SoftState<Real>> soft);
+  /// Appends the rows of the pairs.
+  void find_rows(std::vector<ContactRow>& rows);
   [[nodiscard]] std::span<SurfacePair> pairs() { return pairs_; }
   [[nodiscard]] std::vector<SurfaceBody>& bodies() { return bodies_; }
 
@@ -48,30 +60,41 @@ class SurfaceContacts {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  // Of a row's last solve in this tick, from which the next one starts.
+  struct WarmImpulse {
+    FeatureKey key;
+    Vec3d impulse_n_s = Vec3d::Zero();
+  };
+
   void load_tables(const SoftState<Real>& state, SurfaceBody& body);
-  void load_ways(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active, bool all);
-  void find_pairs(std::span<const SoftState<Real>> soft);
-  template <class Visit>
-  void for_paired_vertices(const Visit& visit);
-  void solve_velocities(double dt_s);
-  void solve_places(double dt_s);
+  void load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds, bool all);
+  void load_vertices(const SoftState<Real>& state, SurfaceBody& body);
+  void load_moves(const SoftState<Real>& state, SurfaceBody& body);
+  void find_pairs(std::span<const SoftState<Real>> soft, bool watched);
+  [[nodiscard]] bool pairs_hold();
+  void keep_watches();
+  void solve_velocities(std::span<const SoftState<Real>> soft, double dt_s, bool warm);
+  void solve_places(std::span<SoftState<Real>> soft, double dt_s);
   void note(std::span<ContactNotes> notes, std::span<std::uint8_t> touched) const;
   [[nodiscard]] std::shared_ptr<const SurfaceTopology> topology_of(const std::shared_ptr<const Mesh>& mesh);
 
   std::vector<std::shared_ptr<const SurfaceTopology>> topologies_;  // one a mesh
   std::vector<SurfaceBody> bodies_;                                 // one a soft body
-  std::vector<Box> start_boxes_;                                    // likewise, where the substep finds it
   std::vector<std::uint8_t> loaded_;                                // likewise: its vertices are, in this substep
   std::vector<std::uint32_t> meeting_;                              // the bodies that meet others in this substep
   std::vector<std::uint32_t> selves_;                               // and those that meet themselves
-  std::vector<std::uint32_t> paired_;                               // the bodies of pairs_, each once
   std::vector<SurfacePair> pairs_;                                  // near ones, sorted
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;       // scratch
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;       // bodies whose ways' boxes overlap, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> clear_;      // pairs known not to cross, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crossed_;    // near ones that do, in this substep, sorted
+  std::vector<PairWatch> watches_;                                  // of near pairs, sorted
+  std::vector<PairWatch> next_watches_;                             // scratch
+  std::vector<Vec3d> moves_m_;                                      // scratch
   CandidateFinder finder_;
+  FeatureBounds feature_bounds_;
   std::vector<ContactRow> rows_;
-  std::vector<Response> responses_;
+  std::vector<WarmImpulse> warm_;  // sorted
+  LumpedSolver solver_;
   RowCounts counts_;
 };
 

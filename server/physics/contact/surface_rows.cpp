@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "physics/rigid/contact_surface.h"
 
@@ -45,6 +46,16 @@ FeatureKey key_of_vertex(const FeatureCorners& corners, const FacePoint& nearest
   return key_of(kind, first, second, parts);
 }
 
+// Of rows of one key the nearest comes first. Two that are as near differ in what they call first, or by a last digit.
+bool comes_before(const ContactRow& a, const ContactRow& b) {
+  if (a.key != b.key) return a.key < b.key;
+  if (a.gap_m != b.gap_m) return a.gap_m < b.gap_m;
+  const auto parts = [](const ContactRow& row) {
+    return std::tie(row.first.body, row.first.vertices, row.first.weights, row.second.vertices, row.second.weights);
+  };
+  return parts(a) < parts(b);
+}
+
 class RowFinder {
  public:
   RowFinder(std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows) : bodies_(bodies), rows_(rows) {}
@@ -55,44 +66,51 @@ class RowFinder {
     const double reach_m = (1.0 + row_slack_share) * kept_m_;
     for (Candidate& candidate : pair.candidates) {
       const FeatureCorners corners = corners_of(pair, candidate, bodies_);
-      const FourPoints at = corners.start(bodies_);
-      candidate.apart_m = distance_bound_m(candidate.pair, at);
       const double move_m = largest_relative_move_m(candidate.pair, corners.moves(bodies_));
       if (candidate.apart_m - move_m > reach_m) continue;
-      candidate.apart_m = candidate.pair == FeaturePair::vertex_face ? add_vertex(corners, at) : add_edges(corners, at);
+      const FourPoints at = corners.start(bodies_);
+      if (candidate.pair == FeaturePair::vertex_face) {
+        add_vertex(candidate, corners, at);
+      } else {
+        add_edges(candidate, corners, at);
+      }
     }
   }
 
  private:
-  double add_vertex(const FeatureCorners& corners, const FourPoints& at) {
+  void add_vertex(Candidate& candidate, const FeatureCorners& corners, const FourPoints& at) {
     const FacePoint nearest = nearest_of_face(at[0], at[1], at[2], at[3]);
     const auto& w = nearest.weights;
-    const Vec3d apart = at[0] - w[0] * at[1] - w[1] * at[2] - w[2] * at[3];
-    add(corners, {1.0, -w[0], -w[1], -w[2]}, apart, nearest.distance_m,
-        [&] { return key_of_vertex(corners, nearest); });
-    return nearest.distance_m;
+    if (!measure(candidate, nearest.distance_m, at[0] - w[0] * at[1] - w[1] * at[2] - w[2] * at[3])) return;
+    add(candidate, corners, {1.0, -w[0], -w[1], -w[2]}, [&] { return key_of_vertex(corners, nearest); });
   }
 
-  double add_edges(const FeatureCorners& corners, const FourPoints& at) {
+  // Where an end is nearest, a row of a vertex says so.
+  void add_edges(Candidate& candidate, const FeatureCorners& corners, const FourPoints& at) {
     const EdgePoints nearest = nearest_of_edges(at[0], at[1], at[2], at[3]);
-    if (!nearest.within_both) return nearest.distance_m;
     const double s = nearest.along_first;
     const double t = nearest.along_second;
-    const Vec3d apart = at[0] + s * (at[1] - at[0]) - at[2] - t * (at[3] - at[2]);
-    add(corners, {1.0 - s, s, t - 1.0, -t}, apart, nearest.distance_m, [&] {
+    if (!measure(candidate, nearest.distance_m, at[0] + s * (at[1] - at[0]) - at[2] - t * (at[3] - at[2]))) return;
+    if (!nearest.within_both) return;
+    add(candidate, corners, {1.0 - s, s, t - 1.0, -t}, [&] {
       const auto& v = corners.vertices;
       return key_of(RowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
     });
-    return nearest.distance_m;
+  }
+
+  static bool measure(Candidate& candidate, double distance_m, const Vec3d& apart) {
+    candidate.apart_m = distance_m;
+    if (!(distance_m > distance_min_m)) return false;
+    candidate.apart = apart / distance_m;
+    return true;
   }
 
   template <class Key>
-  void add(const FeatureCorners& corners, const std::array<double, 4>& weights, const Vec3d& apart, double distance_m,
+  void add(const Candidate& candidate, const FeatureCorners& corners, const std::array<double, 4>& weights,
            const Key& key) {
-    if (!(distance_m > distance_min_m)) return;
     ContactRow row;
-    row.normal = apart / distance_m;
-    row.gap_m = distance_m - kept_m_;
+    row.normal = candidate.apart;
+    row.gap_m = candidate.apart_m - kept_m_;
     Vec3d closing = Vec3d::Zero();
     for (std::size_t i = 0; i < 4; ++i) {
       if (weights[i] != 0.0) closing += weights[i] * bodies_[corners.bodies[i]].move_m(corners.vertices[i]);
@@ -124,9 +142,7 @@ void find_surface_rows(std::span<SurfacePair> pairs, std::span<const SurfaceBody
   const auto first = static_cast<std::ptrdiff_t>(rows.size());
   RowFinder finder(bodies, rows);
   for (SurfacePair& pair : pairs) finder.find(pair);
-  std::sort(rows.begin() + first, rows.end(), [](const ContactRow& a, const ContactRow& b) {
-    return a.key != b.key ? a.key < b.key : a.gap_m < b.gap_m;
-  });
+  std::sort(rows.begin() + first, rows.end(), comes_before);
   const auto same = [](const ContactRow& a, const ContactRow& b) { return a.key == b.key; };
   rows.erase(std::unique(rows.begin() + first, rows.end(), same), rows.end());
 }

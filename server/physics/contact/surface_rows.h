@@ -14,7 +14,7 @@ inline constexpr double row_slack_share = 0.5;
 
 /// Appends a row for each pair of features that is within the kept distance, or would be where the substep ends; each
 /// once, in the order of the keys, with the bodies' indices for those of their responses. What the solver is to reach
-/// is left to the caller.
+/// is left to the caller. The candidates know how far apart they are at least (FeatureBounds).
 void find_surface_rows(std::span<SurfacePair> pairs, std::span<const SurfaceBody> bodies,
                        std::vector<ContactRow>& rows);
 
