@@ -88,14 +88,14 @@ Status read_stepping(const v1::Stepping& in, physics::Stepping& out) {
   if (in.has_newton_iterations()) out.newton_iterations = in.newton_iterations();
   Failures failures;
   failures.note("integrator", read_enum(in.integrator(),
-                                        {{v1::Stepping::MIDPOINT, midpoint},
+                                        {{v1::Stepping::AUTO, automatic},
+                                         {v1::Stepping::MIDPOINT, midpoint},
                                          {v1::Stepping::EXPLICIT_EULER, explicit_euler},
                                          {v1::Stepping::RK4, rk4},
                                          {v1::Stepping::SYMPLECTIC_EULER, symplectic_euler},
                                          {v1::Stepping::IMPLICIT_EULER, implicit_euler},
                                          {v1::Stepping::TR_BDF2, tr_bdf2},
-                                         {v1::Stepping::XPBD, xpbd},
-                                         {v1::Stepping::AUTO, automatic}},
+                                         {v1::Stepping::XPBD, xpbd}},
                                         out.integrator));
   failures.note(
       "precision",

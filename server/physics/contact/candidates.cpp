@@ -70,15 +70,32 @@ void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, do
   std::ranges::sort(near, {}, [](const FaceBox& face) { return std::pair(face.box.low.x(), face.face); });
 }
 
+void CandidateFinder::FeatureBoxes::fit(const Ways& ways, std::uint32_t face) {
+  const SurfaceTopology& topology = *ways.body->topology;
+  vertices.resize(ways.from.size());
+  edges.resize(topology.mesh->edges.size());
+  const SurfaceTopology::OwnedFeatures& owned = topology.owned[face];
+  for (std::uint8_t i = 0; i < owned.vertex_count; ++i) {
+    vertices[owned.vertices[i]] = ways.box(owned.vertices[i], owned.vertices[i]);
+  }
+  for (std::uint8_t i = 0; i < owned.edge_count; ++i) {
+    const auto [start, end] = topology.mesh->edges[owned.edges[i]];
+    edges[owned.edges[i]] = ways.box(start, end);
+  }
+}
+
 // Most of two bodies that touch is told apart by one direction: from the middle of one to that of the other.
-template <class Visit>
-void CandidateFinder::for_near_faces(const Ways& a, const Ways& b, const Visit& visit) {
+void CandidateFinder::take_near_faces(const Ways& a, const Ways& b) {
   const Vec3d between = (b.all.low + b.all.high) - (a.all.low + a.all.high);
   const Vec3d towards = between.isZero(0.0) ? Vec3d(Vec3d::UnitX()) : Vec3d(between.normalized());
   const double grown_m = a.margin_m + b.margin_m;
   take_near_faces(a, towards, -highest_m(b.from, b.to, -towards) - grown_m, b.all, heights_m_, near_a_);
   take_near_faces(b, -towards, -highest_m(a.from, a.to, towards) - grown_m, a.all, heights_m_, near_b_);
-  // Sort and sweep of two lists.
+}
+
+// Sort and sweep of two lists.
+template <class Visit>
+void CandidateFinder::for_near_faces(const Visit& visit) const {
   const auto sweep = [&](const std::vector<FaceBox>& firsts, const std::vector<FaceBox>& seconds, bool with_equal,
                          const auto& meet) {
     std::size_t begin = 0;
@@ -108,51 +125,51 @@ void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies
 
 void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
   SurfaceBody& a = bodies[pair.first];
-  SurfaceBody& b = bodies[pair.second];
+  const SurfaceBody& b = bodies[pair.second];
   std::vector<Candidate>& candidates = pair.candidates;
   candidates.clear();
   const bool self = pair.first == pair.second;
-  const std::vector<Face>& faces = b.topology->mesh->faces;
-  const std::vector<Edge>& edges = b.topology->mesh->edges;
+  const FeatureBoxes& boxes_a = boxes_a_;
+  const FeatureBoxes& boxes_b = self ? boxes_a_ : boxes_b_;
+  const Mesh& mesh_a = *a.topology->mesh;
+  const Mesh& mesh_b = *b.topology->mesh;
   const auto meet = [&](std::uint32_t f, const Box& box_f, std::uint32_t g, const Box& box_g) {
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
       const std::uint32_t vertex = of_f.vertices[i];
-      if (self && has(faces[g], vertex)) continue;
-      if (ways_a.box(vertex, vertex).overlaps(box_g)) {
-        candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
-      }
+      if (!boxes_a.vertices[vertex].overlaps(box_g) || (self && has(mesh_b.faces[g], vertex))) continue;
+      candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
     }
-    for (std::uint8_t i = 0; i < of_g.vertex_count && !self; ++i) {
+    for (std::uint8_t i = 0; i < of_g.vertex_count; ++i) {
       const std::uint32_t vertex = of_g.vertices[i];
-      if (ways_b.box(vertex, vertex).overlaps(box_f)) {
-        candidates.push_back({FeaturePair::vertex_face, true, vertex, f});
-      }
+      if (!boxes_b.vertices[vertex].overlaps(box_f) || (self && has(mesh_a.faces[f], vertex))) continue;
+      candidates.push_back({FeaturePair::vertex_face, !self, vertex, f});
     }
     for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
       const std::uint32_t first = of_f.edges[i];
-      const auto [start, end] = a.topology->mesh->edges[first];
-      const Box box = ways_a.box(start, end);
+      const Box& box = boxes_a.edges[first];
       if (!box.overlaps(box_g)) continue;
       for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
         const std::uint32_t second = of_g.edges[j];
-        const Edge& other = edges[second];
-        if (self && (first >= second || start == other[0] || start == other[1] || end == other[0] || end == other[1])) {
-          continue;  // of (f, g) and (g, f), one
-        }
-        if (box.overlaps(ways_b.box(other[0], other[1]))) {
-          candidates.push_back({FeaturePair::edge_edge, false, first, second});
-        }
+        if (!box.overlaps(boxes_b.edges[second])) continue;
+        const Edge& other = mesh_b.edges[second];
+        if (self && (has(mesh_a.edges[first], other[0]) || has(mesh_a.edges[first], other[1]))) continue;
+        const bool in_order = !self || first < second;
+        candidates.push_back({FeaturePair::edge_edge, false, in_order ? first : second, in_order ? second : first});
       }
     }
   };
   if (self) {
     a.boxes.fit(*a.topology, ways_a.from, ways_a.to, ways_a.margin_m);
+    for (std::uint32_t f = 0; f < mesh_a.faces.size(); ++f) boxes_a_.fit(ways_a, f);
     a.boxes.for_pairs(*a.topology,
                       [&](std::uint32_t f, std::uint32_t g) { meet(f, a.boxes.faces[f], g, a.boxes.faces[g]); });
   } else {
-    for_near_faces(ways_a, ways_b, meet);
+    take_near_faces(ways_a, ways_b);
+    boxes_a_.fit(ways_a, near_a_);
+    boxes_b_.fit(ways_b, near_b_);
+    for_near_faces(meet);
   }
 }
 
@@ -160,7 +177,8 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
   const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
   bool crossed = false;
-  for_near_faces(ways_of(a), ways_of(b), [&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
+  take_near_faces(ways_of(a), ways_of(b));
+  for_near_faces([&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count && !crossed; ++i) crossed = runs_through(a, of_f.edges[i], b, g);

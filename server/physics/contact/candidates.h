@@ -37,16 +37,27 @@ class CandidateFinder {
 
     [[nodiscard]] Box box(std::uint32_t start, std::uint32_t end) const;
   };
+  // Of the features that near faces own; those of others are out of date.
+  struct FeatureBoxes {
+    std::vector<Box> vertices, edges;
+
+    void fit(const Ways& ways, std::uint32_t face);
+    void fit(const Ways& ways, std::span<const FaceBox> faces) {
+      for (const FaceBox& face : faces) fit(ways, face.face);
+    }
+  };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
   static Ways places_of(const SurfaceBody& body, double margin_m);
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
+  void take_near_faces(const Ways& a, const Ways& b);
   template <class Visit>
-  void for_near_faces(const Ways& a, const Ways& b, const Visit& visit);
+  void for_near_faces(const Visit& visit) const;
   static void take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                               std::vector<double>& heights_m, std::vector<FaceBox>& near);
 
   std::vector<double> heights_m_;
   std::vector<FaceBox> near_a_, near_b_;
+  FeatureBoxes boxes_a_, boxes_b_;
 };
 
 }  // namespace pneuma::physics

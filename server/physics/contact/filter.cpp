@@ -56,17 +56,18 @@ class MoveFilter {
     while (cut) {
       ++outcome.rounds;
       cuts_.clear();
-      for (const SurfacePair& pair : pairs_) find_cuts(pair);
-      cut = apply(outcome.rounds > patient_rounds);
+      for (const SurfacePair& pair : pairs_) find_cuts(pair, outcome.rounds);
+      cut = apply(outcome.rounds);
     }
     return outcome;
   }
 
  private:
-  void find_cuts(const SurfacePair& pair) {
+  void find_cuts(const SurfacePair& pair, std::uint32_t round) {
     const double kept_m = kept_distance_m(pair, bodies_);
     for (const Candidate& candidate : pair.candidates) {
       const FeatureCorners corners = corners_of(pair, candidate, bodies_);
+      if (round > 1 && !changed_in(corners, round - 1)) continue;
       const FourPoints moves = corners.moves(bodies_);
       const double margin_m = kept_share * kept_m;
       const double apart_m = candidate.apart_m - pair.drifted_m;
@@ -79,18 +80,34 @@ class MoveFilter {
     }
   }
 
-  bool apply(bool at_once) {
-    bool changed = false;
+  // A candidate whose four ways are as they were when it was last looked at needs no other look.
+  [[nodiscard]] bool changed_in(const FeatureCorners& corners, std::uint32_t round) const {
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (changed_in_[corners.bodies[i]][corners.vertices[i]] == round) return true;
+    }
+    return false;
+  }
+
+  bool apply(std::uint32_t round) {
+    if (cuts_.empty()) return false;
+    changed_in_.resize(bodies_.size());
+    for (const SurfacePair& pair : pairs_) {
+      for (const std::uint32_t body : {pair.first, pair.second}) changed_in_[body].resize(bodies_[body].cuts.size());
+    }
+    const bool at_once = round > patient_rounds;
     for (const Cut& cut : cuts_) {
       for (std::size_t i = 0; i < 4; ++i) {
         next_.push_back({cut.corners.bodies[i], cut.corners.vertices[i],
                          at_once ? 0.0 : caution * cut.share * share_of(cut.corners, i)});
       }
     }
+    bool changed = false;
     for (const VertexCut& cut : next_) {
       double& share = bodies_[cut.body].cuts[cut.vertex];
-      changed = changed || cut.share < share;
-      share = std::min(share, cut.share);
+      if (cut.share >= share) continue;
+      changed = true;
+      share = cut.share;
+      changed_in_[cut.body][cut.vertex] = round;
     }
     next_.clear();
     return changed;
@@ -108,6 +125,7 @@ class MoveFilter {
 
   std::span<const SurfacePair> pairs_;
   std::span<SurfaceBody> bodies_;
+  std::vector<std::vector<std::uint32_t>> changed_in_;  // one a vertex, of each body: the round that last cut it
   std::vector<Cut> cuts_;
   std::vector<VertexCut> next_;
 };

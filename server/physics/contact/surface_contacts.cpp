@@ -20,9 +20,9 @@ constexpr double shell_slack_share = 0.5;
 // fed.
 constexpr double surface_overlap_time_s = 0.1;
 // Each solve starts from the last one's impulses, so a few sweeps a substep do.
-constexpr std::uint32_t surface_sweeps_max = 12;
+constexpr std::uint32_t surface_sweeps_max = 8;
 // Of the largest approach: what a sweep may change and be the last.
-constexpr double surface_enough_share = 1e-2;
+constexpr double surface_enough_share = 5e-2;
 
 // Their mean, and the most beside it.
 SurfaceDrift drift_of(std::span<const Vec3d> moves_m) {

@@ -67,33 +67,50 @@ struct SurfaceBoxes {
   std::vector<Box> faces;  // by face of the mesh
 
   void fit(const SurfaceTopology& topology, std::span<const Vec3d> from, std::span<const Vec3d> to, double margin_m);
-  /// Calls visit(f, g) for each two faces whose boxes overlap, in both orders.
+  /// Calls visit(f, g) once for each two faces whose boxes overlap.
   template <class Visit>
   void for_pairs(const SurfaceTopology& topology, const Visit& visit) const {
-    descend(topology, 0, 0, visit);
+    pairs_within(topology, 0, visit);
   }
 
  private:
   template <class Visit>
-  void descend(const SurfaceTopology& topology, std::uint32_t i, std::uint32_t j, const Visit& visit) const {
+  void pairs_within(const SurfaceTopology& topology, std::uint32_t i, const Visit& visit) const {
+    const SurfaceTopology::Node& node = topology.nodes[i];
+    if (node.count == 0) {
+      pairs_within(topology, node.first, visit);
+      pairs_within(topology, node.first + 1, visit);
+      pairs_between(topology, node.first, node.first + 1, visit);
+      return;
+    }
+    for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
+      for (std::uint32_t l = k + 1; l < node.first + node.count; ++l) meet(topology, k, l, visit);
+    }
+  }
+
+  template <class Visit>
+  void pairs_between(const SurfaceTopology& topology, std::uint32_t i, std::uint32_t j, const Visit& visit) const {
     if (!nodes[i].overlaps(nodes[j])) return;
     const SurfaceTopology::Node& a = topology.nodes[i];
     const SurfaceTopology::Node& b = topology.nodes[j];
     if (a.count == 0) {
-      descend(topology, a.first, j, visit);
-      descend(topology, a.first + 1, j, visit);
+      pairs_between(topology, a.first, j, visit);
+      pairs_between(topology, a.first + 1, j, visit);
     } else if (b.count == 0) {
-      descend(topology, i, b.first, visit);
-      descend(topology, i, b.first + 1, visit);
+      pairs_between(topology, i, b.first, visit);
+      pairs_between(topology, i, b.first + 1, visit);
     } else {
       for (std::uint32_t k = a.first; k < a.first + a.count; ++k) {
-        const std::uint32_t f = topology.faces[k];
-        for (std::uint32_t l = b.first; l < b.first + b.count; ++l) {
-          const std::uint32_t g = topology.faces[l];
-          if (f != g && faces[f].overlaps(faces[g])) visit(f, g);
-        }
+        for (std::uint32_t l = b.first; l < b.first + b.count; ++l) meet(topology, k, l, visit);
       }
     }
+  }
+
+  template <class Visit>
+  void meet(const SurfaceTopology& topology, std::uint32_t k, std::uint32_t l, const Visit& visit) const {
+    const std::uint32_t f = topology.faces[k];
+    const std::uint32_t g = topology.faces[l];
+    if (faces[f].overlaps(faces[g])) visit(f, g);
   }
 };
 

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <set>
-#include <tuple>
 
 #include <gtest/gtest.h>
 
 #include "physics/mesh/mesh_builders.h"
+#include "unit/physics/contact/feature_search.h"
 #include "unit/physics/contact/surface_rig.h"
 
 namespace pneuma::physics {
@@ -18,67 +18,6 @@ namespace {
 constexpr double shell_of_candidates_m = 0.03;
 constexpr int ways = 12;
 
-/// What a candidate names: the kind, then each feature with its body.
-using NamedPair = std::tuple<FeaturePair, std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;
-
-NamedPair name_of(FeaturePair kind, std::pair<std::uint32_t, std::uint32_t> first,
-                  std::pair<std::uint32_t, std::uint32_t> second) {
-  if (kind == FeaturePair::edge_edge && second < first) std::swap(first, second);
-  return {kind, first.first, first.second, second.first, second.second};
-}
-
-NamedPair name_of(const SurfacePair& pair, const Candidate& candidate) {
-  const std::uint32_t first = candidate.swapped ? pair.second : pair.first;
-  const std::uint32_t second = candidate.swapped ? pair.first : pair.second;
-  return name_of(candidate.pair, {first, candidate.first}, {second, candidate.second});
-}
-
-bool share_a_vertex(const FeatureCorners& corners, FeaturePair kind) {
-  const std::size_t of_first = kind == FeaturePair::vertex_face ? 1 : 2;
-  for (std::size_t i = 0; i < of_first; ++i) {
-    for (std::size_t j = of_first; j < 4; ++j) {
-      if (corners.bodies[i] == corners.bodies[j] && corners.vertices[i] == corners.vertices[j]) return true;
-    }
-  }
-  return false;
-}
-
-bool come_near(FeaturePair kind, const FeatureCorners& corners, std::span<const SurfaceBody> bodies, double near_m) {
-  const FourPoints start = corners.start(bodies);
-  const FourPoints moves = corners.moves(bodies);
-  constexpr int times = 16;
-  for (int k = 0; k <= times; ++k) {
-    FourPoints now = start;
-    for (std::size_t i = 0; i < 4; ++i) now[i] += static_cast<double>(k) / times * moves[i];
-    if (distance_m(kind, now) <= near_m) return true;
-  }
-  return false;
-}
-
-/// Of all features of the two, those that come near, by looking at each.
-std::set<NamedPair> near_features(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
-  std::set<NamedPair> near;
-  const double near_m = kept_distance_m(pair, bodies);
-  const auto look = [&](FeaturePair kind, bool swapped, std::uint32_t first, std::uint32_t second) {
-    const Candidate candidate{kind, swapped, first, second};
-    const FeatureCorners corners = corners_of(pair, candidate, bodies);
-    if (share_a_vertex(corners, kind) || !come_near(kind, corners, bodies, near_m)) return;
-    near.insert(name_of(pair, candidate));
-  };
-  const Mesh& a = *bodies[pair.first].topology->mesh;
-  const Mesh& b = *bodies[pair.second].topology->mesh;
-  for (std::uint32_t v = 0; v < a.positions_m.size(); ++v) {
-    for (std::uint32_t f = 0; f < b.faces.size(); ++f) look(FeaturePair::vertex_face, false, v, f);
-  }
-  for (std::uint32_t v = 0; v < b.positions_m.size(); ++v) {
-    for (std::uint32_t f = 0; f < a.faces.size(); ++f) look(FeaturePair::vertex_face, true, v, f);
-  }
-  for (std::uint32_t e = 0; e < a.edges.size(); ++e) {
-    for (std::uint32_t f = 0; f < b.edges.size(); ++f) look(FeaturePair::edge_edge, false, e, f);
-  }
-  return near;
-}
-
 /// Expects all near features among the candidates and returns how many there are.
 std::size_t expect_all_near_ones(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
   std::set<NamedPair> found;
@@ -86,7 +25,7 @@ std::size_t expect_all_near_ones(const SurfacePair& pair, std::span<const Surfac
     EXPECT_TRUE(found.insert(name_of(pair, candidate)).second) << "twice";
     EXPECT_FALSE(share_a_vertex(corners_of(pair, candidate, bodies), candidate.pair));
   }
-  const std::set<NamedPair> near = near_features(pair, bodies);
+  const std::set<NamedPair> near = near_features(pair, bodies, kept_distance_m(pair, bodies));
   EXPECT_TRUE(std::ranges::includes(found, near));
   return near.size();
 }

@@ -177,6 +177,61 @@ TEST(Filter, ForgetsTheCutsOfMovesBefore) {
   }
 }
 
+/// A vertex close above a wide face, and how it goes on: along it for so long that one advance after another would not
+/// get there, and down.
+struct GlideOverFace {
+  GlideOverFace(double down_m, const Vec3d& apart_of_glide) {
+    bodies = {ball_at({0, 100, 0}, 10), askew_surface(*make_grid(1, 1, 40.0, 40.0), Vec3d::Zero(), 11, 0.01)};
+    const Face& face = bodies[1].topology->mesh->faces[0];
+    const Vec3d& a = bodies[1].from[face[0]];
+    const Vec3d& b = bodies[1].from[face[1]];
+    const Vec3d& c = bodies[1].from[face[2]];
+    const Vec3d normal = (b - a).cross(c - a).normalized();
+    const Vec3d along = (a - (b + c) / 2.0).normalized();
+    bodies[0].from[0] = (a + b + c) / 3.0 + above_m * normal;
+    bodies[0].to = bodies[0].from;
+    bodies[0].to[0] += glide_m * along - down_m * normal;
+    // The direction is given as shares of the normal and of the way along.
+    const Vec3d apart = apart_of_glide.x() * along + apart_of_glide.y() * normal;
+    pairs.push_back({0, 1, {{FeaturePair::vertex_face, false, 0, 0, 0.9 * above_m, apart}}});
+  }
+
+  /// The share of its way that the vertex may make; the face keeps still.
+  double cut() {
+    cut_moves(pairs, bodies);
+    return bodies[0].cuts[0];
+  }
+  /// Where it ends.
+  [[nodiscard]] double end_above_m() const {
+    const FourPoints start = corners_of(pairs[0], pairs[0].candidates[0], bodies).start(bodies);
+    return nearest_of_face(start[0] + bodies[0].cuts[0] * bodies[0].move_m(0), start[1], start[2], start[3]).distance_m;
+  }
+
+  static constexpr double above_m = 0.05;
+  static constexpr double glide_m = 10.0;
+  std::vector<SurfaceBody> bodies;
+  std::vector<SurfacePair> pairs;
+};
+
+TEST(Filter, LeavesAMoveWholeThatTheKnownDirectionKeepsApart) {
+  EXPECT_EQ(GlideOverFace(0.0, Vec3d::UnitY()).cut(), 1.0);
+  EXPECT_EQ(GlideOverFace(0.9 * GlideOverFace::above_m, Vec3d::UnitY()).cut(), 1.0);
+}
+
+// Down to less than the margin, and through; or with a direction that parts the two nowhere, at the start or at the
+// end.
+TEST(Filter, CutsAMoveThatTheKnownDirectionDoesNotKeepApart) {
+  for (const double down_m : {0.99 * GlideOverFace::above_m, 2.0 * GlideOverFace::above_m, 10.0}) {
+    GlideOverFace glide(down_m, Vec3d::UnitY());
+    EXPECT_LT(glide.cut(), 1.0) << down_m;
+    EXPECT_GT(glide.end_above_m(), 0.0) << down_m;
+  }
+  EXPECT_LT(GlideOverFace(2.0 * GlideOverFace::above_m, -Vec3d::UnitY()).cut(), 1.0);
+  for (const Vec3d& apart : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(-1, 0, 0), Vec3d(0, -1, 0), Vec3d(-0.6, 0.8, 0)}) {
+    EXPECT_LT(GlideOverFace(0.0, apart).cut(), 1.0) << apart.transpose();
+  }
+}
+
 // A cut keeps what it can: only the two sides that face each other are held back.
 TEST(Filter, CutsOnlyTheSidesThatMeet) {
   std::vector<SurfaceBody> bodies = two_balls();

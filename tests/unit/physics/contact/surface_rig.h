@@ -1,6 +1,8 @@
 // Surfaces on their way through one substep, as contact of surfaces sees them, without a world around them.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <random>
 #include <span>
@@ -29,6 +31,7 @@ inline SurfaceBody askew_surface(std::shared_ptr<const Mesh> mesh, const Vec3d& 
   std::mt19937 random(seed);
   const Eigen::AngleAxisd turn(1.0 + 0.1 * seed, random_vector(random, 1.0).normalized());
   SurfaceBody body;
+  body.spacing_m = diagonal_m(mesh->positions_m) / std::sqrt(static_cast<double>(mesh->positions_m.size()));
   body.shell_m = shell_m;
   for (const Vec3d& x : mesh->positions_m) body.from.push_back(position_m + turn * x);
   body.topology = make_surface_topology(std::move(mesh));
@@ -40,13 +43,42 @@ inline SurfaceBody askew_surface(std::shared_ptr<const Mesh> mesh, const Vec3d& 
 
 /// What candidates are found by, after `from` or `to` have changed.
 inline void fit_way(SurfaceBody& body) {
-  body.margin_m = (1.0 + row_slack_share) * body.shell_m;
+  body.margin_m = (1.0 + row_slack_share) * body.shell_m + body.slack_m;
   body.boxed_to = body.to;
-  body.way = {};
-  for (const Vec3d& at : body.from) body.way.include(at);
+  body.at = {};
+  for (const Vec3d& at : body.from) body.at.include(at);
+  body.way = body.at;
   for (const Vec3d& at : body.to) body.way.include(at);
   body.way.low -= Vec3d::Constant(body.margin_m);
   body.way.high += Vec3d::Constant(body.margin_m);
+}
+
+/// Of the shell: what moves may change by after rows are found, as in surface_contacts.cpp.
+inline constexpr double move_slack_shells = 0.5;
+
+/// The vertices' mean move, and the most that one moves beside it.
+inline SurfaceDrift drift_between(std::span<const Vec3d> from, std::span<const Vec3d> to) {
+  SurfaceDrift drift;
+  for (std::size_t i = 0; i < from.size(); ++i) drift.shift_m += (to[i] - from[i]) / static_cast<double>(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    drift.path_m = std::max(drift.path_m, (to[i] - from[i] - drift.shift_m).norm());
+  }
+  return drift;
+}
+
+/// What came after the rows may have changed the moves.
+inline void change_moves(SurfaceBody& body, std::vector<Vec3d> to) {
+  body.to = std::move(to);
+  body.substep = drift_between(body.from, body.to);
+}
+
+/// What a substep tells of a body: where it finds the vertices, since the last one, and where they would end.
+inline void begin_substep(SurfaceBody& body, std::vector<Vec3d> from, std::vector<Vec3d> to) {
+  body.drift += drift_between(body.from, from);
+  body.from = std::move(from);
+  change_moves(body, std::move(to));
+  body.slack_m = move_slack_shells * body.shell_m;
+  fit_way(body);
 }
 
 /// Each two bodies, and each with itself where `with_selves`, with their candidates.
