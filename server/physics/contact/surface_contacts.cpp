@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "physics/contact/filter.h"
 #include "physics/contact/surface_rows.h"
@@ -73,6 +74,47 @@ std::shared_ptr<const SurfaceTopology> SurfaceContacts<Real>::topology_of(const 
 }
 
 template <class Real>
+void SurfaceContacts<Real>::take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s) {
+  find_mesh_colliders(colliders, dt_s, meshes_);
+  mesh_dt_s_ = dt_s;
+  mesh_resting_m_s_ = resting_m_s;
+}
+
+template <class Real>
+void SurfaceContacts<Real>::load_meshes(std::size_t soft_count, double dt_s) {
+  meshes_begin_ = soft_count;
+  bodies_.resize(soft_count + meshes_.size());
+  for (std::size_t k = 0; k < meshes_.size(); ++k) {
+    load_surface(meshes_[k], topology_of(meshes_[k].tree->mesh), dt_s, bodies_[soft_count + k]);
+  }
+  may_carry_ = true;
+}
+
+template <class Real>
+void SurfaceContacts<Real>::carry(std::size_t soft_count) {
+  if (!std::exchange(may_carry_, false)) return;
+  carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
+}
+
+// Of the vertices that hit a mesh, as they would any other collider; not those that their own body presses against it.
+template <class Real>
+double SurfaceContacts<Real>::bounce_m_s(const ContactRow& row, double approach_m_s) const {
+  const bool hits = row.gap_m + mesh_dt_s_ * approach_m_s < 0.0;
+  if (!hits || row.restitution == 0.0 || approach_m_s >= -mesh_resting_m_s_) return 0.0;
+  const bool soft_first = row.first.body < meshes_begin_;
+  const SurfaceBody& soft = bodies_[soft_first ? row.first.body : row.second.body];
+  const Support& on_mesh = soft_first ? row.second : row.first;
+  Vec3d mean = Vec3d::Zero();
+  for (const Vec3d& velocity : soft.velocities_m_s) mean += velocity;
+  mean /= static_cast<double>(soft.velocities_m_s.size());
+  for (std::uint32_t i = 0; i < on_mesh.count; ++i) {
+    mean -= on_mesh.weights[i] * bodies_[on_mesh.body].velocities_m_s[on_mesh.vertices[i]];
+  }
+  const double whole_m_s = (soft_first ? 1.0 : -1.0) * mean.dot(row.normal);
+  return whole_m_s < -mesh_resting_m_s_ ? -row.restitution * approach_m_s : 0.0;
+}
+
+template <class Real>
 void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBody& body) {
   const std::size_t count = state.x.size();
   body.topology = topology_of(state.body.mesh);
@@ -92,15 +134,17 @@ void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBod
 template <class Real>
 void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active,
                                       bool all) {
-  bodies_.resize(soft.size());
+  load_meshes(soft.size(), mesh_dt_s_);
   start_boxes_.resize(soft.size());
   loaded_.assign(soft.size(), 0);
   meeting_.clear();
   selves_.clear();
+  seen_.clear();
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
     const SoftState<Real>& state = soft[i];
     const bool meets_others = state.body.collision.soft == SoftCollision::exact;
-    if (active[i] == 0 || (!all && !meets_others && !state.body.collision.self)) continue;
+    const bool is_seen = meets_others || state.body.collision.self || !meshes_.empty();
+    if (active[i] == 0 || (!all && !is_seen)) continue;
     SurfaceBody& body = bodies_[i];
     if (!body.topology) load_tables(state, body);
     const Box start = box_of(state.x);
@@ -112,6 +156,7 @@ void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std
     const Vec3d margin = Vec3d::Constant(body.margin_m);
     body.way = {start_boxes_[i].low + moves.low.cwiseMin(0.0) - margin,
                 start_boxes_[i].high + moves.high.cwiseMax(0.0) + margin};
+    if (is_seen) seen_.push_back(i);
     if (meets_others) meeting_.push_back(i);
     if (state.body.collision.self && state.is_awake()) selves_.push_back(i);
   }
@@ -129,6 +174,12 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
         if (!soft[a].is_awake() && !soft[b].is_awake()) return;
         if (bodies_[a].way.overlaps(bodies_[b].way)) near_.emplace_back(std::min(a, b), std::max(a, b));
       });
+  for (std::uint32_t k = 0; k < meshes_.size(); ++k) {
+    const auto mesh = static_cast<std::uint32_t>(meshes_begin_ + k);
+    for (const std::uint32_t i : seen_) {
+      if (soft[i].is_awake() && bodies_[i].way.overlaps(bodies_[mesh].way)) near_.emplace_back(i, mesh);
+    }
+  }
   std::ranges::sort(near_);
   crossed_.clear();
   paired_.clear();
@@ -139,7 +190,7 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
     pair.first = first;
     pair.second = second;
     for (const std::uint32_t i : {first, second}) {
-      if (loaded_[i] != 0) continue;
+      if (i >= meshes_begin_ || loaded_[i] != 0) continue;
       loaded_[i] = 1;
       paired_.push_back(i);
       SurfaceBody& body = bodies_[i];
@@ -160,7 +211,11 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
         clear_.insert(known, key);
       }
     }
-    finder_.find(pair, bodies_);
+    if (second >= meshes_begin_) {
+      mesh_finder_.find(meshes_[second - meshes_begin_], pair, bodies_);
+    } else {
+      finder_.find(pair, bodies_);
+    }
     ++count;
   }
   pairs_.resize(count);
@@ -235,6 +290,10 @@ void SurfaceContacts<Real>::solve_velocities(double dt_s) {
         row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d { return bodies_[body].velocities_m_s[vertex]; });
     const double approach_m_s = row.free_m_s.dot(row.normal);
     row.least_m_s = -std::max(row.gap_m, 0.0) / dt_s;
+    if (row.first.body >= meshes_begin_ || row.second.body >= meshes_begin_) {
+      const double away_m_s = bounce_m_s(row, approach_m_s);
+      if (away_m_s > 0.0) row.least_m_s = away_m_s;
+    }
     enough_m_s = std::max(enough_m_s, surface_enough_share * std::abs(approach_m_s));
   }
   const SolveOutcome outcome =
@@ -263,12 +322,16 @@ template <class Real>
 void SurfaceContacts<Real>::note(std::span<ContactNotes> notes, std::span<std::uint8_t> touched) const {
   for (const ContactRow& row : rows_) {
     if (!(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
-    touched[row.first.body] = touched[row.second.body] = 1;
+    for (const std::uint32_t body : {row.first.body, row.second.body}) {
+      if (body < meshes_begin_) touched[body] = 1;
+    }
     if (notes.empty()) continue;
     const auto append = [&](const Support& of, std::uint32_t other, const Vec3d& normal) {
-      for (std::uint32_t i = 0; i < of.count; ++i) {
-        notes[of.body].push_back({of.vertices[i], VertexContact::Other::soft, other, normal});
-      }
+      if (of.body >= meshes_begin_) return;
+      const bool is_mesh = other >= meshes_begin_;
+      const auto kind = is_mesh ? VertexContact::Other::collider : VertexContact::Other::soft;
+      const std::uint32_t index = is_mesh ? meshes_[other - meshes_begin_].index : other;
+      for (std::uint32_t i = 0; i < of.count; ++i) notes[of.body].push_back({of.vertices[i], kind, index, normal});
     };
     append(row.first, row.second.body, row.normal);
     append(row.second, row.first.body, -row.normal);
@@ -296,8 +359,8 @@ void SurfaceContacts<Real>::find_all(std::span<const SoftState<Real>> soft, std:
 template <class Real>
 void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> soft) {
   const auto holds = [&](std::uint32_t i) { return keeps_to_boxes(bodies_[i]); };
-  if (std::ranges::all_of(meeting_, holds) && std::ranges::all_of(selves_, holds)) return;
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+  if (std::ranges::all_of(seen_, holds)) return;
+  for (std::uint32_t i = 0; i < soft.size(); ++i) {
     SurfaceBody& body = bodies_[i];
     if (body.from.empty() || !(body.way.low.x() <= body.way.high.x())) continue;
     Box way = start_boxes_[i];
@@ -314,7 +377,7 @@ void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> s
 template <class Real>
 void SurfaceContacts<Real>::cut(std::span<SoftState<Real>> soft) {
   bool holds = true;
-  for (const std::uint32_t i : meeting_) {
+  for (const std::uint32_t i : seen_) {
     SurfaceBody& body = bodies_[i];
     if (loaded_[i] != 0) {
       for (std::size_t k = 0; k < body.from.size(); ++k) {
@@ -335,11 +398,18 @@ void SurfaceContacts<Real>::cut(std::span<SoftState<Real>> soft) {
     find_pairs(soft);
   }
   if (pairs_.empty()) return;
+  carry(soft.size());
   (void)cut_moves(pairs_, bodies_);
   for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
-    const double cut = bodies_[body].cuts[vertex];
+    const SurfaceBody& surface = bodies_[body];
+    const double cut = surface.cuts[vertex];
     if (cut >= 1.0) return;
-    soft[body].dr[vertex] *= static_cast<Real>(cut);
+    if (carried_[body] == 0) {
+      soft[body].dr[vertex] *= static_cast<Real>(cut);
+    } else {
+      const Vec3d end = surface.from[vertex] + cut * surface.move_m(vertex);
+      soft[body].dr[vertex] = (end - soft[body].position_m(vertex)).template cast<Real>();
+    }
     ++counts_.cut_vertices;
   });
 }

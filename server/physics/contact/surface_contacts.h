@@ -9,6 +9,7 @@
 
 #include "physics/contact/candidates.h"
 #include "physics/contact/contact_note.h"
+#include "physics/contact/mesh_colliders.h"
 #include "physics/contact/row.h"
 #include "physics/contact/solver.h"
 #include "physics/contact/surface_body.h"
@@ -29,6 +30,12 @@ class SurfaceContacts {
   /// bounds, which part them, until they do not run through each other any more.
   [[nodiscard]] bool meets(std::uint32_t a, std::uint32_t b) const;
 
+  /// Colliders that are meshes take part from here on, in this substep: their surfaces come behind the soft bodies'.
+  void take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s);
+  [[nodiscard]] std::span<const MeshCollider> meshes() const { return meshes_; }
+  /// Once, before moves are cut: see carry_with_meshes.
+  void carry(std::size_t soft_count);
+
   /// Answers the contacts of the moves `dr` by impulses: changes v and dr. Sets `touched[i]` of bodies that got any.
   void answer(std::span<SoftState<Real>> soft, std::span<const std::uint8_t> active, double dt_s,
               std::span<ContactNotes> notes, std::span<std::uint8_t> touched);
@@ -48,6 +55,8 @@ class SurfaceContacts {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  void load_meshes(std::size_t soft_count, double dt_s);
+  [[nodiscard]] double bounce_m_s(const ContactRow& row, double approach_m_s) const;
   void load_tables(const SoftState<Real>& state, SurfaceBody& body);
   void load_ways(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active, bool all);
   void find_pairs(std::span<const SoftState<Real>> soft);
@@ -59,17 +68,25 @@ class SurfaceContacts {
   [[nodiscard]] std::shared_ptr<const SurfaceTopology> topology_of(const std::shared_ptr<const Mesh>& mesh);
 
   std::vector<std::shared_ptr<const SurfaceTopology>> topologies_;  // one a mesh
-  std::vector<SurfaceBody> bodies_;                                 // one a soft body
-  std::vector<Box> start_boxes_;                                    // likewise, where the substep finds it
+  std::vector<SurfaceBody> bodies_;                                 // one a soft body, then one a mesh collider
+  std::vector<Box> start_boxes_;                                    // one a soft body, where the substep finds it
   std::vector<std::uint8_t> loaded_;                                // likewise: its vertices are, in this substep
   std::vector<std::uint32_t> meeting_;                              // the bodies that meet others in this substep
   std::vector<std::uint32_t> selves_;                               // and those that meet themselves
+  std::vector<std::uint32_t> seen_;                                 // and those that meet anything
+  std::vector<MeshCollider> meshes_;                                // colliders; their surfaces follow the soft bodies'
+  std::size_t meshes_begin_ = 0;                                    // the first of them in bodies_
+  double mesh_dt_s_ = 0.0;
+  double mesh_resting_m_s_ = 0.0;
+  std::vector<std::uint8_t> carried_;                               // one a body: by a mesh
+  bool may_carry_ = false;                                          // meshes have not moved yet in this substep
   std::vector<std::uint32_t> paired_;                               // the bodies of pairs_, each once
   std::vector<SurfacePair> pairs_;                                  // near ones, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;       // scratch
   std::vector<std::pair<std::uint32_t, std::uint32_t>> clear_;      // pairs known not to cross, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> crossed_;    // near ones that do, in this substep, sorted
   CandidateFinder finder_;
+  MeshCandidateFinder mesh_finder_;
   std::vector<ContactRow> rows_;
   std::vector<Response> responses_;
   RowCounts counts_;
