@@ -29,6 +29,8 @@ constexpr double whole_turning_share_min = 1e-9;
 // The rebound is of few bodies as wholes; off by this share of what counts as resting.
 constexpr std::uint32_t rebound_sweeps_max = 50;
 constexpr double rebound_enough_share = 1e-6;
+// A body that was put across a mesh is out of it within this time: what it then keeps is its speed on the way.
+constexpr double way_out_time_s = 0.3;
 // What a pass may move vertices by and be the last.
 constexpr double pass_settled_share = 1e-4;
 // Of the internal forces' moments: the stress stiffness of a body's rotations, as a bound from above.
@@ -111,6 +113,7 @@ template <class Real>
 void CoupledStep<Real>::find_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   rows_.clear();
   find_surface_rows(surfaces.pairs(), surfaces.bodies(), rows_);
+  surfaces.add_ways_out(rows_);
   aim_surface_rows(world, surfaces.meshes());
   for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
     if (world.active[i] == 0) continue;
@@ -163,6 +166,11 @@ void CoupledStep<Real>::aim_mesh_row(ContactRow& row, const SolidPlace& solid, d
   const Vec3d way_m = end - mean_of(row.first, bodies_[row.first.body].start) -
                       dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
   aim_solid_row(row, ahead_m, way_m, dt_s);
+  if (!is_way_out(row)) return;
+  // Of the whole substep, or each pass would push it on.
+  const double gap_m = row.gap_m - (way_m - ahead_m).dot(row.normal);
+  row.free_m_s = way_m / dt_s;
+  row.least_m_s = -gap_m * (gap_m > 0.0 ? 1.0 : std::min(1.0, dt_s / way_out_time_s)) / dt_s;
 }
 
 // Newton's step without contact, in the metric of the passes. False where it is not finite.

@@ -5,10 +5,14 @@
 #include <utility>
 
 #include "physics/contact/surface_rows.h"
+#include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
 namespace {
+
+// Beside the kinds of rows that surface_rows.cpp and solid_rows.cpp have.
+constexpr std::uint64_t way_out_kind = 7;
 
 MeshTree::Box local_box(const Frame& frame, const Box& box, double grown_m) {
   const Vec3d centre = frame.to_local(0.5 * (box.low + box.high));
@@ -142,6 +146,47 @@ void MeshCandidateFinder::find(const MeshCollider& mesh, SurfacePair& pair, std:
   };
   sweep(near_soft_, near_mesh_, true, meet);
   sweep(near_mesh_, near_soft_, false, [&](const FaceBox& g, const FaceBox& f) { meet(f, g); });
+}
+
+void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t second,
+                   std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows) {
+  if (!mesh.tree->mesh->closed) return;
+  const SurfaceBody& soft = bodies[first];
+  const ContactSurface surface = combine(soft.surface, mesh.surface);
+  const double kept_m = soft.shell_m + bodies[second].shell_m;
+  MeshTree::Box about = mesh.tree->nodes[0].box;
+  about.low_m.array() -= (1.0 + row_slack_share) * kept_m;
+  about.high_m.array() += (1.0 + row_slack_share) * kept_m;
+  for (std::uint32_t i = 0; i < soft.from.size(); ++i) {
+    const Vec3d local = mesh.start.to_local(soft.from[i]);
+    if (!about.overlaps({local, local})) continue;
+    const MeshPoint nearest = mesh.tree->nearest(local);
+    const Face& face = mesh.tree->mesh->faces[nearest.face];
+    const auto& [a, b, c] = face;
+    const std::vector<Vec3d>& at = mesh.tree->mesh->positions_m;
+    const Vec3d outward = (at[b] - at[a]).cross(at[c] - at[a]).normalized();
+    const double side = sign_of(outward.dot(local - nearest.position_m));
+    ContactRow row;
+    row.normal = mesh.start.rotation * (nearest.distance_m > 0.0
+                                            ? Vec3d(side / nearest.distance_m * (local - nearest.position_m))
+                                            : outward);
+    row.gap_m = side * nearest.distance_m - kept_m;
+    const double slack_m = row_slack_share * kept_m;
+    if (row.gap_m > slack_m && row.gap_m + soft.move_m(i).dot(row.normal) > slack_m) continue;
+    row.key = {(static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) | way_out_kind,
+               i};
+    row.first.body = first;
+    row.first.add(i, 1.0);
+    row.second.body = second;
+    for (std::size_t k = 0; k < 3; ++k) row.second.add(face[k], nearest.barycentric[static_cast<Eigen::Index>(k)]);
+    row.friction = surface.friction;
+    row.restitution = 0.0;
+    rows.push_back(row);
+  }
+}
+
+bool is_way_out(const ContactRow& row) {
+  return (row.key.bodies & 0xffU) == way_out_kind;
 }
 
 void carry_with_meshes(std::span<const SurfacePair> pairs, std::span<const MeshCollider> meshes,

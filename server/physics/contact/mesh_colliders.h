@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/contact/row.h"
 #include "physics/contact/surface_body.h"
 #include "physics/mesh/mesh_tree.h"
 #include "physics/scene/shape.h"
@@ -45,6 +46,14 @@ class MeshCandidateFinder {
   };
   std::vector<FaceBox> near_soft_, near_mesh_;
 };
+
+/// Appends a row for each vertex of soft body `first` that is in the collider, a closed mesh and surface `second`, or
+/// would come to it: it goes out by the nearest way, and stays there. For a body that was put across it; an open mesh has no inside.
+void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t second,
+                   std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows);
+
+/// Whether find_ways_out made the row.
+[[nodiscard]] bool is_way_out(const ContactRow& row);
 
 /// Lets the soft bodies that touch a moving mesh, and those that these touch, begin the substep where it would carry
 /// them: from there on the mesh stands still, so a cut of their moves ends nowhere across it. Sets `carried`, one a

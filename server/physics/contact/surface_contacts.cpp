@@ -91,6 +91,13 @@ void SurfaceContacts<Real>::load_meshes(std::size_t soft_count, double dt_s) {
 }
 
 template <class Real>
+void SurfaceContacts<Real>::add_ways_out(std::vector<ContactRow>& rows) const {
+  for (const auto& [first, second] : crossed_) {
+    if (second >= meshes_begin_) find_ways_out(meshes_[second - meshes_begin_], first, second, bodies_, rows);
+  }
+}
+
+template <class Real>
 void SurfaceContacts<Real>::carry(std::size_t soft_count) {
   if (!std::exchange(may_carry_, false)) return;
   carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
@@ -98,15 +105,18 @@ void SurfaceContacts<Real>::carry(std::size_t soft_count) {
 
 // Of the vertices that hit a mesh, as they would any other collider; not those that their own body presses against it.
 template <class Real>
-double SurfaceContacts<Real>::bounce_m_s(const ContactRow& row, double approach_m_s) const {
+double SurfaceContacts<Real>::bounce_m_s(const ContactRow& row, double approach_m_s) {
   const bool hits = row.gap_m + mesh_dt_s_ * approach_m_s < 0.0;
   if (!hits || row.restitution == 0.0 || approach_m_s >= -mesh_resting_m_s_) return 0.0;
   const bool soft_first = row.first.body < meshes_begin_;
-  const SurfaceBody& soft = bodies_[soft_first ? row.first.body : row.second.body];
+  const std::uint32_t soft = soft_first ? row.first.body : row.second.body;
   const Support& on_mesh = soft_first ? row.second : row.first;
-  Vec3d mean = Vec3d::Zero();
-  for (const Vec3d& velocity : soft.velocities_m_s) mean += velocity;
-  mean /= static_cast<double>(soft.velocities_m_s.size());
+  if (!means_m_s_[soft]) {
+    means_m_s_[soft] = Vec3d::Zero();
+    for (const Vec3d& velocity : bodies_[soft].velocities_m_s) *means_m_s_[soft] += velocity;
+    *means_m_s_[soft] /= static_cast<double>(bodies_[soft].velocities_m_s.size());
+  }
+  Vec3d mean = *means_m_s_[soft];
   for (std::uint32_t i = 0; i < on_mesh.count; ++i) {
     mean -= on_mesh.weights[i] * bodies_[on_mesh.body].velocities_m_s[on_mesh.vertices[i]];
   }
@@ -236,6 +246,7 @@ void SurfaceContacts<Real>::answer(std::span<SoftState<Real>> soft, std::span<co
   find_pairs(soft);
   rows_.clear();
   find_surface_rows(pairs_, bodies_, rows_);
+  add_ways_out(rows_);
   counts_.rows += rows_.size();
   if (rows_.empty()) return;
   for_paired_vertices([&](std::uint32_t body, std::uint32_t vertex) {
@@ -285,6 +296,7 @@ Vec3d relative(const ContactRow& row, const Value& value) {
 template <class Real>
 void SurfaceContacts<Real>::solve_velocities(double dt_s) {
   double enough_m_s = 0.0;
+  means_m_s_.assign(meshes_.empty() ? 0 : meshes_begin_, std::nullopt);
   for (ContactRow& row : rows_) {
     row.free_m_s = relative(
         row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d { return bodies_[body].velocities_m_s[vertex]; });

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -33,6 +34,8 @@ class SurfaceContacts {
   /// Colliders that are meshes take part from here on, in this substep: their surfaces come behind the soft bodies'.
   void take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s);
   [[nodiscard]] std::span<const MeshCollider> meshes() const { return meshes_; }
+  /// Appends the rows by which bodies that were put across a mesh leave it.
+  void add_ways_out(std::vector<ContactRow>& rows) const;
   /// Once, before moves are cut: see carry_with_meshes.
   void carry(std::size_t soft_count);
 
@@ -56,7 +59,7 @@ class SurfaceContacts {
 
  private:
   void load_meshes(std::size_t soft_count, double dt_s);
-  [[nodiscard]] double bounce_m_s(const ContactRow& row, double approach_m_s) const;
+  [[nodiscard]] double bounce_m_s(const ContactRow& row, double approach_m_s);
   void load_tables(const SoftState<Real>& state, SurfaceBody& body);
   void load_ways(std::span<const SoftState<Real>> soft, std::span<const std::uint8_t> active, bool all);
   void find_pairs(std::span<const SoftState<Real>> soft);
@@ -78,6 +81,7 @@ class SurfaceContacts {
   std::size_t meshes_begin_ = 0;                                    // the first of them in bodies_
   double mesh_dt_s_ = 0.0;
   double mesh_resting_m_s_ = 0.0;
+  std::vector<std::optional<Vec3d>> means_m_s_;  // one a soft body that hits a mesh: its vertices' mean velocity
   std::vector<std::uint8_t> carried_;                               // one a body: by a mesh
   bool may_carry_ = false;                                          // meshes have not moved yet in this substep
   std::vector<std::uint32_t> paired_;                               // the bodies of pairs_, each once

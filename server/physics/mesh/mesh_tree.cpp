@@ -1,7 +1,10 @@
 #include "physics/mesh/mesh_tree.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 namespace pneuma::physics {
@@ -71,6 +74,50 @@ Vector3d unit_normal(const Mesh& mesh, const Face& face) {
   return (mesh.positions_m[b] - mesh.positions_m[a]).cross(mesh.positions_m[c] - mesh.positions_m[a]).normalized();
 }
 
+double distance_to(const MeshTree::Box& box, const Vector3d& point_m) {
+  return (box.low_m - point_m).cwiseMax(point_m - box.high_m).cwiseMax(0.0).norm();
+}
+
+class NearestFinder {
+ public:
+  NearestFinder(const MeshTree& tree, const Vector3d& point_m) : tree_(tree), point_m_(point_m) {
+    best_.distance_m = std::numeric_limits<double>::infinity();
+    descend(0);
+  }
+  [[nodiscard]] const MeshPoint& best() const { return best_; }
+
+ private:
+  void descend(std::uint32_t index) {
+    const MeshTree::Node& node = tree_.nodes[index];
+    if (distance_to(node.box, point_m_) > as_near * best_.distance_m) return;
+    if (node.count == 0) {
+      const double left_m = distance_to(tree_.nodes[node.first].box, point_m_);
+      const double right_m = distance_to(tree_.nodes[node.first + 1].box, point_m_);
+      descend(left_m <= right_m ? node.first : node.first + 1);
+      descend(left_m <= right_m ? node.first + 1 : node.first);
+    }
+    for (std::uint32_t k = node.first; k < node.first + node.count; ++k) consider(tree_.faces[k]);
+  }
+
+  void consider(std::uint32_t face) {
+    const Mesh& mesh = *tree_.mesh;
+    MeshPoint found = nearest_surface_point(mesh.positions_m, std::span(mesh.faces).subspan(face, 1), point_m_);
+    found.face = face;
+    const double across = std::abs(unit_normal(mesh, mesh.faces[face]).dot(point_m_ - found.position_m));
+    const bool nearer = as_near * found.distance_m < best_.distance_m;
+    const bool ties = !nearer && found.distance_m <= as_near * best_.distance_m;
+    if (!nearer && !(ties && across > across_)) return;
+    best_ = found;
+    across_ = across;
+  }
+
+  static constexpr double as_near = 1.0 + 1e-9;
+  const MeshTree& tree_;
+  const Vector3d& point_m_;
+  MeshPoint best_;
+  double across_ = 0.0;
+};
+
 void find_sharp_edges(MeshTree& tree) {
   const Mesh& mesh = *tree.mesh;
   constexpr std::uint32_t none = 0xffffffffU;
@@ -98,6 +145,10 @@ void find_sharp_edges(MeshTree& tree) {
 }
 
 }  // namespace
+
+MeshPoint MeshTree::nearest(const Vector3d& point_m) const {
+  return NearestFinder(*this, point_m).best();
+}
 
 std::shared_ptr<const MeshTree> make_mesh_tree(std::shared_ptr<const Mesh> mesh) {
   auto tree = std::make_shared<MeshTree>();

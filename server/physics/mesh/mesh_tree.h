@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/mesh/mesh.h"
+#include "physics/mesh/picking.h"
 
 namespace pneuma::physics {
 
@@ -29,6 +30,10 @@ struct MeshTree {
   std::vector<std::uint32_t> faces;  // by leaf
   // One a face: the edges that belong to it, of those between faces that are not level, and of borders.
   std::vector<std::vector<std::uint32_t>> sharp_edges;
+
+  /// The point of the surface that is nearest, and the face that is most across the way to it where several are as
+  /// near: its side tells whether the point is in a closed mesh.
+  [[nodiscard]] MeshPoint nearest(const Eigen::Vector3d& point_m) const;
 
   /// Calls visit(face) for the faces of leaves whose boxes overlap `box`, in the order of the tree.
   template <class Visit>

@@ -142,6 +142,28 @@ TEST_P(SoftOnMesh, ABallRestsOnItWhereItRestsOnAPlane) {
   EXPECT_NEAR(height_m[1], height_m[0], 5e-3);  // the room that surfaces keep is 2 mm
 }
 
+// Half in a slab at first, it is out of it soon, not thrown, and lies on it.
+TEST_P(SoftOnMesh, ABodyPutAcrossAClosedOneIsPushedOut) {
+  Scene scene = SoftOnMesh::scene();
+  scene.soft_bodies.push_back(filled_ball({0.02, 0.2, 0.01}));
+  scene.soft_bodies[0].springs.damping_n_s_m = 10.0;
+  scene.colliders = {mesh_collider("slab", *make_box({2.0, 0.4, 2.0}, 3), surface(0.0, 0.5))};
+  scene.colliders[0].position.y() = -0.4;
+  World world = mesh_world(std::move(scene));
+  ASSERT_GT(crossings_with_colliders(world), 0U);
+  Workers workers(1);
+  double highest_m = 0.0;
+  for (int tick = 0; tick < 180; ++tick) {
+    world.step_tick(workers);
+    double mean_m = 0.0;
+    for (const Vec3d& p : places_of(world, 0)) mean_m += p.y() / 162.0;
+    highest_m = std::max(highest_m, mean_m);
+  }
+  EXPECT_EQ(crossings_with_colliders(world), 0U);
+  EXPECT_LT(highest_m, 1.2);
+  for (const Vec3d& p : places_of(world, 0)) ASSERT_GT(p.y(), 0.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, SoftOnMesh,
                          testing::Values(MeshMeeting{Integrator::midpoint, Precision::double_precision},
                                          MeshMeeting{Integrator::midpoint, Precision::single_precision},
@@ -256,6 +278,23 @@ TEST(RigidOnMesh, NothingPassesAThinWallHoweverFast) {
         rig.step();
         ASSERT_GT(rig.rigid[0].position.y(), 0.0) << shape.index() << " at " << speed_m_s;
       }
+    }
+  }
+}
+
+// As looking at all faces finds it, and on the right side of a sharp point.
+TEST(MeshTreeNearest, IsThatOfAllFaces) {
+  for (const auto& mesh : {*make_icosphere(2, 0.5), spike_mesh()}) {
+    const auto tree = make_mesh_tree(mesh);
+    for (int i = 0; i < 300; ++i) {
+      const Vec3d p(0.6 * std::sin(1.3 * i), 0.3 + 0.6 * std::cos(0.7 * i), 0.6 * std::sin(2.1 * i + 1.0));
+      const MeshPoint found = tree->nearest(p);
+      const MeshPoint wanted = nearest_surface_point(mesh->positions_m, mesh->faces, p);
+      EXPECT_NEAR(found.distance_m, wanted.distance_m, 1e-12);
+      const auto& [a, b, c] = mesh->faces[found.face];
+      const Vec3d& at = mesh->positions_m[a];
+      const Vec3d outward = (mesh->positions_m[b] - at).cross(mesh->positions_m[c] - at);
+      EXPECT_EQ(outward.dot(p - found.position_m) < 0.0, support::is_inside(p, {mesh->positions_m, mesh->faces})) << i;
     }
   }
 }
