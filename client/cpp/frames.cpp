@@ -137,7 +137,8 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
     if (solids.size() >= base::world_bodies_max + base::world_colliders_max) {
       return malformed("more than any world may hold", "layout");
     }
-    solids.push_back({solid.name(), solid.dynamic(), solid.shape(), {}, {}});
+    const auto surface = solid.has_surface() ? std::make_shared<const v1::Mesh::Triangles>(solid.surface()) : nullptr;
+    solids.push_back({solid.name(), solid.dynamic(), solid.shape(), {}, {}, surface});
   }
 
   Stream& stream = found->second;

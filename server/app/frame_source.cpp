@@ -12,6 +12,16 @@ void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape
   solid.set_name(name);
   *solid.mutable_shape() = scene_io::to_proto(shape);
   solid.set_dynamic(dynamic);
+  const auto* named = std::get_if<physics::MeshShape>(&shape);
+  if (named == nullptr) return;
+  v1::Mesh::Triangles& surface = *solid.mutable_surface();
+  for (const Eigen::Vector3d& p : named->mesh->positions_m) {
+    v1::Vec3& position = *surface.add_positions();
+    position.set_x(p.x());
+    position.set_y(p.y());
+    position.set_z(p.z());
+  }
+  for (const physics::Face& face : named->mesh->faces) surface.mutable_indices()->Add(face.begin(), face.end());
 }
 
 }  // namespace

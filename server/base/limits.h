@@ -19,6 +19,8 @@ inline constexpr std::size_t mesh_hole_vertices_max = 2'048;
 inline constexpr std::size_t world_bodies_max = 256;
 inline constexpr std::size_t world_vertices_max = 262'144;
 inline constexpr std::size_t world_colliders_max = 256;
+// Of all colliders that are meshes, together: layouts hold their triangles.
+inline constexpr std::size_t collider_mesh_vertices_max = mesh_vertices_max;
 // Ten fingers for each of a few people.
 inline constexpr std::size_t body_grabs_max = 64;
 // A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.

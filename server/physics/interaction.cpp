@@ -5,6 +5,7 @@
 
 #include "base/limits.h"
 #include "physics/mesh/picking.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/scene/shape.h"
 #include "physics/simulation.h"
 
@@ -41,6 +42,8 @@ std::optional<RayHit> meet(const RigidState& body, const RayPoint& ray) {
     distance_m = hit_sphere_m(local, sphere->radius_m);
   } else if (const auto* box = std::get_if<BoxShape>(&body.body.shape)) {
     distance_m = hit_box_m(local, box->half_extents_m);
+  } else if (const auto* capsule = std::get_if<CapsuleShape>(&body.body.shape)) {
+    distance_m = hit_capsule_m(local, capsule->radius_m, capsule->half_height_m);
   }
   if (!distance_m) return std::nullopt;
   return RayHit{*distance_m, ray.origin + *distance_m * ray.direction.stableNormalized()};
@@ -121,9 +124,8 @@ base::Result<Hit> push(RigidState& body, const At& at, const Vec3d& impulse_n_s)
     if (!hit) return misses(body.body.name);
     point = hit->position;
   }
-  body.velocity += body.inverse_mass_1_kg * impulse_n_s;
-  const Vec3d turn = body.orientation.conjugate() * (point - body.position).cross(impulse_n_s);
-  body.angular_velocity += body.orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(turn);
+  body.velocity += inverse_masses_1_kg(body).cwiseProduct(impulse_n_s);
+  body.angular_velocity += inverse_inertia_times(body, (point - body.position).cross(impulse_n_s));
   return Hit{body.body.name, std::nullopt};
 }
 

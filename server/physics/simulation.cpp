@@ -11,6 +11,7 @@
 #include "physics/forces/gas.h"
 #include "physics/forces/soft_setup.h"
 #include "physics/rest/sleep.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/state/origin.h"
 
@@ -162,22 +163,16 @@ RigidState make_rigid_state(const RigidBody& body) {
   state.body = body;
   state.position = body.position;
   state.orientation = body.orientation;
-  state.velocity = body.velocity;
-  state.angular_velocity = body.angular_velocity;
+  state.velocity = free_part(body.locked.translation, body.velocity);
+  state.angular_velocity = free_part(body.locked.rotation, body.angular_velocity);
   state.inverse_mass_1_kg = 1.0 / body.mass_kg;
-  Vec3d inertia;
-  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
-    inertia.setConstant(0.4 * body.mass_kg * sphere->radius_m * sphere->radius_m);
-  } else {
-    const Vec3d squares = std::get<BoxShape>(body.shape).half_extents_m.cwiseAbs2();
-    inertia = body.mass_kg / 3.0 * (Vec3d::Constant(squares.sum()) - squares);
-  }
-  state.inverse_inertia_1_kg_m2 = inertia.cwiseInverse();
+  state.inverse_inertia_1_kg_m2 = principal_inertia_kg_m2(body.shape, body.mass_kg).cwiseInverse();
   return state;
 }
 
 ColliderState make_collider_state(const Collider& collider) {
-  return {collider, collider.position, collider.orientation};
+  const auto* mesh = std::get_if<MeshShape>(&collider.shape);
+  return {collider, collider.position, collider.orientation, mesh != nullptr ? make_mesh_tree(mesh->mesh) : nullptr};
 }
 
 Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(initial)), choice(std::move(substeps)) {

@@ -64,10 +64,20 @@ std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live
   return states;
 }
 
-std::vector<ColliderState> applied_colliders(const std::vector<Collider>& wanted) {
+std::vector<ColliderState> applied_colliders(const std::vector<ColliderState>& live,
+                                             const std::vector<Collider>& wanted) {
   std::vector<ColliderState> states;
   states.reserve(wanted.size());
-  for (const Collider& collider : wanted) states.push_back(make_collider_state(collider));
+  for (const Collider& collider : wanted) {
+    const auto* shape = std::get_if<MeshShape>(&collider.shape);
+    const auto same = std::ranges::find_if(
+        live, [&](const ColliderState& state) { return shape && state.tree && state.tree->mesh == shape->mesh; });
+    if (same == live.end()) {
+      states.push_back(make_collider_state(collider));
+    } else {
+      states.push_back({collider, collider.position, collider.orientation, same->tree});
+    }
+  }
   return states;
 }
 
@@ -109,7 +119,7 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
     apply_soft_bodies(bodies, scene.soft_bodies, renewed);
   });
   sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies, renewed);
-  sim.colliders = applied_colliders(scene.colliders);
+  sim.colliders = applied_colliders(sim.colliders, scene.colliders);
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
   sim.make_plan();

@@ -30,7 +30,7 @@ bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
                             }) &&
          std::ranges::equal(a.solids, b.solids, [](const auto& one, const auto& other) {
            return one.name == other.name && one.dynamic == other.dynamic &&
-                  one.shape.SerializeAsString() == other.shape.SerializeAsString();
+                  one.shape.SerializeAsString() == other.shape.SerializeAsString() && one.surface == other.surface;
          });
 }
 
@@ -76,6 +76,7 @@ void RecordedFrames::describe_solids(v1::Layout& layout) const {
     v1::Layout::Solid& out = *layout.add_solids();
     out.set_name(solid.name);
     *out.mutable_shape() = solid.shape;
+    if (solid.surface) *out.mutable_surface() = *solid.surface;
     out.set_dynamic(solid.dynamic);
   }
 }

@@ -53,6 +53,11 @@ Status remove_mesh(v1::Scene& scene, const std::string& name) {
       return {StatusCode::failed_precondition, "soft body " + in_quotes(body.name()) + " is made of it"};
     }
   }
+  for (const v1::Collider& collider : scene.colliders()) {
+    if (collider.shape().has_mesh() && collider.shape().mesh() == name) {
+      return {StatusCode::failed_precondition, "collider " + in_quotes(collider.name()) + " is made of it"};
+    }
+  }
   return remove(*scene.mutable_meshes(), "mesh", name);
 }
 
@@ -110,6 +115,7 @@ void change_motion(Solid& solid, const Change& change) {
 
 Status change_rigid_body(v1::RigidBody& body, const v1::RigidBodyChange& change) {
   if (change.has_mass_kg()) body.set_mass_kg(change.mass_kg());
+  if (change.has_locked()) *body.mutable_locked() = change.locked();
   change_motion(body, change);
   return {};
 }

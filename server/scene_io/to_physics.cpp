@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -175,7 +176,7 @@ physics::Surface to_surface(const v1::Surface& in) {
   return out;
 }
 
-Status read_shape(const v1::Shape& in, physics::Shape& out) {
+Status read_shape(const v1::Shape& in, const MeshLibrary& meshes, physics::Shape& out) {
   switch (in.shape_case()) {
     case v1::Shape::kPlane: {
       physics::PlaneShape plane;
@@ -198,10 +199,16 @@ Status read_shape(const v1::Shape& in, physics::Shape& out) {
     case v1::Shape::kRoom:
       out = physics::RoomShape{to_vector(in.room().half_extents())};
       return {};
+    case v1::Shape::kMesh: {
+      auto mesh = meshes.find(in.mesh());
+      if (!mesh.ok()) return mesh.status().inside("mesh");
+      out = physics::MeshShape{in.mesh(), std::move(*mesh)};
+      return {};
+    }
     case v1::Shape::SHAPE_NOT_SET:
       break;
   }
-  return base::invalid("is missing; one of plane, sphere, box, ellipsoid, capsule, room is wanted");
+  return base::invalid("is missing; one of plane, sphere, box, ellipsoid, capsule, room, mesh is wanted");
 }
 
 /// What soft bodies, rigid bodies and colliders have alike.
@@ -266,17 +273,22 @@ Status read_soft_body(const v1::SoftBody& in, const MeshLibrary& meshes, physics
   return failures.first();
 }
 
-Status read_rigid_body(const v1::RigidBody& in, physics::RigidBody& out) {
+std::array<bool, 3> to_axes(const v1::LockedAxes::Axes& in) {
+  return {in.x(), in.y(), in.z()};
+}
+
+Status read_rigid_body(const v1::RigidBody& in, const MeshLibrary& meshes, physics::RigidBody& out) {
   Failures failures;
-  failures.note("shape", read_shape(in.shape(), out.shape));
+  failures.note("shape", read_shape(in.shape(), meshes, out.shape));
   read_motion(in, out, failures);
   if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
+  out.locked = {to_axes(in.locked().translation()), to_axes(in.locked().rotation())};
   return failures.first();
 }
 
-Status read_collider(const v1::Collider& in, physics::Collider& out) {
+Status read_collider(const v1::Collider& in, const MeshLibrary& meshes, physics::Collider& out) {
   Failures failures;
-  failures.note("shape", read_shape(in.shape(), out.shape));
+  failures.note("shape", read_shape(in.shape(), meshes, out.shape));
   read_motion(in, out, failures);
   return failures.first();
 }
@@ -317,9 +329,11 @@ Result<physics::Scene> to_physics(const v1::Scene& scene, const MeshLibrary& mes
   Status status = read_list(scene.soft_bodies(), "soft_bodies", base::world_bodies_max, out.soft_bodies,
                             [&meshes](const auto& in, auto& body) { return read_soft_body(in, meshes, body); });
   if (!status.ok()) return status;
-  status = read_list(scene.rigid_bodies(), "rigid_bodies", base::world_bodies_max, out.rigid_bodies, read_rigid_body);
+  status = read_list(scene.rigid_bodies(), "rigid_bodies", base::world_bodies_max, out.rigid_bodies,
+                     [&meshes](const auto& in, auto& body) { return read_rigid_body(in, meshes, body); });
   if (!status.ok()) return status;
-  status = read_list(scene.colliders(), "colliders", base::world_colliders_max, out.colliders, read_collider);
+  status = read_list(scene.colliders(), "colliders", base::world_colliders_max, out.colliders,
+                     [&meshes](const auto& in, auto& body) { return read_collider(in, meshes, body); });
   if (!status.ok()) return status;
   if (auto checked = physics::check_scene(out); !checked.ok()) return checked;
   return out;

@@ -47,6 +47,7 @@ struct ShapeWriter {
   void operator()(const physics::RoomShape& room) const {
     set(*out.mutable_room()->mutable_half_extents(), room.half_extents_m);
   }
+  void operator()(const physics::MeshShape& mesh) const { out.set_mesh(mesh.name); }
 };
 
 }  // namespace

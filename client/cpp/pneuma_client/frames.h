@@ -50,6 +50,7 @@ struct SolidFrame {
   v1::Shape shape;
   v1::Vec3 position;
   v1::Quaternion orientation;
+  std::shared_ptr<const v1::Mesh::Triangles> surface;  // of a shape that names a mesh, in its own frame; else null
 };
 
 /// A vertex that was held off something in the last substep of the frame's tick.

@@ -12,6 +12,7 @@ export {
   type Layout,
   type Mesh,
   type SolidPose,
+  type SolidSurface,
   Stream,
   type StreamListener,
   type SubscribeOptions,

@@ -8,12 +8,29 @@ import type {
   Scalars,
   Topology,
 } from "../proto/pneuma/v1/frame_pb.js";
-import { QuaternionSchema, type Quaternion, type Shape, type Vec3, Vec3Schema } from "../proto/pneuma/v1/scene_pb.js";
+import {
+  type Mesh_Triangles,
+  QuaternionSchema,
+  type Quaternion,
+  type Shape,
+  type Vec3,
+  Vec3Schema,
+} from "../proto/pneuma/v1/scene_pb.js";
 import type { Applied, Subscribed, SubscribeSchema } from "../proto/pneuma/v1/session_pb.js";
 import type { Triangles } from "./codec/mesh_order.js";
 import type { Mechanics } from "./codec/simulated_motion.js";
 import type { FrameDecoder } from "./decoder.js";
 import { callUser, PneumaError } from "./errors.js";
+
+function surfaceOf({ positions, indices }: Mesh_Triangles): SolidSurface {
+  if (indices.some((index) => index >= positions.length)) {
+    throw new PneumaError("MALFORMED", "a surface names a vertex that it does not have", "layout");
+  }
+  return {
+    positions: Float32Array.from(positions.flatMap(({ x, y, z }) => [x, y, z])),
+    indices: Uint32Array.from(indices),
+  };
+}
 
 /** The fields of `Subscribe` but those that the library sets; proto/pneuma/v1/session.proto says what each is. */
 export type SubscribeOptions = Omit<
@@ -38,7 +55,20 @@ export interface Layout {
     readonly keptVertices: readonly number[];
   }[];
   /** Rigid bodies and colliders. */
-  readonly solids: readonly { readonly name: string; readonly shape: Shape | undefined; readonly isDynamic: boolean }[];
+  readonly solids: readonly {
+    readonly name: string;
+    readonly shape: Shape | undefined;
+    readonly isDynamic: boolean;
+    /** Of a shape that names a mesh: its triangles, in its own frame. */
+    readonly surface?: SolidSurface | undefined;
+  }[];
+}
+
+export interface SolidSurface {
+  /** x y z of each vertex, in metres. */
+  readonly positions: Float32Array;
+  /** Three a face. */
+  readonly indices: Uint32Array;
 }
 
 export interface SolidPose {
@@ -261,7 +291,9 @@ export class Stream {
     if (softBodies.reduce((sum, { mesh }) => sum + mesh.vertexCount, 0) > worldVerticesMax) {
       throw new PneumaError("MALFORMED", "more vertices than any world may hold", "layout");
     }
-    const solids = message.solids.map(({ name, shape, dynamic }) => ({ name, shape, isDynamic: dynamic }));
+    const solids = message.solids.map(({ name, shape, dynamic, surface }) => {
+      return { name, shape, isDynamic: dynamic, surface: surface && surfaceOf(surface) };
+    });
     this.layout_ = { softBodies, solids };
     this.layoutId = message.layoutId;
     this.held = [];

@@ -2,8 +2,10 @@
 import {
   BackSide,
   BoxGeometry,
-  type BufferGeometry,
+  BufferAttribute,
+  BufferGeometry,
   CapsuleGeometry,
+  DoubleSide,
   EdgesGeometry,
   FrontSide,
   LineBasicMaterial,
@@ -15,14 +17,14 @@ import {
   SphereGeometry,
   Vector3,
 } from "three";
-import type { Layout, SolidPose } from "../src/index.js";
+import type { Layout, SolidPose, SolidSurface } from "../src/index.js";
 
 type Solid = Layout["solids"][number];
 
 // A plane has no end; this much of it is seen.
 export const planeM = 40;
 
-function geometryOf({ shape }: Solid): BufferGeometry | undefined {
+function geometryOf({ shape, surface }: Solid): BufferGeometry | undefined {
   const form = shape?.shape;
   if (!form || form.case === undefined) return undefined;
   if (form.case === "sphere") return new SphereGeometry(form.value.radiusM, 48, 32);
@@ -37,8 +39,20 @@ function geometryOf({ shape }: Solid): BufferGeometry | undefined {
     const { x = 0, y = 0, z = 0 } = form.value.radii ?? {};
     return new SphereGeometry(1, 48, 32).scale(x, y, z);
   }
+  if (form.case === "mesh") return surface && meshGeometry(surface);
   const { x = 0, y = 0, z = 0 } = form.value.halfExtents ?? {};
   return new BoxGeometry(2 * x, 2 * y, 2 * z);
+}
+
+/** Each face flat, as it is met. */
+function meshGeometry({ positions, indices }: SolidSurface): BufferGeometry {
+  const shared = new BufferGeometry();
+  shared.setAttribute("position", new BufferAttribute(positions, 3));
+  shared.setIndex(new BufferAttribute(indices, 1));
+  const geometry = shared.toNonIndexed();
+  geometry.computeVertexNormals();
+  shared.dispose();
+  return geometry;
 }
 
 export class SolidView {
@@ -63,8 +77,9 @@ export class SolidView {
     const geometry = geometryOf(solid);
     if (!geometry) return undefined;
     const form = solid.shape?.shape.case;
-    // A room is seen from outside through its nearer walls.
-    const material = new MeshPhongMaterial({ side: form === "room" ? BackSide : FrontSide, shininess: 10 });
+    // A room is seen from outside through its nearer walls; a mesh may be open.
+    const side = form === "room" ? BackSide : form === "mesh" ? DoubleSide : FrontSide;
+    const material = new MeshPhongMaterial({ side, shininess: 10 });
     const mesh = new Mesh(geometry, material);
     mesh.castShadow = form !== "room" && form !== "plane";
     mesh.receiveShadow = true;

@@ -1,6 +1,6 @@
 // Where things are in the picture, as far as what is put among them needs to know.
 import { Box3, Matrix4, Plane, Quaternion, type Ray, Vector3 } from "three";
-import type { Frame, Scene, Shape, SolidPose } from "../src/index.js";
+import type { Frame, Scene, Shape, SolidPose, SolidSurface } from "../src/index.js";
 
 export interface Place {
   readonly name: string;
@@ -69,12 +69,20 @@ export function insideFrom(ray: Ray, room: Room, radiusM: number): Vector3 {
 
 /** Around the solids that have an end: how they are turned does not count. */
 function solidBoxes({ layout, poses }: Frame): Box3[] {
-  return layout.solids.flatMap(({ shape }, i) => {
-    const reach = shape ? reachOf(shape) : undefined;
+  return layout.solids.flatMap(({ shape, surface }, i) => {
+    const reach = surface ? reachOfSurface(surface) : shape ? reachOf(shape) : undefined;
     if (reach === undefined) return [];
     const { x, y, z } = poses[i]!.position;
     return [new Box3().setFromCenterAndSize(new Vector3(x, y, z), new Vector3().setScalar(2 * reach))];
   });
+}
+
+function reachOfSurface({ positions }: SolidSurface): number {
+  let squared = 0;
+  for (let i = 0; i < positions.length; i += 3) {
+    squared = Math.max(squared, positions[i]! ** 2 + positions[i + 1]! ** 2 + positions[i + 2]! ** 2);
+  }
+  return Math.sqrt(squared);
 }
 
 /** How far a shape goes from its centre; undefined for what things are inside of, or on. */

@@ -6,6 +6,7 @@
 
 #include "physics/contact/touch_groups.h"
 #include "physics/rigid/rigid_contacts.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
@@ -25,7 +26,8 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
   const bool asleep = body < soft.size() ? soft[body].rest.asleep : rigid[body - soft.size()].rest.asleep;
   if (!asleep) return;
   for (const std::size_t i : wake_group(soft, rigid, body)) {
-    if (i >= soft.size()) rigid[i - soft.size()].velocity += physics.dt_s * physics.gravity_m_s2;
+    if (i >= soft.size())
+      rigid[i - soft.size()].velocity += physics.dt_s * pull_m_s2(rigid[i - soft.size()], physics.gravity_m_s2);
   }
 }
 
@@ -56,6 +58,8 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   const bool self =
       std::ranges::any_of(soft, [](const auto& body) { return !body.frozen && body.body.collision.self; });
   if (!solids && !pairs && !self) return;
+  const bool meshes = std::ranges::any_of(colliders, [](const ColliderState& state) { return state.tree != nullptr; });
+  const bool surfaces = pairs || self || (meshes && !soft.empty());
 
   const SubstepPhysics physics = SubstepPhysics::of(world.surroundings.gravity, world.dt_s);
   notes_ = world.notes;
@@ -71,7 +75,8 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   pairs_.clear();
   soft_touched_.assign(soft.size(), 0);
   rigid_touched_.assign(rigid.size(), 0);
-  if ((pairs || self) && !world.is_implicit()) {
+  if (surfaces) surfaces_.take_meshes(colliders, physics.dt_s, physics.resting_m_s);
+  if (surfaces && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::soft_contact);
     meet_surfaces(world, physics);
   }
@@ -90,7 +95,7 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
     wake_near_rigid(soft, rigid, physics);
     rigid_solver_.solve(rigid, colliders, rigid_touched_, world.surroundings.gravity, world.dt_s);
   }
-  if ((pairs || self) && !world.is_implicit()) {
+  if (surfaces && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::soft_contact);
     refit_stale(soft);
     surfaces_.cut({soft, bounds_, world.dt_s, world.is_first_of_tick});

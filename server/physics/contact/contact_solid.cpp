@@ -7,6 +7,7 @@
 
 #include "base/limits.h"
 #include "physics/rigid/contact_surface.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/scene/shape_entry.h"
 
@@ -191,18 +192,15 @@ struct Touch {
   Vec3d arm;
 
   [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg() const {
-    const Eigen::Matrix3d rotation = rigid.orientation.toRotationMatrix();
-    const Eigen::Matrix3d inverse_inertia =
-        rotation * rigid.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose();
-    return (inverse_vertex_mass_1_kg + rigid.inverse_mass_1_kg) * Eigen::Matrix3d::Identity() +
-           turning_inverse_mass(arm, inverse_inertia);
+    const Vec3d inverse_masses = Vec3d::Constant(inverse_vertex_mass_1_kg) + inverse_masses_1_kg(rigid);
+    return Eigen::Matrix3d(inverse_masses.asDiagonal()) + turning_inverse_mass(arm, inverse_inertia_1_kg_m2(rigid));
   }
   [[nodiscard]] Vec3d relative(const Vec3d& velocity) const {
     return velocity - velocity_at(rigid.velocity, rigid.angular_velocity, arm);
   }
   void push(Vec3d& velocity, const Vec3d& impulse_n_s) const {
     velocity += inverse_vertex_mass_1_kg * impulse_n_s;
-    rigid.velocity -= rigid.inverse_mass_1_kg * impulse_n_s;
+    rigid.velocity -= inverse_masses_1_kg(rigid).cwiseProduct(impulse_n_s);
     rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
   }
 };
@@ -253,6 +251,7 @@ void meet_colliders(SoftState<Real>& body, BodyBounds& bounds, std::span<const S
     bool touched = false;
     for (std::uint32_t c = 0; c < colliders.size(); ++c) {
       const SolidMove& solid = colliders[c];
+      if (std::holds_alternative<MeshShape>(*solid.shape)) continue;  // its surface meets the body's
       const double offset_m = body.body.surface.thickness_m + solid.surface->thickness_m;
       if (!may_meet(bounds, solid, offset_m, physics.dt_s)) continue;
       touched = meet_collider(body, bounds, solid, c, physics, notes) || touched;
@@ -295,7 +294,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
     if (!stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer)) return;
     touched = true;
     if (pinned) {
-      rigid.position += push_m;
+      rigid.position += free_part(rigid.body.locked.translation, push_m);
       return;
     }
     body.dr[i] = (end - start).template cast<Real>();

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/contact/filter.h"
 #include "physics/contact/surface_rows.h"
 #include "physics/forces/gas.h"
 #include "physics/forces/measures.h"
 #include "physics/implicit/implicit_euler.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
@@ -27,6 +29,8 @@ constexpr double whole_turning_share_min = 1e-9;
 // The rebound is of few bodies as wholes; off by this share of what counts as resting.
 constexpr std::uint32_t rebound_sweeps_max = 50;
 constexpr double rebound_enough_share = 1e-6;
+// A body that was put across a mesh is out of it within this time: what it then keeps is its speed on the way.
+constexpr double way_out_time_s = 0.3;
 // What a pass may move vertices by and be the last.
 constexpr double pass_settled_share = 1e-4;
 // Of the internal forces' moments: the stress stiffness of a body's rotations, as a bound from above.
@@ -109,7 +113,8 @@ template <class Real>
 void CoupledStep<Real>::find_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   rows_.clear();
   surfaces.find_rows(rows_);
-  aim_surface_rows(world.dt_s);
+  surfaces.add_ways_out(rows_);
+  aim_surface_rows(world, surfaces.meshes());
   for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
     if (!world.bounds[i].active) continue;
     const SurfaceBody& body = surfaces.bodies()[i];
@@ -125,8 +130,14 @@ void CoupledStep<Real>::find_rows(const CoupledWorld<Real>& world, SurfaceContac
 
 // The way of a substep so far counts for friction; what is ahead of the pass, for the gap.
 template <class Real>
-void CoupledStep<Real>::aim_surface_rows(double dt_s) {
+void CoupledStep<Real>::aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshCollider> meshes) {
+  const double dt_s = world.dt_s;
   for (ContactRow& row : rows_) {
+    const std::size_t last = std::max(row.first.body, row.second.body);
+    if (last >= bodies_.size()) {
+      aim_mesh_row(row, solids_[world.rigid.size() + meshes[last - bodies_.size()].index], dt_s);
+      continue;
+    }
     const Body& a = bodies_[row.first.body];
     const Body& b = bodies_[row.second.body];
     const SurfaceBody& at_a = (*surfaces_)[row.first.body];
@@ -138,6 +149,28 @@ void CoupledStep<Real>::aim_surface_rows(double dt_s) {
     row.free_m_s = (ahead.dot(row.normal) * row.normal + across) / dt_s;
     row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -parted_share * row.gap_m) / dt_s;
   }
+}
+
+// A row of a mesh collider is one of a solid.
+template <class Real>
+void CoupledStep<Real>::aim_mesh_row(ContactRow& row, const SolidPlace& solid, double dt_s) const {
+  if (row.first.body >= bodies_.size()) {
+    std::swap(row.first, row.second);
+    row.normal = -row.normal;
+  }
+  const SurfaceBody& soft = (*surfaces_)[row.first.body];
+  const Vec3d arm = mean_of(row.second, (*surfaces_)[row.second.body].from) - solid.at.origin;
+  row.second = {.body = solid.response, .arm = arm};
+  const Vec3d end = mean_of(row.first, soft.to);
+  const Vec3d ahead_m = end - mean_of(row.first, soft.from) - dt_s * velocity_at(solid.ahead, solid.ahead_turning, arm);
+  const Vec3d way_m = end - mean_of(row.first, bodies_[row.first.body].start) -
+                      dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
+  aim_solid_row(row, ahead_m, way_m, dt_s);
+  if (!is_way_out(row)) return;
+  // Of the whole substep, or each pass would push it on.
+  const double gap_m = row.gap_m - (way_m - ahead_m).dot(row.normal);
+  row.free_m_s = way_m / dt_s;
+  row.least_m_s = -gap_m * (gap_m > 0.0 ? 1.0 : std::min(1.0, dt_s / way_out_time_s)) / dt_s;
 }
 
 // Newton's step without contact, in the metric of the passes. False where it is not finite.
@@ -231,9 +264,7 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
     }
   }
   for (const RigidState& rigid : world.rigid) {
-    const Eigen::Matrix3d rotation = rigid.orientation.toRotationMatrix();
-    responses_.emplace_back(RigidResponse(
-        rigid.inverse_mass_1_kg, rotation * rigid.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()));
+    responses_.emplace_back(RigidResponse(inverse_masses_1_kg(rigid), inverse_inertia_1_kg_m2(rigid)));
   }
   for (std::size_t i = 0; i < world.colliders.size(); ++i) responses_.emplace_back(FixedResponse{});
   double spacing_m = 0.0;
@@ -302,7 +333,12 @@ double CoupledStep<Real>::end_pass(const CoupledWorld<Real>& world, SurfaceConta
   }
   double furthest_m2 = 0.0;
   surfaces.update_candidates(world.soft);
+  surfaces.carry(bodies_.size());
   cut_moves(surfaces.pairs(), surfaces.bodies());
+  for (std::size_t i = bodies_.size(); i < surfaces.bodies().size(); ++i) {
+    SurfaceBody& mesh = surfaces.bodies()[i];
+    mesh.from = mesh.to;
+  }
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     if (!bodies_[i].in_contact) continue;
     SurfaceBody& surface = surfaces.bodies()[i];
@@ -470,9 +506,7 @@ void CoupledStep<Real>::rebound(const CoupledWorld<Real>& world) {
   for (std::size_t k = 0; k < solids_.size(); ++k) {
     if (k < world.rigid.size()) {
       const RigidState& rigid = world.rigid[k];
-      const Eigen::Matrix3d rotation = rigid.orientation.toRotationMatrix();
-      responses.emplace_back(RigidResponse(
-          rigid.inverse_mass_1_kg, rotation * rigid.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()));
+      responses.emplace_back(RigidResponse(inverse_masses_1_kg(rigid), inverse_inertia_1_kg_m2(rigid)));
     } else {
       responses.emplace_back(FixedResponse{});
     }
@@ -497,7 +531,9 @@ void CoupledStep<Real>::rebound(const CoupledWorld<Real>& world) {
       const bool is_rigid = k < world.rigid.size();
       const Vec3d origin = is_rigid ? world.rigid[k].position : world.colliders[k - world.rigid.size()].position;
       row.second.arm = place - origin;
-      const Vec3d gravity = is_rigid && world.rigid[k].is_awake() ? world.surroundings.gravity : Vec3d(Vec3d::Zero());
+      const Vec3d gravity = is_rigid && world.rigid[k].is_awake()
+                                ? pull_m_s2(world.rigid[k], world.surroundings.gravity)
+                                : Vec3d(Vec3d::Zero());
       came -= velocity_at(solids_[k].velocity - dt_s * gravity, solids_[k].angular_velocity, row.second.arm);
       const Vec3d surface_velocity =
           is_rigid ? velocity_at(rigid_velocities_m_s_[k], rigid_turnings_rad_s_[k], row.second.arm)

@@ -61,7 +61,8 @@ class CoupledStep {
   void step_by_first_order(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void begin_metrics(const CoupledWorld<Real>& world);
   bool move_freely(const CoupledWorld<Real>& world, std::size_t index);
-  void aim_surface_rows(double dt_s);
+  void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshCollider> meshes);
+  void aim_mesh_row(ContactRow& row, const SolidPlace& solid, double dt_s) const;
   void find_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void solve(const CoupledWorld<Real>& world);
   double end_pass(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);

@@ -53,19 +53,21 @@ class LumpedResponse {
   std::span<Vec3d> changes_m_s_;
 };
 
-/// A rigid body: its mass and its inertia.
+/// A rigid body: its mass along the world's axes and its inertia; zeros where it is locked.
 class RigidResponse {
  public:
+  RigidResponse(const Vec3d& inverse_masses_1_kg, const Eigen::Matrix3d& inverse_inertia_1_kg_m2)
+      : inverse_masses_1_kg_(inverse_masses_1_kg), inverse_inertia_1_kg_m2_(inverse_inertia_1_kg_m2) {}
   RigidResponse(double inverse_mass_1_kg, const Eigen::Matrix3d& inverse_inertia_1_kg_m2)
-      : inverse_mass_1_kg_(inverse_mass_1_kg), inverse_inertia_1_kg_m2_(inverse_inertia_1_kg_m2) {}
+      : RigidResponse(Vec3d::Constant(inverse_mass_1_kg), inverse_inertia_1_kg_m2) {}
 
   [[nodiscard]] Vec3d change_m_s(const Support& at) const { return velocity_ + turning_.cross(at.arm); }
   [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support& at, const Support& by) const {
-    return inverse_mass_1_kg_ * Eigen::Matrix3d::Identity() +
+    return Eigen::Matrix3d(inverse_masses_1_kg_.asDiagonal()) +
            cross_matrix(at.arm) * inverse_inertia_1_kg_m2_ * cross_matrix(by.arm).transpose();
   }
   void push(const Support& at, const Vec3d& impulse_n_s) {
-    velocity_ += inverse_mass_1_kg_ * impulse_n_s;
+    velocity_ += inverse_masses_1_kg_.cwiseProduct(impulse_n_s);
     turning_ += inverse_inertia_1_kg_m2_ * at.arm.cross(impulse_n_s);
   }
 
@@ -73,7 +75,7 @@ class RigidResponse {
   [[nodiscard]] const Vec3d& turning_change_rad_s() const { return turning_; }
 
  private:
-  double inverse_mass_1_kg_;
+  Vec3d inverse_masses_1_kg_;
   Eigen::Matrix3d inverse_inertia_1_kg_m2_;
   Vec3d velocity_ = Vec3d::Zero();
   Vec3d turning_ = Vec3d::Zero();

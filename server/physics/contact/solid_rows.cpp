@@ -18,7 +18,7 @@ constexpr double in_solid_share = 1e-6;
 // A vertex that is deeper than its surface goes back out within this time.
 constexpr double solid_overlap_time_s = 0.1;
 
-enum class SolidRowKind : std::uint64_t { vertex = 4, corner = 5 };
+enum class SolidRowKind : std::uint64_t { vertex = 4, corner = 5, axis = 6 };
 
 FeatureKey solid_key_of(SolidRowKind kind, std::uint32_t response, std::uint32_t solid, std::uint64_t feature) {
   return {(static_cast<std::uint64_t>(response) << 32U) | (static_cast<std::uint64_t>(solid) << 8U) |
@@ -67,17 +67,18 @@ void for_walls(const SolidPlace& solid, const Frame& end, const Vec3d& from, con
   visit(RowWall{solid.at.rotation * nearest.normal, nearest.distance_m, 0});
 }
 
-// Where the solver is to get. `gap_m` is where the pass found the two; what it found in each other parts slowly.
-void aim(ContactRow& row, const Vec3d& ahead_m, const Vec3d& way_m, double dt_s) {
+}  // namespace
+
+// `gap_m` is where the pass found the two; what it found in each other parts slowly.
+void aim_solid_row(ContactRow& row, const Vec3d& ahead_m, const Vec3d& way_m, double dt_s) {
   const Vec3d across = way_m - way_m.dot(row.normal) * row.normal;
   row.free_m_s = (ahead_m.dot(row.normal) * row.normal + across) / dt_s;
   row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -row.gap_m * std::min(1.0, dt_s / solid_overlap_time_s)) / dt_s;
 }
 
-}  // namespace
-
 void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                      const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows) {
+  if (std::holds_alternative<MeshShape>(*solid.shape)) return;  // its surface meets the body's (mesh_colliders.h)
   const ContactSurface surface = combine(body.surface, *solid.surface);
   const double slack_m = solid_slack_share * body.spacing_m;
   const Frame end = moved(solid, dt_s);
@@ -100,7 +101,7 @@ void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<
       row.friction = surface.friction;
       row.restitution = surface.restitution;
       const Vec3d way_m = body.to[i] - start[i] - dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
-      aim(row, ahead_m, way_m, dt_s);
+      aim_solid_row(row, ahead_m, way_m, dt_s);
       rows.push_back(row);
     });
   }
@@ -111,6 +112,7 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
   std::array<Vec3d, 8> corners;
   std::size_t count = 0;
   double radius_m = 0.0;
+  const auto* capsule = std::get_if<CapsuleShape>(solid.shape);
   if (const auto* box = std::get_if<BoxShape>(solid.shape)) {
     for (unsigned k = 0; k < 8; ++k) {
       const Vec3d sides((k & 1U) != 0 ? 1.0 : -1.0, (k & 2U) != 0 ? 1.0 : -1.0, (k & 4U) != 0 ? 1.0 : -1.0);
@@ -119,6 +121,11 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
   } else if (const auto* ball = std::get_if<SphereShape>(solid.shape)) {
     corners[count++] = solid.at.origin;
     radius_m = ball->radius_m;
+  } else if (capsule != nullptr) {
+    for (const double side : {-1.0, 1.0}) {
+      corners[count++] = solid.at.to_world(side * capsule->half_height_m * Vec3d::UnitY());
+    }
+    radius_m = capsule->radius_m;
   }
   const ContactSurface surface = combine(body.surface, *solid.surface);
   const Mesh& mesh = *body.topology->mesh;
@@ -154,13 +161,43 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
       row.friction = surface.friction;
       row.restitution = surface.restitution;
       const Vec3d way_m = mean([&](std::uint32_t v) -> Vec3d { return body.to[v] - start[v]; }) - corner_way_m;
-      aim(row, ahead_m, way_m, dt_s);
+      aim_solid_row(row, ahead_m, way_m, dt_s);
       rows.push_back(row);
     }
+  }
+  if (capsule == nullptr) return;
+  // Its axis and the edges.
+  for (std::uint32_t e = 0; e < mesh.edges.size(); ++e) {
+    const auto& [a, b] = mesh.edges[e];
+    const EdgePoints nearest = nearest_of_edges(body.from[a], body.from[b], corners[0], corners[1]);
+    if (!nearest.within_both || !(nearest.distance_m > 0.0)) continue;
+    const double share = nearest.along_first;
+    const auto mean = [&](const auto& of) -> Vec3d { return (1.0 - share) * of(a) + share * of(b); };
+    const Vec3d on_axis = corners[0] + nearest.along_second * (corners[1] - corners[0]);
+    const Vec3d arm = on_axis - solid.at.origin;
+    ContactRow row;
+    row.normal = (mean([&](std::uint32_t v) -> Vec3d { return body.from[v]; }) - on_axis) / nearest.distance_m;
+    row.gap_m = nearest.distance_m - kept_m;
+    const Vec3d ahead_m = mean([&](std::uint32_t v) -> Vec3d { return body.move_m(v); }) -
+                          dt_s * velocity_at(solid.ahead, solid.ahead_turning, arm);
+    if (row.gap_m > slack_m && row.gap_m + ahead_m.dot(row.normal) > slack_m) continue;
+    row.key = solid_key_of(SolidRowKind::axis, response, solid.response, e);
+    row.first.body = response;
+    row.first.add(a, 1.0 - share);
+    row.first.add(b, share);
+    row.second.body = solid.response;
+    row.second.arm = arm + radius_m * row.normal;
+    row.friction = surface.friction;
+    row.restitution = surface.restitution;
+    const Vec3d way_m = mean([&](std::uint32_t v) -> Vec3d { return body.to[v] - start[v]; }) -
+                        dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
+    aim_solid_row(row, ahead_m, way_m, dt_s);
+    rows.push_back(row);
   }
 }
 
 void cut_at_solid(SurfaceBody& body, const SolidPlace& solid, double dt_s) {
+  if (std::holds_alternative<MeshShape>(*solid.shape)) return;
   const Frame end = moved(solid, dt_s);
   for (std::size_t i = 0; i < body.from.size(); ++i) {
     if (body.inverse_masses_1_kg[i] == 0.0) continue;

@@ -27,9 +27,14 @@ struct SolidPlace {
 void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                      const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows);
 
-/// The same of what of a solid may meet a face inside its border: the corners of a box, the centre of a ball.
+/// The same of what of a solid may meet a face inside its border: the corners of a box, the centre of a ball, the axis
+/// of a capsule (which meets edges too).
 void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                       const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows);
+
+/// Sets what the solver is to reach of a row whose gap is set: `ahead_m` is the way of the first as seen from the
+/// second that does not lie behind the pass yet, `way_m` that of the whole substep.
+void aim_solid_row(ContactRow& row, const Vec3d& ahead_m, const Vec3d& way_m, double dt_s);
 
 /// Cuts the moves of vertices that would end in the solid where it ends.
 void cut_at_solid(SurfaceBody& body, const SolidPlace& solid, double dt_s);

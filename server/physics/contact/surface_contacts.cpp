@@ -82,6 +82,67 @@ std::shared_ptr<const SurfaceTopology> SurfaceContacts<Real>::topology_of(const 
 }
 
 template <class Real>
+void SurfaceContacts<Real>::take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s) {
+  find_mesh_colliders(colliders, dt_s, meshes_);
+  mesh_dt_s_ = dt_s;
+  mesh_resting_m_s_ = resting_m_s;
+}
+
+template <class Real>
+void SurfaceContacts<Real>::load_meshes(std::size_t soft_count) {
+  meshes_begin_ = soft_count;
+  bodies_.resize(soft_count + meshes_.size());
+  for (std::size_t k = 0; k < meshes_.size(); ++k) {
+    load_surface(meshes_[k], topology_of(meshes_[k].tree->mesh), bodies_[soft_count + k]);
+  }
+  may_carry_ = true;
+}
+
+template <class Real>
+void SurfaceContacts<Real>::add_ways_out(std::vector<ContactRow>& rows) const {
+  for (const auto& [first, second] : crossed_) {
+    if (second >= meshes_begin_) find_ways_out(meshes_[second - meshes_begin_], first, second, bodies_, rows);
+  }
+}
+
+template <class Real>
+void SurfaceContacts<Real>::carry(std::size_t soft_count) {
+  if (!std::exchange(may_carry_, false)) return;
+  places_m_.resize(soft_count);
+  const bool moves = std::ranges::any_of(meshes_, &MeshCollider::moves);
+  for (std::size_t i = 0; moves && i < soft_count; ++i) places_m_[i] = bodies_[i].from;
+  carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
+  for (std::size_t i = 0; moves && i < soft_count; ++i) {
+    if (carried_[i] == 0) continue;
+    moves_m_.resize(places_m_[i].size());
+    for (std::size_t k = 0; k < moves_m_.size(); ++k) moves_m_[k] = bodies_[i].from[k] - places_m_[i][k];
+    bodies_[i].drift += drift_of(moves_m_);
+  }
+}
+
+// Of the vertices that hit a mesh, as they would any other collider; not those that their own body presses against it.
+template <class Real>
+double SurfaceContacts<Real>::bounce_m_s(std::span<const SoftState<Real>> soft, const ContactRow& row,
+                                         double approach_m_s) {
+  const bool hits = row.gap_m + mesh_dt_s_ * approach_m_s < 0.0;
+  if (!hits || row.restitution == 0.0 || approach_m_s >= -mesh_resting_m_s_) return 0.0;
+  const bool soft_first = row.first.body < meshes_begin_;
+  const std::uint32_t body = soft_first ? row.first.body : row.second.body;
+  const Support& on_mesh = soft_first ? row.second : row.first;
+  if (!means_m_s_[body]) {
+    Vec3d sum = Vec3d::Zero();
+    for (const Vec3<Real>& velocity : soft[body].v) sum += velocity.template cast<double>();
+    means_m_s_[body] = sum / static_cast<double>(soft[body].v.size());
+  }
+  Vec3d mean = *means_m_s_[body];
+  for (std::uint32_t i = 0; i < on_mesh.count; ++i) {
+    mean -= on_mesh.weights[i] / mesh_dt_s_ * bodies_[on_mesh.body].move_m(on_mesh.vertices[i]);
+  }
+  const double whole_m_s = (soft_first ? 1.0 : -1.0) * mean.dot(row.normal);
+  return whole_m_s < -mesh_resting_m_s_ ? -row.restitution * approach_m_s : 0.0;
+}
+
+template <class Real>
 void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBody& body) {
   const std::size_t count = state.x.size();
   body.topology = topology_of(state.body.mesh);
@@ -99,14 +160,16 @@ void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBod
 template <class Real>
 void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
                                       bool all) {
-  bodies_.resize(soft.size());
+  load_meshes(soft.size());
   loaded_.assign(soft.size(), 0);
   meeting_.clear();
   selves_.clear();
+  seen_.clear();
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
     const SoftState<Real>& state = soft[i];
     const bool meets_others = state.body.collision.soft == SoftCollision::exact;
-    if (!bounds[i].active || (!all && !meets_others && !state.body.collision.self)) continue;
+    const bool is_seen = meets_others || state.body.collision.self || !meshes_.empty();
+    if (!bounds[i].active || (!all && !is_seen)) continue;
     SurfaceBody& body = bodies_[i];
     if (!body.topology) load_tables(state, body);
     const double move_m =
@@ -115,6 +178,7 @@ void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std
     body.margin_m = (1.0 + row_slack_share) * body.shell_m + body.slack_m;
     body.at = grown(bounds[i].start, 0.0);
     body.way = grown(bounds[i].swept, body.margin_m);
+    if (is_seen) seen_.push_back(i);
     if (meets_others) meeting_.push_back(i);
     if (state.body.collision.self && state.is_awake()) selves_.push_back(i);
   }
@@ -154,6 +218,12 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bo
         if (!soft[a].is_awake() && !soft[b].is_awake()) return;
         if (bodies_[a].way.overlaps(bodies_[b].way)) near_.emplace_back(std::min(a, b), std::max(a, b));
       });
+  for (std::uint32_t k = 0; k < meshes_.size(); ++k) {
+    const auto mesh = static_cast<std::uint32_t>(meshes_begin_ + k);
+    for (const std::uint32_t i : seen_) {
+      if (soft[i].is_awake() && bodies_[i].way.overlaps(bodies_[mesh].way)) near_.emplace_back(i, mesh);
+    }
+  }
   std::ranges::sort(near_);
   crossed_.clear();
   if (watched) keep_watches();
@@ -166,10 +236,10 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bo
     pair.first = first;
     pair.second = second;
     for (const std::uint32_t i : {first, second}) {
-      if (loaded_[i] != 0) continue;
+      if (i >= meshes_begin_ || loaded_[i] != 0) continue;
       loaded_[i] = 1;
       load_vertices(soft[i], bodies_[i]);
-      if (!watched) bodies_[i].boxed_to = bodies_[i].to;
+      if (!watched || !meshes_.empty()) bodies_[i].boxed_to = bodies_[i].to;
     }
     if (first != second) {
       const std::pair key(first, second);
@@ -182,7 +252,11 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bo
         clear_.insert(known, key);
       }
     }
-    if (watched) {
+    if (second >= meshes_begin_) {
+      mesh_finder_.find(meshes_[second - meshes_begin_], pair, bodies_);
+      feature_bounds_.set(pair, pair.candidates, bodies_);
+      pair.drifted_m = 0.0;
+    } else if (watched) {
       while (watches_[watch].bodies() != near_[at]) ++watch;
       const double slack_m = shell_slack_share * std::min(bodies_[first].shell_m, bodies_[second].shell_m);
       watches_[watch].look(row_reach_m(pair, bodies_) + slack_m, bodies_, finder_, feature_bounds_, pair);
@@ -200,6 +274,7 @@ void SurfaceContacts<Real>::keep_watches() {
   next_watches_.clear();
   std::size_t old = 0;
   for (const auto& key : near_) {
+    if (key.second >= meshes_begin_) continue;
     while (old < watches_.size() && watches_[old].bodies() < key) ++old;
     if (old < watches_.size() && watches_[old].bodies() == key) {
       next_watches_.push_back(std::move(watches_[old]));
@@ -220,6 +295,7 @@ template <class Real>
 bool SurfaceContacts<Real>::pairs_hold() {
   std::size_t watch = 0;
   return std::ranges::all_of(pairs_, [&](SurfacePair& pair) {
+    if (pair.second >= meshes_begin_) return keeps_to_boxes(bodies_[pair.first]);
     while (watches_[watch].bodies() != std::pair(pair.first, pair.second)) ++watch;
     return watches_[watch].holds(row_reach_m(pair, bodies_), bodies_, pair);
   });
@@ -234,6 +310,7 @@ void SurfaceContacts<Real>::answer(const Substep& substep, std::span<ContactNote
   find_pairs(soft, true);
   rows_.clear();
   find_surface_rows(pairs_, bodies_, rows_);
+  add_ways_out(rows_);
   counts_.rows += rows_.size();
   if (rows_.empty()) {
     warm_.clear();
@@ -259,12 +336,18 @@ template <class Real>
 void SurfaceContacts<Real>::solve_velocities(std::span<const SoftState<Real>> soft, double dt_s, bool warm) {
   double enough_m_s = 0.0;
   auto last = warm_.begin();
+  means_m_s_.assign(meshes_.empty() ? 0 : meshes_begin_, std::nullopt);
   for (ContactRow& row : rows_) {
     row.free_m_s = relative(row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d {
+      if (body >= meshes_begin_) return bodies_[body].move_m(vertex) / dt_s;
       return soft[body].v[vertex].template cast<double>();
     });
     const double approach_m_s = row.free_m_s.dot(row.normal);
     row.least_m_s = -std::max(row.gap_m, 0.0) / dt_s;
+    if (row.first.body >= meshes_begin_ || row.second.body >= meshes_begin_) {
+      const double away_m_s = bounce_m_s(soft, row, approach_m_s);
+      if (away_m_s > 0.0) row.least_m_s = away_m_s;
+    }
     enough_m_s = std::max(enough_m_s, surface_enough_share * std::abs(approach_m_s));
     while (last != warm_.end() && last->key < row.key) ++last;
     if (warm && last != warm_.end() && last->key == row.key) row.impulse_n_s = last->impulse_n_s;
@@ -300,12 +383,16 @@ template <class Real>
 void SurfaceContacts<Real>::note(std::span<ContactNotes> notes, std::span<std::uint8_t> touched) const {
   for (const ContactRow& row : rows_) {
     if (!(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
-    touched[row.first.body] = touched[row.second.body] = 1;
+    for (const std::uint32_t body : {row.first.body, row.second.body}) {
+      if (body < meshes_begin_) touched[body] = 1;
+    }
     if (notes.empty()) continue;
     const auto append = [&](const Support& of, std::uint32_t other, const Vec3d& normal) {
-      for (std::uint32_t i = 0; i < of.count; ++i) {
-        notes[of.body].push_back({of.vertices[i], VertexContact::Other::soft, other, normal});
-      }
+      if (of.body >= meshes_begin_) return;
+      const bool is_mesh = other >= meshes_begin_;
+      const auto kind = is_mesh ? VertexContact::Other::collider : VertexContact::Other::soft;
+      const std::uint32_t index = is_mesh ? meshes_[other - meshes_begin_].index : other;
+      for (std::uint32_t i = 0; i < of.count; ++i) notes[of.body].push_back({of.vertices[i], kind, index, normal});
     };
     append(row.first, row.second.body, row.normal);
     append(row.second, row.first.body, -row.normal);
@@ -330,8 +417,8 @@ void SurfaceContacts<Real>::find_all(std::span<const SoftState<Real>> soft, std:
 template <class Real>
 void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> soft) {
   const auto holds = [&](std::uint32_t i) { return keeps_to_boxes(bodies_[i]); };
-  if (std::ranges::all_of(meeting_, holds) && std::ranges::all_of(selves_, holds)) return;
-  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+  if (std::ranges::all_of(seen_, holds)) return;
+  for (std::uint32_t i = 0; i < soft.size(); ++i) {
     SurfaceBody& body = bodies_[i];
     if (body.from.empty() || !(body.way.low.x() <= body.way.high.x())) continue;
     Box way = body.at;
@@ -361,13 +448,19 @@ void SurfaceContacts<Real>::cut(const Substep& substep) {
     find_pairs(soft, true);
   }
   if (pairs_.empty()) return;
+  carry(soft.size());
   (void)cut_moves(pairs_, bodies_);
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
     if (loaded_[i] == 0) continue;
     for (std::size_t k = 0; k < bodies_[i].cuts.size(); ++k) {
       const double cut = std::exchange(bodies_[i].cuts[k], 1.0);
       if (cut >= 1.0) continue;
-      soft[i].dr[k] *= static_cast<Real>(cut);
+      if (carried_[i] == 0) {
+        soft[i].dr[k] *= static_cast<Real>(cut);
+      } else {
+        const Vec3d end = bodies_[i].from[k] + cut * bodies_[i].move_m(static_cast<std::uint32_t>(k));
+        soft[i].dr[k] = (end - soft[i].position_m(k)).template cast<Real>();
+      }
       ++counts_.cut_vertices;
     }
   }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "physics/contact/contact_note.h"
 #include "physics/contact/feature_bounds.h"
 #include "physics/contact/lumped_solver.h"
+#include "physics/contact/mesh_colliders.h"
 #include "physics/contact/pair_watch.h"
 #include "physics/contact/row.h"
 #include "physics/contact/surface_body.h"
@@ -31,6 +33,14 @@ class SurfaceContacts {
   /// Of two that ask for it: whether they do so in this substep. Bodies that were put into each other meet by their
   /// bounds, which part them, until they do not run through each other any more.
   [[nodiscard]] bool meets(std::uint32_t a, std::uint32_t b) const;
+
+  /// Colliders that are meshes take part from here on, in this substep: their surfaces come behind the soft bodies'.
+  void take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s);
+  [[nodiscard]] std::span<const MeshCollider> meshes() const { return meshes_; }
+  /// Appends the rows by which bodies that were put across a mesh leave it.
+  void add_ways_out(std::vector<ContactRow>& rows) const;
+  /// Once, before moves are cut: see carry_with_meshes.
+  void carry(std::size_t soft_count);
 
   /// What a substep hands to surfaces; `bounds` are of its moves, one a soft body.
   struct Substep {
@@ -66,6 +76,9 @@ class SurfaceContacts {
     Vec3d impulse_n_s = Vec3d::Zero();
   };
 
+  void load_meshes(std::size_t soft_count);
+  [[nodiscard]] double bounce_m_s(std::span<const SoftState<Real>> soft, const ContactRow& row,
+                                  double approach_m_s);
   void load_tables(const SoftState<Real>& state, SurfaceBody& body);
   void load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds, bool all);
   void load_vertices(const SoftState<Real>& state, SurfaceBody& body);
@@ -79,10 +92,18 @@ class SurfaceContacts {
   [[nodiscard]] std::shared_ptr<const SurfaceTopology> topology_of(const std::shared_ptr<const Mesh>& mesh);
 
   std::vector<std::shared_ptr<const SurfaceTopology>> topologies_;  // one a mesh
-  std::vector<SurfaceBody> bodies_;                                 // one a soft body
+  std::vector<SurfaceBody> bodies_;                                 // one a soft body, then one a mesh collider
   std::vector<std::uint8_t> loaded_;                                // likewise: its vertices are, in this substep
   std::vector<std::uint32_t> meeting_;                              // the bodies that meet others in this substep
   std::vector<std::uint32_t> selves_;                               // and those that meet themselves
+  std::vector<std::uint32_t> seen_;                                 // and those that meet anything
+  std::vector<MeshCollider> meshes_;                                // colliders; their surfaces follow the soft bodies'
+  std::size_t meshes_begin_ = 0;                                    // the first of them in bodies_
+  double mesh_dt_s_ = 0.0;
+  double mesh_resting_m_s_ = 0.0;
+  std::vector<std::optional<Vec3d>> means_m_s_;  // one a soft body that hits a mesh: its vertices' mean velocity
+  std::vector<std::uint8_t> carried_;                               // one a body: by a mesh
+  bool may_carry_ = false;                                          // meshes have not moved yet in this substep
   std::vector<SurfacePair> pairs_;                                  // near ones, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;       // bodies whose ways' boxes overlap, sorted
   std::vector<std::pair<std::uint32_t, std::uint32_t>> clear_;      // pairs known not to cross, sorted
@@ -90,7 +111,9 @@ class SurfaceContacts {
   std::vector<PairWatch> watches_;                                  // of near pairs, sorted
   std::vector<PairWatch> next_watches_;                             // scratch
   std::vector<Vec3d> moves_m_;                                      // scratch
+  std::vector<std::vector<Vec3d>> places_m_;                        // scratch of carry()
   CandidateFinder finder_;
+  MeshCandidateFinder mesh_finder_;
   FeatureBounds feature_bounds_;
   std::vector<ContactRow> rows_;
   std::vector<WarmImpulse> warm_;  // sorted

@@ -34,6 +34,9 @@ Extent extent_of(const RigidState& body) {
   Vec3d half = Vec3d::Constant(radius_m);
   if (const auto* box = std::get_if<BoxShape>(&body.body.shape)) {
     half = body.orientation.toRotationMatrix().cwiseAbs() * box->half_extents_m;
+  } else if (const auto* capsule = std::get_if<CapsuleShape>(&body.body.shape)) {
+    const Vec3d end = capsule->half_height_m * body.orientation.toRotationMatrix().col(1);
+    half = end.cwiseAbs().array() + capsule->radius_m;
   }
   return {.counts = true,
           .rigid = true,

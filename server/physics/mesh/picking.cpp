@@ -143,6 +143,50 @@ std::optional<double> hit_box_m(const Ray& ray, const Vector3d& half_extents_m) 
   return first_ahead(enter_m, leave_m);
 }
 
+// Two balls and the cylinder between them: together they are convex, so the ray is within from the first to the last.
+std::optional<double> hit_capsule_m(const Ray& ray, double radius_m, double half_height_m) {
+  const Vector3d direction = ray.direction.stableNormalized();
+  if (direction.isZero(0.0)) return std::nullopt;
+  double enter_m = std::numeric_limits<double>::infinity();
+  double leave_m = -std::numeric_limits<double>::infinity();
+  const auto chord_of = [radius_m](const Vector3d& origin_m, const Vector3d& along) -> std::optional<Eigen::Vector2d> {
+    const double to_nearest_m = -origin_m.dot(along);
+    const double miss_m = origin_m.cross(along).norm();
+    if (!(miss_m <= radius_m)) return std::nullopt;
+    const double half_chord_m = std::sqrt((radius_m - miss_m) * (radius_m + miss_m));
+    return Eigen::Vector2d(to_nearest_m - half_chord_m, to_nearest_m + half_chord_m);
+  };
+  const auto include = [&](double low_m, double high_m) {
+    if (!(low_m <= high_m)) return;
+    enter_m = std::min(enter_m, low_m);
+    leave_m = std::max(leave_m, high_m);
+  };
+  for (const double end_m : {-half_height_m, half_height_m}) {
+    if (const auto chord = chord_of(ray.origin_m - end_m * Vector3d::UnitY(), direction)) {
+      include((*chord)[0], (*chord)[1]);
+    }
+  }
+  const double sine = std::hypot(direction.x(), direction.z());
+  if (sine > 0.0) {
+    const Vector3d across(direction.x() / sine, 0.0, direction.z() / sine);
+    if (const auto chord = chord_of({ray.origin_m.x(), 0.0, ray.origin_m.z()}, across)) {
+      double low_m = (*chord)[0] / sine;
+      double high_m = (*chord)[1] / sine;
+      if (direction.y() != 0.0) {
+        const double bottom_m = (-half_height_m - ray.origin_m.y()) / direction.y();
+        const double top_m = (half_height_m - ray.origin_m.y()) / direction.y();
+        low_m = std::max(low_m, std::min(bottom_m, top_m));
+        high_m = std::min(high_m, std::max(bottom_m, top_m));
+      } else if (std::abs(ray.origin_m.y()) > half_height_m) {
+        high_m = -std::numeric_limits<double>::infinity();
+      }
+      include(low_m, high_m);
+    }
+  }
+  if (!(enter_m <= leave_m)) return std::nullopt;
+  return first_ahead(enter_m, leave_m);
+}
+
 std::uint32_t nearest_vertex(std::span<const Vector3d> positions_m, const Vector3d& point_m) {
   assert(!positions_m.empty());
   const auto nearest = std::min_element(positions_m.begin(), positions_m.end(), [&](const auto& a, const auto& b) {

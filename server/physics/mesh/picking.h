@@ -40,10 +40,11 @@ struct VertexWeight {
 [[nodiscard]] std::optional<MeshPoint> first_hit(std::span<const Eigen::Vector3d> positions_m,
                                                  std::span<const Face> faces, const Ray& ray);
 
-/// Distance in metres along the ray to the surface of a sphere or box that is centred at the origin of the ray's frame
-/// (the box along its axes); from inside, to where the ray leaves.
+/// Distance in metres along the ray to the surface of a sphere, box or capsule that is centred at the origin of the
+/// ray's frame (the box along its axes, the capsule along y); from inside, to where the ray leaves.
 [[nodiscard]] std::optional<double> hit_sphere_m(const Ray& ray, double radius_m);
 [[nodiscard]] std::optional<double> hit_box_m(const Ray& ray, const Eigen::Vector3d& half_extents_m);
+[[nodiscard]] std::optional<double> hit_capsule_m(const Ray& ray, double radius_m, double half_height_m);
 
 /// The vertex nearest to a point; the lowest where several are as near. At least one position is given.
 [[nodiscard]] std::uint32_t nearest_vertex(std::span<const Eigen::Vector3d> positions_m,

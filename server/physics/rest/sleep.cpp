@@ -175,7 +175,7 @@ bool same_body(const SoftBody& a, const SoftBody& b) {
 bool same_body(const RigidBody& a, const RigidBody& b) {
   return a.shape == b.shape && a.mass_kg == b.mass_kg && a.position == b.position &&
          a.orientation.coeffs().isApprox(b.orientation.coeffs()) && a.velocity == b.velocity &&
-         a.angular_velocity == b.angular_velocity && a.surface == b.surface;
+         a.angular_velocity == b.angular_velocity && a.surface == b.surface && a.locked == b.locked;
 }
 
 template <class Body>

@@ -39,6 +39,7 @@ Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double imp
   const double approach_m_s = relative_m_s.dot(normal);
   if (approach_m_s >= 0.0) return Vec3d::Zero();
   const Vec3d by_normal = inverse_mass_1_kg * normal;
+  if (!(by_normal.dot(normal) > 0.0)) return Vec3d::Zero();  // neither gives way
   const double normal_n_s = (-surface.restitution * impact_m_s - approach_m_s) / by_normal.dot(normal);
   const Vec3d pressed = relative_m_s + normal_n_s * by_normal;
   const Vec3d sliding = pressed - pressed.dot(normal) * normal;

@@ -35,7 +35,7 @@ inline constexpr double skin_share = 1e-10;
 /// The impulse (N s) that contact gives to the first of two things that meet, the second gets its opposite: restitution
 /// along the normal, then Coulomb's share of what stops the sliding. `inverse_mass_1_kg` turns an impulse into the
 /// change of `relative_m_s`, the velocity of the first seen from the second; symmetric. With a restitution of at most 1
-/// neither part adds energy.
+/// neither part adds energy. Nothing where the two do not give way along the normal.
 [[nodiscard]] Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
                                     const ContactSurface& surface, const Eigen::Matrix3d& inverse_mass_1_kg);
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "physics/rigid/rigid_box_box.h"
+#include "physics/rigid/rigid_mesh.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/rigid/sweep.h"
 #include "physics/scene/shape.h"
@@ -21,6 +23,7 @@ struct Solid {
   Frame frame;
   Vec3d velocity;
   Vec3d angular_velocity;
+  const MeshTree* tree = nullptr;  // of a mesh
 };
 
 Solid solid_of(const RigidState& body) {
@@ -30,7 +33,8 @@ Solid solid_of(const RigidState& body) {
 
 Solid solid_of(const ColliderState& state) {
   const Collider& c = state.collider;
-  return {c.shape, c.surface, Frame(state.position, state.orientation), c.velocity, c.angular_velocity};
+  return {c.shape,    c.surface,          Frame(state.position, state.orientation),
+          c.velocity, c.angular_velocity, state.tree.get()};
 }
 
 /// Collects the contacts of body `a` with one other solid.
@@ -47,15 +51,21 @@ class Collector {
     const double radius_m = radius_about_centre(a.shape);
     const double arm_m = (a.frame.origin - b.frame.origin).norm() + radius_m;
     size_m_ = index_b == no_body ? radius_m : std::min(radius_m, radius_about_centre(b.shape));
-    thin_m_ = std::min(half_extents_m(a.shape).minCoeff(), half_extents_m(b.shape).minCoeff());
+    thin_m_ = half_extents_m(a.shape).minCoeff();
+    if (b.tree == nullptr) thin_m_ = std::min(thin_m_, half_extents_m(b.shape).minCoeff());
     reach_m_ = rigid_margin_share * size_m_ + surface_.thickness_m +
                dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * radius_m +
                        b.angular_velocity.norm() * arm_m);
+    way_m_ = dt_s * (a.velocity - velocity_at(b.velocity, b.angular_velocity, a.frame.origin - b.frame.origin));
   }
 
   void find() {
-    if (const auto* ball = std::get_if<SphereShape>(&a_.shape)) {
+    if (b_.tree != nullptr) {
+      find_on_mesh();
+    } else if (const auto* ball = std::get_if<SphereShape>(&a_.shape)) {
       find_of_ball(ball->radius_m);
+    } else if (const auto* capsule = std::get_if<CapsuleShape>(&a_.shape)) {
+      find_of_capsule(*capsule);
     } else {
       find_of_box(std::get<BoxShape>(a_.shape).half_extents_m);
     }
@@ -95,12 +105,68 @@ class Collector {
       }
     }
   }
+  void find_on_mesh() {
+    const Eigen::Matrix3d to_mesh = b_.frame.rotation.transpose();
+    Frame frame;
+    frame.rotation = to_mesh * a_.frame.rotation;
+    frame.origin = b_.frame.to_local(a_.frame.origin);
+    std::vector<MeshTouch> touches;
+    touch_mesh(*b_.tree, {a_.shape, frame, to_mesh * way_m_}, reach_m_, touches);
+    for (const MeshTouch& touch : touches) {
+      add(b_.frame.to_world(touch.point), b_.frame.rotation * touch.normal, touch.distance_m);
+    }
+  }
   void find_of_ball(double radius_m) {
     const Vec3d centre = b_.frame.to_local(a_.frame.origin);
     if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
       add_walls(*room, centre, radius_m);
     } else {
       add_local(nearest_surface(b_.shape, centre), radius_m);
+    }
+  }
+  /// A capsule is the balls along its axis. With a flat solid the two at the ends of what lies over it count, with any
+  /// the deepest one.
+  void find_of_capsule(const CapsuleShape& capsule) {
+    const Vec3d end = capsule.half_height_m * Vec3d::UnitY();
+    const Vec3d first = b_.frame.to_local(a_.frame.to_world(-end));
+    const Vec3d way = b_.frame.to_local(a_.frame.to_world(end)) - first;
+    if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
+      for (const double share : {0.0, 1.0}) add_walls(*room, first + share * way, capsule.radius_m);
+      return;
+    }
+    if (std::holds_alternative<PlaneShape>(b_.shape)) {
+      for (const double share : {0.0, 1.0}) {
+        add_local(nearest_surface(b_.shape, first + share * way), capsule.radius_m);
+      }
+      return;
+    }
+    const double deepest = deepest_on_segment(b_.shape, first, way);
+    const SurfacePoint nearest = nearest_surface(b_.shape, first + deepest * way);
+    add_local(nearest, capsule.radius_m);
+    Vec3d reach = Vec3d::Constant(std::numeric_limits<double>::infinity());
+    if (const auto* box = std::get_if<BoxShape>(&b_.shape)) {
+      Eigen::Index face = 0;
+      nearest.normal.cwiseAbs().maxCoeff(&face);
+      reach = box->half_extents_m;
+      reach[face] = std::numeric_limits<double>::infinity();
+    } else if (const auto* other = std::get_if<CapsuleShape>(&b_.shape)) {
+      reach.y() = other->half_height_m;
+    } else {
+      return;
+    }
+    double low = 0.0;
+    double high = 1.0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (way[k] == 0.0) {
+        if (std::abs(first[k]) > reach[k]) return;
+        continue;
+      }
+      low = std::max(low, (-sign_of(way[k]) * reach[k] - first[k]) / way[k]);
+      high = std::min(high, (sign_of(way[k]) * reach[k] - first[k]) / way[k]);
+    }
+    if (low >= high) return;
+    for (const double share : {low, high}) {
+      if (share != deepest) add_local(nearest_surface(b_.shape, first + share * way), capsule.radius_m);
     }
   }
   void find_of_box(const Vec3d& half) {
@@ -159,6 +225,7 @@ class Collector {
   double size_m_ = 0.0;
   double thin_m_ = 0.0;
   double reach_m_ = 0.0;
+  Vec3d way_m_ = Vec3d::Zero();  // of a as seen from b, at its centre
 };
 
 }  // namespace
@@ -189,14 +256,17 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
 }
 
 double radius_about_centre(const Shape& shape) {
-  const auto* sphere = std::get_if<SphereShape>(&shape);
-  return sphere != nullptr ? sphere->radius_m : std::get<BoxShape>(shape).half_extents_m.norm();
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return sphere->radius_m;
+  if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule->half_height_m + capsule->radius_m;
+  return std::get<BoxShape>(shape).half_extents_m.norm();
 }
 
 void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
                          std::vector<RigidContact>& contacts) {
-  // A ball comes first: the other's surface is looked up from its centre.
-  if (std::holds_alternative<SphereShape>(rigid[b].body.shape)) std::swap(a, b);
+  // A ball comes first, before a capsule, before a box: the other's surface is looked up from its centre or axis.
+  const bool is_ball = std::holds_alternative<SphereShape>(rigid[b].body.shape);
+  const bool is_capsule = std::holds_alternative<CapsuleShape>(rigid[b].body.shape);
+  if (is_ball || (is_capsule && std::holds_alternative<BoxShape>(rigid[a].body.shape))) std::swap(a, b);
   const Solid first = solid_of(rigid[a]);
   const Solid second = solid_of(rigid[b]);
   const double apart_m = (first.frame.origin - second.frame.origin).norm();

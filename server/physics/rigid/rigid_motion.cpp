@@ -5,6 +5,7 @@
 
 #include "base/limits.h"
 #include "physics/machine/portable_math.h"
+#include "physics/rigid/rigid_mass.h"
 
 namespace pneuma::physics {
 namespace {
@@ -14,12 +15,11 @@ namespace {
 void turn_freely(RigidState& body, double dt_s) {
   const Vec3d inertia = body.inverse_inertia_1_kg_m2.cwiseInverse();
   const Vec3d momentum = body.orientation * inertia.cwiseProduct(body.orientation.conjugate() * body.angular_velocity);
-  const auto spin_at = [&](const Quatd& orientation) -> Vec3d {
-    return orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(orientation.conjugate() * momentum);
-  };
-  const Vec3d middle = spin_at(turned(body.orientation, body.angular_velocity, 0.5 * dt_s));
-  body.orientation = turned(body.orientation, middle, dt_s);
-  body.angular_velocity = spin_at(body.orientation);
+  const Quatd before = body.orientation;
+  body.orientation = turned(before, body.angular_velocity, 0.5 * dt_s);
+  const Vec3d middle = inverse_inertia_times(body, momentum);
+  body.orientation = turned(before, middle, dt_s);
+  body.angular_velocity = inverse_inertia_times(body, momentum);
 }
 
 }  // namespace
@@ -39,13 +39,9 @@ Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, doub
   return (turn * orientation).normalized();
 }
 
-Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x) {
-  return body.orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(body.orientation.conjugate() * x);
-}
-
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s) {
   for (RigidState& body : rigid) {
-    if (body.is_awake()) body.velocity += dt_s * gravity_m_s2;
+    if (body.is_awake()) body.velocity += dt_s * pull_m_s2(body, gravity_m_s2);
   }
 }
 

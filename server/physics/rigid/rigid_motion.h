@@ -1,4 +1,4 @@
-// How rigid balls and boxes and moving colliders go through space.
+// How rigid bodies and moving colliders go through space.
 #pragma once
 
 #include <span>
@@ -14,8 +14,9 @@ namespace pneuma::physics {
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
 
 /// Moves rigid bodies and colliders along their velocities for dt_s. A rigid body's angular momentum about its centre
-/// is kept to round-off, which bounds its energy: its spin cannot blow up at any step. A collider turns by the exact
-/// exponential map. Bodies that the contact solver has moved already stay.
+/// is kept to round-off (about the axes that it is free to turn about), which bounds its energy: its spin cannot blow
+/// up at any step. A collider turns by the exact exponential map. Bodies that the contact solver has moved already
+/// stay.
 void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders, double dt_s);
 
 /// The same of one body.
@@ -23,8 +24,5 @@ void move_rigid(RigidState& body, double dt_s);
 
 /// `orientation` after turning at a constant angular velocity (rad/s, in the world's frame); unit length.
 [[nodiscard]] Quatd turned(const Quatd& orientation, const Vec3d& angular_velocity_rad_s, double dt_s);
-
-/// R I^-1 R^T x: what an angular impulse x does to the angular velocity.
-[[nodiscard]] Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x);
 
 }  // namespace pneuma::physics

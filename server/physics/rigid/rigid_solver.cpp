@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "physics/rigid/rigid_contacts.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/scene/shape.h"
 
@@ -36,8 +37,12 @@ constexpr double shortened = 0.9;
 // Of the time to a bounce: a piece ends before it, so that the next one begins with it.
 constexpr double nearly = 0.999;
 
+// Of a free body's inverse mass: along what gives way less than this, locked axes hold the body.
+constexpr double free_share_min = 1e-6;
+
 double inverse_mass_along(const RigidState& body, const Vec3d& arm, const Vec3d& direction) {
-  return body.inverse_mass_1_kg + inverse_inertia_times(body, arm.cross(direction)).cross(arm).dot(direction);
+  return inverse_mass_along_1_kg(body, direction) +
+         inverse_inertia_times(body, arm.cross(direction)).cross(arm).dot(direction);
 }
 
 double inverse_mass_along(std::span<const RigidState> rigid, const RigidContact& c, const Vec3d& direction) {
@@ -55,8 +60,14 @@ double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c
   return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
 }
 
+// 0 where locked axes hold both.
+double mass_of(std::span<const RigidState> rigid, const RigidContact& c, double inverse_mass_1_kg) {
+  const double free_1_kg = rigid[c.a].inverse_mass_1_kg + (c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg);
+  return inverse_mass_1_kg > free_share_min * free_1_kg ? 1.0 / inverse_mass_1_kg : 0.0;
+}
+
 void apply(RigidState& body, const Vec3d& arm, const Vec3d& impulse_n_s) {
-  body.velocity += body.inverse_mass_1_kg * impulse_n_s;
+  body.velocity += inverse_masses_1_kg(body).cwiseProduct(impulse_n_s);
   body.angular_velocity += inverse_inertia_times(body, arm.cross(impulse_n_s));
 }
 
@@ -67,11 +78,14 @@ void apply(std::span<RigidState> rigid, const RigidContact& c, const Vec3d& impu
 
 /// One round of one contact; returns the change of velocity that it made.
 double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
+  if (c.mass_normal_kg == 0.0) return 0.0;
   const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
   const double before_n_s = c.normal_impulse_n_s;
   c.normal_impulse_n_s = std::max(0.0, before_n_s + (c.target_m_s - normal_m_s) * c.mass_normal_kg);
   const double change_n_s = c.normal_impulse_n_s - before_n_s;
   apply(rigid, c, change_n_s * c.normal);
+  const double normal_change_m_s = std::abs(change_n_s) / c.mass_normal_kg;
+  if (c.mass_tangent_kg == 0.0) return normal_change_m_s;
 
   const Vec3d relative = relative_velocity(rigid, c);
   const Vec3d sliding = relative - relative.dot(c.normal) * c.normal;
@@ -82,7 +96,7 @@ double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
   const Vec3d tangent_change_n_s = tangent_n_s - c.tangent_impulse_n_s;
   c.tangent_impulse_n_s = tangent_n_s;
   apply(rigid, c, tangent_change_n_s);
-  return std::max(std::abs(change_n_s) / c.mass_normal_kg, tangent_change_n_s.norm() / c.mass_tangent_kg);
+  return std::max(normal_change_m_s, tangent_change_n_s.norm() / c.mass_tangent_kg);
 }
 
 bool has_bounced(const RigidContact& c) {
@@ -141,7 +155,9 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
   // accelerate_rigid_bodies gave a whole substep's gravity; on average over the substep it is half of that.
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     const bool in_flight = touched[i] == 0 && pressed_[i] == 0 && !rigid[i].has_moved;
-    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight) rigid[i].position -= 0.5 * dt_s * dt_s * gravity_m_s2;
+    if (rigid[i].is_awake() && is_active(rigid[i]) && in_flight) {
+      rigid[i].position -= 0.5 * dt_s * dt_s * pull_m_s2(rigid[i], gravity_m_s2);
+    }
   }
 }
 
@@ -195,14 +211,15 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
     c.arm_a = c.point - rigid[c.a].position;
     if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
     const Vec3d tangent = c.normal.unitOrthogonal();
-    c.mass_normal_kg = 1.0 / inverse_mass_along(rigid, c, c.normal);
+    c.mass_normal_kg = mass_of(rigid, c, inverse_mass_along(rigid, c, c.normal));
     c.mass_tangent_kg =
-        1.0 / std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent)));
+        mass_of(rigid, c,
+                std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent))));
     const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
     c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
     if (normal_m_s >= c.target_m_s) continue;  // would not meet
     const double after_s = dt_s + std::max(0.0, c.distance_m) / normal_m_s;
-    const double gained_m_s = c.b == no_body ? after_s * c.normal.dot(gravity_m_s2) : 0.0;
+    const double gained_m_s = c.b == no_body ? after_s * c.normal.dot(pull_m_s2(rigid[c.a], gravity_m_s2)) : 0.0;
     const double impact_m_s = impact_speed(normal_m_s, gained_m_s, resting_m_s);
     if (impact_m_s < 0.0 && c.surface.restitution > 0.0) {
       c.target_m_s = -c.surface.restitution * impact_m_s;
@@ -295,19 +312,19 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
   const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
   const auto begin_piece = [&](double piece_s) {
     for (const std::uint32_t i : members_) {
-      rigid[i].velocity = before_[i].velocity + piece_s * gravity_m_s2;
+      rigid[i].velocity = before_[i].velocity + piece_s * pull_m_s2(rigid[i], gravity_m_s2);
       rigid[i].angular_velocity = before_[i].angular_velocity;
     }
     prepare(rigid, gravity_m_s2, resting_m_s, piece_s);
   };
   colliders_.assign(colliders.begin(), colliders.end());
-  for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * gravity_m_s2;
+  for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * pull_m_s2(rigid[i], gravity_m_s2);
   double left_s = dt_s;
   for (int pieces_left = pieces_max; pieces_left > 0 && left_s > 0.0; --pieces_left) {
     const double least_s = left_s / pieces_left;
     for (const std::uint32_t i : members_) {
       before_[i] = {rigid[i].velocity, rigid[i].angular_velocity};
-      rigid[i].velocity += left_s * gravity_m_s2;
+      rigid[i].velocity += left_s * pull_m_s2(rigid[i], gravity_m_s2);
     }
     find_contacts_of_group(rigid, left_s);
     for (const RigidContact& c : contacts_) hold_spin(rigid, c, least_s);
@@ -327,7 +344,9 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
     undo_overlaps(rigid);
     for (const RigidContact& c : contacts_) hold_spin(rigid, c, piece_s);
     for (const std::uint32_t i : members_) {
-      if (touched[i] == 0 && pressed_[i] == 0) rigid[i].position -= 0.5 * piece_s * piece_s * gravity_m_s2;
+      if (touched[i] == 0 && pressed_[i] == 0) {
+        rigid[i].position -= 0.5 * piece_s * piece_s * pull_m_s2(rigid[i], gravity_m_s2);
+      }
       move_rigid(rigid[i], piece_s);
     }
     move_solids({}, colliders_, piece_s);
@@ -352,10 +371,14 @@ void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
     const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : pushes_[c.b].linear_m;
     const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(pushes_[c.a].linear_m - shift_b);
     if (past_m <= 0.0) continue;
-    const double inverse_a = rigid[c.a].inverse_mass_1_kg;
-    const double inverse_b = c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg;
-    pushes_[c.a].linear_m -= past_m * inverse_a / (inverse_a + inverse_b) * c.normal;
-    if (c.b != no_body) pushes_[c.b].linear_m += past_m * inverse_b / (inverse_a + inverse_b) * c.normal;
+    const double inverse_a = inverse_mass_along_1_kg(rigid[c.a], c.normal);
+    const double inverse_b = c.b == no_body ? 0.0 : inverse_mass_along_1_kg(rigid[c.b], c.normal);
+    if (mass_of(rigid, c, inverse_a + inverse_b) == 0.0) continue;
+    const auto share_of = [&](const RigidState& body) -> Vec3d {
+      return (past_m * inverse_masses_1_kg(body) / (inverse_a + inverse_b)).cwiseProduct(c.normal);
+    };
+    pushes_[c.a].linear_m -= share_of(rigid[c.a]);
+    if (c.b != no_body) pushes_[c.b].linear_m += share_of(rigid[c.b]);
   }
   for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += pushes_[i].linear_m;
 }
@@ -366,7 +389,7 @@ void RigidSolver::undo_overlaps(std::span<RigidState> rigid) {
     return velocity_at(pushes_[i].linear_m, pushes_[i].angular_rad, arm);
   };
   const auto push = [&](std::uint32_t i, const Vec3d& arm, const Vec3d& kg_m) {
-    pushes_[i].linear_m += rigid[i].inverse_mass_1_kg * kg_m;
+    pushes_[i].linear_m += inverse_masses_1_kg(rigid[i]).cwiseProduct(kg_m);
     pushes_[i].angular_rad += inverse_inertia_times(rigid[i], arm.cross(kg_m));
   };
   bool pushed = false;

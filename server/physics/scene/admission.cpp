@@ -135,6 +135,12 @@ void check_counts(const Scene& scene, Fields fields) {
   std::size_t vertex_count = 0;
   for (const SoftBody& body : scene.soft_bodies) vertex_count += body.mesh ? body.mesh->positions_m.size() : 0;
   at_most("soft_bodies", vertex_count, base::world_vertices_max, "vertices");
+  std::size_t mesh_vertices = 0;
+  for (const Collider& collider : scene.colliders) {
+    const auto* shape = std::get_if<MeshShape>(&collider.shape);
+    if (shape != nullptr && shape->mesh) mesh_vertices += shape->mesh->positions_m.size();
+  }
+  at_most("colliders", mesh_vertices, base::collider_mesh_vertices_max, "vertices of meshes");
 }
 
 /// Requests address bodies and colliders by name alone, so all of them share one set of names.
@@ -207,6 +213,9 @@ void check_shape(const Shape& shape, Fields fields) {
       fields.in("capsule").not_negative("half_height_m", capsule.half_height_m, base::coordinate_max_m);
     }
     void operator()(const RoomShape& room) const { fields.in("room").extents_m("half_extents", room.half_extents_m); }
+    void operator()(const MeshShape& shape) const {
+      if (shape.mesh == nullptr) fields.fail("mesh", "is missing");
+    }
   };
   std::visit(Checker{fields}, shape);
 }
@@ -361,8 +370,9 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
 }
 
 void check_rigid_body(const RigidBody& body, Fields fields) {
-  if (!std::holds_alternative<SphereShape>(body.shape) && !std::holds_alternative<BoxShape>(body.shape)) {
-    fields.fail("shape", "a rigid body is a sphere or a box");
+  if (!std::holds_alternative<SphereShape>(body.shape) && !std::holds_alternative<BoxShape>(body.shape) &&
+      !std::holds_alternative<CapsuleShape>(body.shape)) {
+    fields.fail("shape", "a rigid body is a sphere, a box or a capsule");
   }
   check_shape(body.shape, fields.in("shape"));
   fields.mass_kg(body.mass_kg);

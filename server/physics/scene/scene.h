@@ -1,6 +1,7 @@
 // A scene as the engine takes it: every default filled in, meshes built. Checked by admission.h.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -161,17 +162,31 @@ struct RoomShape {
   Vec3d half_extents_m = Vec3d::Zero();
   bool operator==(const RoomShape&) const = default;
 };
-using Shape = std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape>;
+/// A triangle mesh, met from both sides; of colliders only.
+struct MeshShape {
+  std::string name;  // among the scene's meshes
+  std::shared_ptr<const Mesh> mesh;
+  bool operator==(const MeshShape&) const = default;
+};
+using Shape = std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape, MeshShape>;
+
+/// Axes of the world: those along which a body does not move, and those about which it does not turn.
+struct LockedAxes {
+  std::array<bool, 3> translation{};
+  std::array<bool, 3> rotation{};
+  bool operator==(const LockedAxes&) const = default;
+};
 
 struct RigidBody {
   std::string name;
-  Shape shape;  // sphere or box
+  Shape shape;  // sphere, box or capsule
   double mass_kg = 1.0;
   Vec3d position = Vec3d::Zero();
   Quatd orientation = Quatd::Identity();
   Vec3d velocity = Vec3d::Zero();
   Vec3d angular_velocity = Vec3d::Zero();
   Surface surface;
+  LockedAxes locked = {};
 };
 
 struct Collider {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/mesh/picking.h"
+
 namespace pneuma::physics {
 namespace {
 
@@ -74,6 +76,16 @@ SurfacePoint nearest_on_ellipsoid(const Vec3d& radii, const Vec3d& p) {
   return {inside ? -distance : distance, normal, nearest};
 }
 
+// A mesh has two sides: nothing is in it.
+SurfacePoint nearest_on_mesh(const Mesh& mesh, double offset_m, const Vec3d& p) {
+  const MeshPoint nearest = nearest_surface_point(mesh.positions_m, mesh.faces, p);
+  const auto& [a, b, c] = mesh.faces[nearest.face];
+  const Vec3d across = (mesh.positions_m[b] - mesh.positions_m[a]).cross(mesh.positions_m[c] - mesh.positions_m[a]);
+  const Vec3d normal =
+      nearest.distance_m > 0.0 ? Vec3d((p - nearest.position_m) / nearest.distance_m) : Vec3d(across.normalized());
+  return {nearest.distance_m - offset_m, normal, nearest.position_m + offset_m * normal};
+}
+
 }  // namespace
 
 SurfacePoint nearest_surface(const Shape& shape, const Vec3d& point, double offset_m) {
@@ -98,6 +110,7 @@ SurfacePoint nearest_surface(const Shape& shape, const Vec3d& point, double offs
           [&](const RoomShape& s) {
             return nearest_on_room((s.half_extents_m.array() - offset_m).cwiseMax(0.0), point);
           },
+          [&](const MeshShape& s) { return nearest_on_mesh(*s.mesh, offset_m, point); },
       },
       shape);
 }
@@ -116,6 +129,11 @@ Vec3d half_extents_m(const Shape& shape) {
           [](const EllipsoidShape& s) { return s.radii_m; },
           [](const CapsuleShape& s) -> Vec3d { return {s.radius_m, s.half_height_m + s.radius_m, s.radius_m}; },
           [&](const RoomShape&) -> Vec3d { return endless; },
+          [](const MeshShape& s) {
+            Vec3d half = Vec3d::Zero();
+            for (const Vec3d& position : s.mesh->positions_m) half = half.cwiseMax(position.cwiseAbs());
+            return half;
+          },
       },
       shape);
 }

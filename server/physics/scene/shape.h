@@ -34,6 +34,7 @@ struct SurfacePoint {
 [[nodiscard]] double surface_distance(const Shape& shape, const Vec3d& point, double offset_m = 0.0);
 
 /// Half extents of the smallest box about the shape, in its own frame and centred there; infinite for what has no end.
+/// A mesh's are looked up from its vertices.
 [[nodiscard]] Vec3d half_extents_m(const Shape& shape);
 
 /// Of a point of a solid: v + w x r.

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "physics/mesh/hinge.h"
+#include "physics/mesh/mesh_tree.h"
 #include "physics/scene/scene.h"
 
 namespace pneuma::physics {
@@ -116,6 +118,7 @@ struct ColliderState {
   Collider collider;  // as the scene has it; the live pose is below
   Vec3d position = Vec3d::Zero();
   Quatd orientation = Quatd::Identity();
+  std::shared_ptr<const MeshTree> tree = nullptr;  // of a mesh; none of other shapes
 };
 
 }  // namespace pneuma::physics

@@ -16,6 +16,7 @@
 #include "ball_scene.h"
 #include "base/limits.h"
 #include "pneuma_client/frames.h"
+#include "scene_io/translate.h"
 #include "viewer.h"
 
 namespace pneuma::app {
@@ -481,6 +482,27 @@ TEST_F(StreamContents, PastTheCoarsestThereIsTheCoarsestAndPastTheLimitNothing) 
   const auto refused = hub_.subscribe(bob_.viewer.session(), request, 60.0);
   EXPECT_EQ(refused.status().code(), base::StatusCode::limit_exceeded);
   EXPECT_EQ(refused.status().where(), "subscribe.level_of_detail");
+}
+
+TEST(LiveFrames, TellTheTrianglesOfAColliderThatIsAMesh) {
+  v1::Scene scene = ball_scene();
+  v1::Collider& ground = *scene.add_colliders();
+  ground.set_name("ground");
+  ground.mutable_shape()->set_mesh(scene.meshes(0).name());
+  ground.mutable_position()->set_y(-9.0);
+  auto built = scene_io::to_physics(scene);
+  ASSERT_TRUE(built.ok()) << built.status().message();
+  const auto world = physics::World::create(std::move(*built));
+  ASSERT_TRUE(world.ok());
+  v1::Layout layout;
+  LiveFrames(*world).describe_solids(layout);
+  const v1::Layout::Solid& solid = layout.solids(layout.solids_size() - 1);
+  const physics::Mesh& mesh = *world->soft_body(0).mesh;
+  EXPECT_EQ(solid.shape().mesh(), scene.meshes(0).name());
+  ASSERT_EQ(static_cast<std::size_t>(solid.surface().positions_size()), mesh.positions_m.size());
+  EXPECT_EQ(solid.surface().positions(5).y(), mesh.positions_m[5].y());
+  ASSERT_EQ(static_cast<std::size_t>(solid.surface().indices_size()), 3 * mesh.faces.size());
+  EXPECT_EQ(solid.surface().indices(4), mesh.faces[1][1]);
 }
 
 }  // namespace

@@ -151,6 +151,23 @@ TEST(Edit, VectorsAndShapesAreOneValue) {
   EXPECT_EQ(scene->colliders(0).surface().friction(), 0.5);
 }
 
+TEST(Edit, LockedAxesAreReplacedWholeAndFreedByNone) {
+  const std::string lock = R"({"change_rigid_body": {"name": "r", "locked": {"translation": {"x": true}}}})";
+  const auto again = [&](const std::string& locked) {
+    return edit(lock + R"(, {"change_rigid_body": {"name": "r", "locked": )" + locked + "}}");
+  };
+  EXPECT_TRUE(edit(lock)->rigid_bodies(0).locked().translation().x());
+  EXPECT_EQ(edit(lock)->rigid_bodies(0).position().y(), 2.0);
+  EXPECT_FALSE(again(R"({"rotation": {"y": true}})")->rigid_bodies(0).locked().translation().x());
+  EXPECT_TRUE(again(R"({"rotation": {"y": true}})")->rigid_bodies(0).locked().rotation().y());
+  EXPECT_EQ(again("{}")->rigid_bodies(0).locked().ByteSizeLong(), 0U);
+}
+
+TEST(Edit, AMeshThatAColliderIsMadeOfStays) {
+  EXPECT_EQ(error_of(edit(R"({"add_collider": {"name": "x", "shape": {"mesh": "spare"}}}, {"remove_mesh": "spare"})")),
+            "changes[1].remove_mesh: collider \"x\" is made of it");
+}
+
 TEST(Edit, SurroundingsAndSteppingAreSet) {
   const auto scene =
       edit(R"({"set_gravity": {"y": -1}}, {"set_wind": {"z": 4}}, {"set_stepping": {"integrator": "RK4"}})");

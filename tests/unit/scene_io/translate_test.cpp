@@ -291,8 +291,8 @@ TEST(ToPhysics, WhatTheEngineRefusesKeepsItsPath) {
 }
 
 TEST(ToProto, ShapesRoundTrip) {
-  const auto scene = parse_scene_json(R"({"colliders": [
-    {"name": "a", "shape": {"plane": {"normal": {"x": 1}}}}, {"name": "b", "shape": {"sphere": {"radius_m": 2}}},
+  const auto scene = parse_scene_json(R"({"meshes": [{"name": "m", "icosphere": {}}], "colliders": [
+    {"name": "g", "shape": {"mesh": "m"}}, {"name": "a", "shape": {"plane": {"normal": {"x": 1}}}}, {"name": "b", "shape": {"sphere": {"radius_m": 2}}},
     {"name": "c", "shape": {"box": {"half_extents": {"x": 1, "y": 2, "z": 3}}}},
     {"name": "d", "shape": {"ellipsoid": {"radii": {"x": 1, "y": 2, "z": 3}}}},
     {"name": "e", "shape": {"capsule": {"radius_m": 1, "half_height_m": 2}}},
@@ -304,6 +304,22 @@ TEST(ToProto, ShapesRoundTrip) {
     EXPECT_EQ(to_proto(built->colliders[static_cast<std::size_t>(i)].shape).SerializeAsString(),
               scene->colliders(i).shape().SerializeAsString());
   }
+}
+
+TEST(ToPhysics, LockedAxesAndMeshesOfSolids) {
+  const auto scene = parse_scene_json(R"({"meshes": [{"name": "m", "icosphere": {}}],
+    "rigid_bodies": [{"name": "r", "shape": {"capsule": {"radius_m": 1}},
+                      "locked": {"translation": {"x": true, "z": true}, "rotation": {"y": true}}}],
+    "colliders": [{"name": "c", "shape": {"mesh": "m"}}, {"name": "d", "shape": {"mesh": "m"}}]})");
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  const auto built = to_physics(*scene);
+  ASSERT_TRUE(built.ok()) << built.status().message();
+  EXPECT_EQ(built->rigid_bodies[0].locked, (physics::LockedAxes{{true, false, true}, {false, true, false}}));
+  EXPECT_EQ(std::get<physics::MeshShape>(built->colliders[0].shape).mesh,
+            std::get<physics::MeshShape>(built->colliders[1].shape).mesh);
+  const auto nameless = parse_scene_json(R"({"colliders": [{"name": "c", "shape": {"mesh": "m"}}]})");
+  EXPECT_EQ(to_physics(*nameless).status().message(),
+            "colliders[0].shape.mesh: no mesh is named \"m\"; there are no meshes");
 }
 
 TEST(ToProto, LiveGasIsFoldedIntoTheBodyOfItsName) {

@@ -156,6 +156,29 @@ test("a contact of a vertex that its mesh has not, or of no finite normal, is no
   assert.equal((await told).contacts[0]!.vertex, 2);
 });
 
+test("a collider that is a mesh comes with its triangles, which name no vertex that it has not", async () => {
+  let peer = await connect();
+  let tell!: (frame: Frame) => void;
+  const told = new Promise<Frame>((resolve) => (tell = resolve));
+  const asked = client.subscribe(world, {}, { ...listener, frame: tell });
+  const send = (index: number): void => {
+    const surface = { positions: [{ x: 1 }, { y: 2 }, { z: 3 }], indices: [0, 1, index] };
+    const solids = [{ name: "ground", shape: { shape: { case: "mesh" as const, value: "m" } }, surface }];
+    peer.send({ case: "layout", value: create(LayoutSchema, { streamId: 1, layoutId: 1, solids }) });
+    sendKey(peer, 1, 1);
+  };
+  (await peer.next("subscribe")).subscribed(1);
+  const next = server.peer(); // since the connection cannot be trusted
+  send(3);
+  peer = await next;
+  (await peer.next("subscribe")).subscribed(1);
+  await asked;
+  send(2);
+  const { surface } = (await told).layout.solids[0]!;
+  assert.deepEqual([...surface!.positions], [1, 0, 0, 0, 2, 0, 0, 0, 3]);
+  assert.deepEqual([...surface!.indices], [0, 1, 2]);
+});
+
 test("a decoder that is broken ends the client for good", async () => {
   const decoder = new SlowDecoder();
   decoder.decode = () => Promise.reject(new PneumaError("INTERNAL", "the worker cannot be loaded"));

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/contact/contact.h"
+#include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
@@ -48,7 +49,8 @@ inline ColliderState make_collider(Shape shape, const Vec3d& position = Vec3d::Z
   collider.shape = std::move(shape);
   collider.position = position;
   collider.surface = surface;
-  return {collider, collider.position, collider.orientation};
+  const auto* mesh = std::get_if<MeshShape>(&collider.shape);
+  return {collider, collider.position, collider.orientation, mesh != nullptr ? make_mesh_tree(mesh->mesh) : nullptr};
 }
 
 inline RigidState make_rigid(const Shape& shape, double mass_kg, const Vec3d& position,
@@ -61,14 +63,7 @@ inline RigidState make_rigid(const Shape& shape, double mass_kg, const Vec3d& po
   state.position = position;
   state.velocity = velocity;
   state.inverse_mass_1_kg = 1.0 / mass_kg;
-  Vec3d inertia;
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-    inertia.setConstant(0.4 * mass_kg * sphere->radius_m * sphere->radius_m);
-  } else {
-    const Vec3d squares = std::get<BoxShape>(shape).half_extents_m.cwiseAbs2();
-    inertia = mass_kg / 3.0 * (Vec3d::Constant(squares.sum()) - squares);
-  }
-  state.inverse_inertia_1_kg_m2 = inertia.cwiseInverse();
+  state.inverse_inertia_1_kg_m2 = principal_inertia_kg_m2(shape, mass_kg).cwiseInverse();
   return state;
 }
 

@@ -254,7 +254,17 @@ INSTANTIATE_TEST_SUITE_P(
 INSTANTIATE_TEST_SUITE_P(
     Solids, CheckSceneRefuses,
     testing::Values(
-        Row{"rigid_bodies[0].shape", [](Scene& s) { s.rigid_bodies[0].shape = CapsuleShape{1, 1}; }},
+        Row{"rigid_bodies[0].shape", [](Scene& s) { s.rigid_bodies[0].shape = EllipsoidShape{{1, 1, 1}}; }},
+        Row{"rigid_bodies[0].shape",
+            [](Scene& s) { s.rigid_bodies[0].shape = MeshShape{"ball", s.soft_bodies[0].mesh}; }},
+        Row{"rigid_bodies[0].shape.capsule.radius_m",
+            [](Scene& s) { s.rigid_bodies[0].shape = CapsuleShape{0, 1}; }},
+        Row{"colliders[0].shape.mesh", [](Scene& s) { s.colliders[0].shape = MeshShape{}; }},
+        Row{"colliders",
+            [](Scene& s) {
+              for (std::size_t i = 0; i < 2; ++i) s.colliders[i].shape = MeshShape{"ball", *make_icosphere(6, 1.0)};
+            },
+            limit},
         Row{"rigid_bodies[0].shape.sphere.radius_m", [](Scene& s) { s.rigid_bodies[0].shape = SphereShape{0}; }},
         Row{"rigid_bodies[1].shape.box.half_extents.y",
             [](Scene& s) { s.rigid_bodies[1].shape = BoxShape{{1, -1, 1}}; }},
