@@ -1,6 +1,7 @@
 #include "replay/recorded_frames.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace pneuma::replay {
@@ -22,6 +23,12 @@ std::shared_ptr<const physics::Mesh> mesh_of(const client::SoftBodyFrame& body) 
   return mesh;
 }
 
+/// None before the first frame.
+std::span<const v1::Layout::Joint> joints_of(const client::DecodedFrame& frame) {
+  if (frame.joints == nullptr) return {};
+  return *frame.joints;
+}
+
 bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
   return std::ranges::equal(a.bodies, b.bodies,
                             [](const auto& one, const auto& other) {
@@ -31,6 +38,9 @@ bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
          std::ranges::equal(a.solids, b.solids, [](const auto& one, const auto& other) {
            return one.name == other.name && one.dynamic == other.dynamic &&
                   one.shape.SerializeAsString() == other.shape.SerializeAsString();
+         }) &&
+         std::ranges::equal(joints_of(a), joints_of(b), [](const auto& one, const auto& other) {
+           return one.SerializeAsString() == other.SerializeAsString();
          });
 }
 
@@ -78,6 +88,10 @@ void RecordedFrames::describe_solids(v1::Layout& layout) const {
     *out.mutable_shape() = solid.shape;
     out.set_dynamic(solid.dynamic);
   }
+}
+
+void RecordedFrames::describe_joints(v1::Layout& layout) const {
+  for (const v1::Layout::Joint& joint : joints_of(frame_)) *layout.add_joints() = joint;
 }
 
 std::vector<physics::Pose> RecordedFrames::poses() const {

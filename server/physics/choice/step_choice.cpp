@@ -266,7 +266,7 @@ base::Status too_many(const Demands& demands, const Demands::Step& step) {
 
 bool can_touch(const Scene& scene) {
   const auto meets_soft = [](const SoftBody& body) { return body.collision.soft != SoftCollision::none; };
-  return !scene.rigid_bodies.empty() || !scene.colliders.empty() ||
+  return !scene.rigid_bodies.empty() || !scene.colliders.empty() || !scene.joints.empty() ||
          std::ranges::count_if(scene.soft_bodies, meets_soft) > 1;
 }
 

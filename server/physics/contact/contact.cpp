@@ -55,10 +55,12 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
   const bool self =
       std::ranges::any_of(soft, [](const auto& body) { return !body.frozen && body.body.collision.self; });
-  if (!solids && !pairs && !self) return;
+  const bool joints = !world.joints.empty();
+  if (!solids && !pairs && !self && !joints) return;
 
   const SubstepPhysics physics = SubstepPhysics::of(world.surroundings.gravity, world.dt_s);
   notes_ = world.notes;
+  if (joints) hold_joints(world, profile);
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
     bounds_.resize(soft.size());
@@ -73,6 +75,9 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   pairs_.clear();
   soft_touched_.assign(soft.size(), 0);
   rigid_touched_.assign(rigid.size(), 0);
+  for (std::size_t r = 0; joints && r < rigid.size(); ++r) {
+    if (rigid[r].tie != 0 && rigid[r].is_awake()) rigid_touched_[r] = 1;
+  }
   if ((pairs || self) && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::soft_contact);
     meet_surfaces(world, physics);
@@ -98,6 +103,13 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   }
 }
 
+// An implicit step solves for its soft bodies' joints together with their contacts.
+template <class Real>
+void Contacts<Real>::hold_joints(const ContactWorld<Real>& world, Profile* profile) {
+  const StageTimer timer(profile, Stage::joints);
+  joints_.answer(world.joints, world.is_implicit(), world.soft, world.rigid, world.colliders, world.dt_s);
+}
+
 template <class Real>
 void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
   surfaces_.answer(world.soft, active_, physics.dt_s, notes_, soft_touched_);
@@ -116,6 +128,7 @@ void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world, const Substep
                 .resting_m_s = physics.resting_m_s,
                 .dt_s = physics.dt_s,
                 .first_order = world.first_order,
+                .joints = world.joints,
                 .notes = notes_,
                 .soft_touched = soft_touched_,
                 .rigid_touched = rigid_touched_},
@@ -247,6 +260,7 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
   add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes());
+  add(Stage::joints, joints_.bytes());
   add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
 }

@@ -1,0 +1,144 @@
+#include "physics/contact/joint_contacts.h"
+
+#include <algorithm>
+
+#include "physics/contact/joint_solver.h"
+#include "physics/rigid/rigid_motion.h"
+
+namespace pneuma::physics {
+namespace {
+
+// What a slack rope may be too long by a second and stay slack.
+constexpr double joint_enough_m_s = 1e-9;
+
+}  // namespace
+
+template <class Real>
+void JointContacts<Real>::find_held_vertices(std::span<const JointState> joints, bool only_solid,
+                                             std::span<const SoftState<Real>> soft) {
+  held_.clear();
+  for (const JointState& joint : joints) {
+    if (only_solid && joint.has_soft) continue;
+    for (const JointEnd& end : joint.ends) {
+      for (std::uint32_t i = 0; i < end.support.count; ++i) held_.emplace_back(end.index, end.support.vertices[i]);
+    }
+  }
+  std::ranges::sort(held_);
+  held_.erase(std::unique(held_.begin(), held_.end()), held_.end());
+  inverse_masses_1_kg_.clear();
+  for (const auto& [body, vertex] : held_) {
+    inverse_masses_1_kg_.push_back(soft[body].is_pinned(vertex) ? 0.0 : 1.0 / soft[body].mass_kg(vertex));
+  }
+  changes_m_s_.assign(held_.size(), Vec3d::Zero());
+}
+
+template <class Real>
+EndPlace JointContacts<Real>::place_of(const JointState& joint, std::size_t which, std::span<SoftState<Real>> soft,
+                                       std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+                                       double dt_s) {
+  const JointEnd& end = joint.ends[which];
+  EndPlace place;
+  place.support.body = static_cast<std::uint32_t>(soft.size() + rigid.size());
+  switch (end.of) {
+    case Anchor::Of::world:
+      place.at = joint.points_m[which];
+      break;
+    case Anchor::Of::soft: {
+      const SoftState<Real>& body = soft[end.index];
+      place.support = end.support;
+      place.support.body = end.index;
+      place.yields = body.is_awake();
+      for (std::uint32_t i = 0; i < end.support.count; ++i) {
+        const std::pair<std::uint32_t, std::uint32_t> key{end.index, end.support.vertices[i]};
+        const auto slot = std::ranges::lower_bound(held_, key) - held_.begin();
+        place.support.vertices[i] = static_cast<std::uint32_t>(slot);
+        place.at += end.support.weights[i] * body.position_m(key.second);
+        if (place.yields) place.ahead_m += end.support.weights[i] * body.dr[key.second].template cast<double>();
+      }
+      break;
+    }
+    case Anchor::Of::rigid: {
+      const RigidState& body = rigid[end.index];
+      const bool yields = body.is_awake() && is_active(body);
+      const Vec3d still = Vec3d::Zero();
+      place = place_of_solid(joint, which, body.position, body.orientation, yields ? body.velocity : still,
+                             yields ? body.angular_velocity : still, dt_s);
+      place.yields = yields;
+      place.support.body = static_cast<std::uint32_t>(soft.size() + (yields ? end.index : rigid.size()));
+      break;
+    }
+    case Anchor::Of::collider: {
+      const ColliderState& body = colliders[end.index];
+      const std::uint32_t fixed = place.support.body;
+      place = place_of_solid(joint, which, body.position, body.orientation, body.collider.velocity,
+                             body.collider.angular_velocity, dt_s);
+      place.support.body = fixed;
+      break;
+    }
+  }
+  place.kept_m = kept_of_end<Real>(joint, which, soft, rigid, colliders);
+  return place;
+}
+
+template <class Real>
+void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
+                                 std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s) {
+  find_held_vertices(joints, only_solid, soft);
+  rows_.clear();
+  for (std::uint32_t i = 0; i < joints.size(); ++i) {
+    if (only_solid && joints[i].has_soft) continue;
+    const EndPlace first = place_of(joints[i], 0, soft, rigid, colliders, dt_s);
+    const EndPlace second = place_of(joints[i], 1, soft, rigid, colliders, dt_s);
+    append_joint_rows(joints[i], i, first, second, error_left_m(joints[i], first, second, dt_s), dt_s, rows_);
+  }
+  if (rows_.empty()) return;
+  counts_.rows += rows_.size();
+  responses_.clear();
+  yields_.assign(soft.size() + rigid.size() + 1, 1);
+  yields_.back() = 0;
+  for (const SoftState<Real>& body : soft) {
+    if (body.is_awake()) {
+      responses_.emplace_back(LumpedResponse(inverse_masses_1_kg_, changes_m_s_));
+    } else {
+      responses_.emplace_back(FixedResponse{});
+    }
+  }
+  for (const RigidState& body : rigid) {
+    const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
+    responses_.emplace_back(RigidResponse(
+        body.inverse_mass_1_kg, rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()));
+  }
+  responses_.emplace_back(FixedResponse{});
+  group_rows(rows_, yields_, groups_);
+  for (const RowGroup& group : groups_) {
+    const SolveOutcome outcome = solve_joint_rows(std::span(rows_).subspan(group.begin, group.end - group.begin),
+                                                  responses_, joint_enough_m_s);
+    counts_.unconverged += outcome.converged ? 0 : 1;
+  }
+  for (std::size_t k = 0; k < held_.size(); ++k) {
+    const auto [body, vertex] = held_[k];
+    if (!soft[body].is_awake() || changes_m_s_[k].isZero(0.0)) continue;
+    soft[body].v[vertex] += changes_m_s_[k].template cast<Real>();
+    soft[body].dr[vertex] += (dt_s * changes_m_s_[k]).template cast<Real>();
+  }
+  for (std::size_t k = 0; k < rigid.size(); ++k) {
+    const auto& response = std::get<RigidResponse>(responses_[soft.size() + k]);
+    rigid[k].velocity += response.velocity_change_m_s();
+    rigid[k].angular_velocity += response.turning_change_rad_s();
+  }
+  for (const ContactRow& row : rows_) {
+    if (has_given_way(row)) joints[*joint_of(row)].broken = true;
+  }
+}
+
+template <class Real>
+std::size_t JointContacts<Real>::bytes() const {
+  return held_.capacity() * sizeof(held_[0]) + inverse_masses_1_kg_.capacity() * sizeof(double) +
+         changes_m_s_.capacity() * sizeof(Vec3d) + rows_.capacity() * sizeof(ContactRow) +
+         groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + responses_.capacity() * sizeof(Response);
+}
+
+template class JointContacts<float>;
+template class JointContacts<double>;
+
+}  // namespace pneuma::physics
