@@ -10,6 +10,8 @@ namespace {
 
 // What a slack rope may be too long by a second and stay slack.
 constexpr double joint_enough_m_s = 1e-9;
+// Of a body's inertia: what the stiffness of its turning times the substep's square may come to, and be resolved.
+constexpr double resolved_share = 0.5;
 
 }  // namespace
 
@@ -81,9 +83,9 @@ EndPlace JointContacts<Real>::place_of(const JointState& joint, std::size_t whic
 }
 
 template <class Real>
-void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
-                                 std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s) {
-  find_held_vertices(joints, only_solid, soft);
+void JointContacts<Real>::find_rows(std::span<const JointState> joints, bool only_solid,
+                                    std::span<SoftState<Real>> soft, std::span<const RigidState> rigid,
+                                    std::span<const ColliderState> colliders, double dt_s) {
   rows_.clear();
   for (std::uint32_t i = 0; i < joints.size(); ++i) {
     if (only_solid && joints[i].has_soft) continue;
@@ -91,11 +93,24 @@ void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, 
     const EndPlace second = place_of(joints[i], 1, soft, rigid, colliders, dt_s);
     append_joint_rows(joints[i], i, first, second, error_left_m(joints[i], first, second, dt_s), dt_s, rows_);
   }
-  if (rows_.empty()) return;
-  counts_.rows += rows_.size();
+}
+
+// The implicit step of a turn against its stiffness: (I + h^2 K) w' = I w, before the joints act on it.
+template <class Real>
+void JointContacts<Real>::slow_unresolved(std::span<RigidState> rigid) const {
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (stiffness_kg_m2_[i] <= 0.0) continue;
+    const Vec3d inertia = rigid[i].inverse_inertia_1_kg_m2.cwiseInverse();
+    const Vec3d kept = inertia.cwiseQuotient(inertia + Vec3d::Constant(stiffness_kg_m2_[i]));
+    rigid[i].angular_velocity =
+        rigid[i].orientation * kept.cwiseProduct(rigid[i].orientation.conjugate() * rigid[i].angular_velocity);
+  }
+}
+
+// All groups; returns how many did not come to an end.
+template <class Real>
+std::uint64_t JointContacts<Real>::solve(std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid) {
   responses_.clear();
-  yields_.assign(soft.size() + rigid.size() + 1, 1);
-  yields_.back() = 0;
   for (const SoftState<Real>& body : soft) {
     if (body.is_awake()) {
       responses_.emplace_back(LumpedResponse(inverse_masses_1_kg_, changes_m_s_));
@@ -103,17 +118,73 @@ void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, 
       responses_.emplace_back(FixedResponse{});
     }
   }
-  for (const RigidState& body : rigid) {
-    const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
-    responses_.emplace_back(RigidResponse(
-        body.inverse_mass_1_kg, rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose()));
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const Eigen::Matrix3d rotation = rigid[i].orientation.toRotationMatrix();
+    Vec3d inverse = rigid[i].inverse_inertia_1_kg_m2;
+    if (stiffness_kg_m2_[i] > 0.0) {
+      inverse = (inverse.cwiseInverse() + Vec3d::Constant(stiffness_kg_m2_[i])).cwiseInverse();
+    }
+    responses_.emplace_back(
+        RigidResponse(rigid[i].inverse_mass_1_kg, rotation * inverse.asDiagonal() * rotation.transpose()));
   }
   responses_.emplace_back(FixedResponse{});
-  group_rows(rows_, yields_, groups_);
+  std::uint64_t unconverged = 0;
   for (const RowGroup& group : groups_) {
     const SolveOutcome outcome = solve_joint_rows(std::span(rows_).subspan(group.begin, group.end - group.begin),
                                                   responses_, joint_enough_m_s);
-    counts_.unconverged += outcome.converged ? 0 : 1;
+    unconverged += outcome.converged ? 0 : 1;
+  }
+  return unconverged;
+}
+
+// A force on an arm resists turning like a spring. Where a body is so light that the substep does not resolve that, as a
+// link between heavy things, its turning counts as slower. False where there is none.
+template <class Real>
+bool JointContacts<Real>::find_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s) {
+  bool any = false;
+  pulls_.assign(rigid.size(), {});
+  for (const ContactRow& row : rows_) {
+    for (const Support* side : {&row.first, &row.second}) {
+      if (side->turns || side->body < first || side->body >= first + rigid.size()) continue;
+      const double impulse_n_s = row.impulse_n_s.norm();
+      Pull& pull = pulls_[side->body - first];
+      pull.impulse_n_s += impulse_n_s;
+      pull.by_arm += impulse_n_s * side->arm;
+      stiffness_kg_m2_[side->body - first] += dt_s * impulse_n_s * side->arm.norm();
+    }
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (!(stiffness_kg_m2_[i] > 0.0)) continue;
+    // What is held at one end turns about that.
+    const double turns_about_m = pulls_[i].by_arm.norm() / pulls_[i].impulse_n_s;
+    const double inertia_kg_m2 = 1.0 / rigid[i].inverse_inertia_1_kg_m2.maxCoeff() +
+                                 rigid[i].body.mass_kg * turns_about_m * turns_about_m;
+    if (stiffness_kg_m2_[i] <= resolved_share * inertia_kg_m2) stiffness_kg_m2_[i] = 0.0;
+    any |= stiffness_kg_m2_[i] > 0.0;
+  }
+  return any;
+}
+
+template <class Real>
+void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
+                                 std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s) {
+  find_held_vertices(joints, only_solid, soft);
+  find_rows(joints, only_solid, soft, rigid, colliders, dt_s);
+  if (rows_.empty()) return;
+  counts_.rows += rows_.size();
+  yields_.assign(soft.size() + rigid.size() + 1, 1);
+  yields_.back() = 0;
+  group_rows(rows_, yields_, groups_);
+  stiffness_kg_m2_.assign(rigid.size(), 0.0);
+  const std::uint64_t unconverged = solve(soft, rigid);
+  if (find_stiffness(soft.size(), rigid, dt_s)) {
+    slow_unresolved(rigid);
+    find_rows(joints, only_solid, soft, rigid, colliders, dt_s);
+    group_rows(rows_, yields_, groups_);
+    changes_m_s_.assign(held_.size(), Vec3d::Zero());
+    counts_.unconverged += solve(soft, rigid);
+  } else {
+    counts_.unconverged += unconverged;
   }
   for (std::size_t k = 0; k < held_.size(); ++k) {
     const auto [body, vertex] = held_[k];

@@ -24,14 +24,26 @@ class JointContacts {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  /// What the joints of a rigid body pull it by.
+  struct Pull {
+    double impulse_n_s = 0.0;
+    Vec3d by_arm = Vec3d::Zero();
+  };
   [[nodiscard]] EndPlace place_of(const JointState& joint, std::size_t which, std::span<SoftState<Real>> soft,
                                   std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
                                   double dt_s);
+  void find_rows(std::span<const JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
+                 std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
+  void slow_unresolved(std::span<RigidState> rigid) const;
+  std::uint64_t solve(std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid);
+  bool find_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s);
   void find_held_vertices(std::span<const JointState> joints, bool only_solid, std::span<const SoftState<Real>> soft);
 
   std::vector<std::pair<std::uint32_t, std::uint32_t>> held_;  // soft body and vertex, in order
   std::vector<double> inverse_masses_1_kg_;                    // one each
   std::vector<Vec3d> changes_m_s_;                             // likewise
+  std::vector<Pull> pulls_;                                    // one a rigid body
+  std::vector<double> stiffness_kg_m2_;                        // likewise: against turning, times the substep's square
   std::vector<ContactRow> rows_;
   std::vector<RowGroup> groups_;
   std::vector<std::uint8_t> yields_;

@@ -172,9 +172,8 @@ Scene chain(double tip_kg) {
 
 // Augmented VBD's scene: 50 links of 1 g, and 50 kg at the tip, let go from the horizontal.
 TEST(Joint, ChainHolds50000TimesALinkAtItsTip) {
-  Scene scene = chain(50.0);
-  scene.stepping.substeps = 4;
-  World world = make(scene);
+  World world = make(chain(50.0));
+  EXPECT_EQ(world.substeps(), 4U);
   Workers workers(1);
   double stretch = 0.0;
   for (int tick = 0; tick < 600; ++tick) {
@@ -188,10 +187,10 @@ TEST(Joint, ChainHolds50000TimesALinkAtItsTip) {
       length_m = last.norm();
     }
     ASSERT_TRUE(std::isfinite(length_m));
-    ASSERT_LT(length_m, 5.1 * 1.02) << tick;
+    ASSERT_LT(length_m, 5.1 * 1.001) << tick;
   }
   RecordProperty("stretch_percent", std::to_string(100.0 * stretch));
-  EXPECT_LT(stretch, 0.05);
+  EXPECT_LT(stretch, 0.01);
   EXPECT_EQ(world.row_counts().unconverged, 0U);
 }
 
@@ -226,7 +225,7 @@ TEST(Joint, FreePairKeepsItsMomenta) {
     EXPECT_LT((after - before).head<3>().norm(), 1e-12) << kind.index();
     EXPECT_LT((after - before).tail<3>().norm(), 1e-10) << kind.index();
     const Vec3d apart = world.rigid_bodies()[1].position - world.rigid_bodies()[0].position;
-    EXPECT_LT(apart.norm(), kind.index() == 2 ? 100.0 : 2.0);
+    EXPECT_LT(apart.norm(), std::holds_alternative<SliderJoint>(kind) ? 100.0 : 1.6);
   }
 }
 
@@ -470,8 +469,8 @@ TEST(Joint, BadOnesAreRefusedWithWhatAndWhere) {
     Scene scene = good;
     spoil(scene.joints[0]);
     const auto world = World::create(scene);
-    EXPECT_FALSE(world.ok()) << where;
-    if (!world.ok()) EXPECT_EQ(world.status().where(), "joints[0]" + where) << world.status().message();
+    ASSERT_FALSE(world.ok()) << where;
+    EXPECT_EQ(world.status().where(), "joints[0]" + where) << world.status().message();
   };
   refused([](Joint& j) { j.name.clear(); }, ".name");
   refused([](Joint& j) { j.first.body = "nobody"; }, ".first.soft_body");
