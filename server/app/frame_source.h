@@ -70,7 +70,8 @@ class FrameSource {
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
-  /// Appends the joints; their soft bodies are counted as the source counts them, their vertices those of the full mesh.
+  /// Appends the joints; their soft bodies are counted as the source counts them, their vertices those of the full
+  /// mesh.
   virtual void describe_joints(v1::Layout&) const {}
 };
 

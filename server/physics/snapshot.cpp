@@ -166,7 +166,8 @@ std::uint64_t hash_of(const std::string& name) {
   return hasher.hash;
 }
 
-// A world without joints has none of these. Those that broke are in its scene, but not among these: each tells its name.
+// A world without joints has none of these. Those that broke are in its scene, but not among these: each tells its
+// name.
 template <class Archive>
 bool joints_fields(Archive& archive, Simulation& sim) {
   std::uint64_t count = archive.has_more(!sim.joints.empty()) ? sim.joints.size() : 0;

@@ -35,10 +35,11 @@ bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
                               return one.name == other.name && one.topology->hash == other.topology->hash &&
                                      *one.kept_vertices == *other.kept_vertices;
                             }) &&
-         std::ranges::equal(a.solids, b.solids, [](const auto& one, const auto& other) {
-           return one.name == other.name && one.dynamic == other.dynamic &&
-                  one.shape.SerializeAsString() == other.shape.SerializeAsString();
-         }) &&
+         std::ranges::equal(a.solids, b.solids,
+                            [](const auto& one, const auto& other) {
+                              return one.name == other.name && one.dynamic == other.dynamic &&
+                                     one.shape.SerializeAsString() == other.shape.SerializeAsString();
+                            }) &&
          std::ranges::equal(joints_of(a), joints_of(b), [](const auto& one, const auto& other) {
            return one.SerializeAsString() == other.SerializeAsString();
          });

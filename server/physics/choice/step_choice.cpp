@@ -41,8 +41,8 @@ constexpr double tr_bdf2_cost = 60.0;
 // rolls, took 3 to 5 times as long as in flight.
 constexpr double contact_passes_cost = 4.0;
 
-// The longest step of rigid bodies in joints with each other: a chain of 50 links of 1 g with 50 kg at its tip stretches
-// by 0.003 % at this one, and tears at four times as long.
+// The longest step of rigid bodies in joints with each other: a chain of 50 links of 1 g with 50 kg at its tip
+// stretches by 0.003 % at this one, and tears at four times as long.
 constexpr double joint_step_s = 1.0 / 240.0;
 
 struct MethodCost {

@@ -75,7 +75,7 @@ class CoupledStep {
   void note(const CoupledWorld<Real>& world) const;
 
   std::vector<Body> bodies_;
-  std::vector<SolidPlace> solids_;   // rigid bodies, then colliders
+  std::vector<SolidPlace> solids_;    // rigid bodies, then colliders
   std::vector<Vec3d> joints_left_m_;  // of each joint's error, at the substep's end
   std::vector<SurfaceBody>* surfaces_ = nullptr;
   std::vector<ContactRow> rows_;

@@ -136,8 +136,7 @@ class JointRows {
     ContactRow& row = add(kind);
     row.normal = axis;
     row.first.turns = row.second.turns = true;
-    const double most_rad =
-        closing_speed_rad_s * dt_s_ + first_.turn_ahead_rad.norm() + second_.turn_ahead_rad.norm();
+    const double most_rad = closing_speed_rad_s * dt_s_ + first_.turn_ahead_rad.norm() + second_.turn_ahead_rad.norm();
     row.free_m_s = (limited(error_rad, most_rad) + first_.turn_ahead_rad - second_.turn_ahead_rad) / dt_s_;
   }
 
@@ -323,13 +322,13 @@ bool has_given_way(const ContactRow& row) {
   return row.is_given || row.impulse_n_s.norm() >= given_way_share * row.most_n_s;
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                               \
-  template void find_ends<Real>(JointState&, std::span<const SoftState<Real>>, std::span<const RigidState>,    \
-                                std::span<const ColliderState>);                                               \
-  template JointState make_joint<Real>(const Joint&, std::span<const SoftState<Real>>,                         \
-                                       std::span<const RigidState>, std::span<const ColliderState>);           \
-  template void tie_bodies<Real>(std::span<JointState>, std::span<SoftState<Real>>, std::span<RigidState>);    \
-  template double kept_of_end<Real>(const JointState&, std::size_t, std::span<const SoftState<Real>>,          \
+#define PNEUMA_INSTANTIATE(Real)                                                                                    \
+  template void find_ends<Real>(JointState&, std::span<const SoftState<Real>>, std::span<const RigidState>,         \
+                                std::span<const ColliderState>);                                                    \
+  template JointState make_joint<Real>(const Joint&, std::span<const SoftState<Real>>, std::span<const RigidState>, \
+                                       std::span<const ColliderState>);                                             \
+  template void tie_bodies<Real>(std::span<JointState>, std::span<SoftState<Real>>, std::span<RigidState>);         \
+  template double kept_of_end<Real>(const JointState&, std::size_t, std::span<const SoftState<Real>>,               \
                                     std::span<const RigidState>, std::span<const ColliderState>);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

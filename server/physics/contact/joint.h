@@ -24,9 +24,10 @@ struct JointState {
   std::array<JointEnd, 2> ends;
   bool has_soft = false;  // joints tie it to a soft body, directly or through others
   // As they were when the joint was made:
-  std::array<Vec3d, 2> points_m{Vec3d::Zero(), Vec3d::Zero()};  // not of soft bodies; in the body's frame or the world's
-  Quatd turn = Quatd::Identity();                                // of the first, seen from the second
-  bool broken = false;                                           // in the substep under way
+  std::array<Vec3d, 2> points_m{Vec3d::Zero(),
+                                Vec3d::Zero()};  // not of soft bodies; in the body's frame or the world's
+  Quatd turn = Quatd::Identity();                // of the first, seen from the second
+  bool broken = false;                           // in the substep under way
 };
 
 /// Makes a joint of bodies as they are now.
@@ -46,9 +47,9 @@ void tie_bodies(std::span<JointState> joints, std::span<SoftState<Real>> soft, s
 /// Where an end is before the joint acts.
 struct EndPlace {
   Support support;
-  bool yields = false;             // it is not fixed, frozen or asleep
-  Vec3d at = Vec3d::Zero();        // m
-  Vec3d ahead_m = Vec3d::Zero();   // of a soft body: how far its free motion takes the point
+  bool yields = false;            // it is not fixed, frozen or asleep
+  Vec3d at = Vec3d::Zero();       // m
+  Vec3d ahead_m = Vec3d::Zero();  // of a soft body: how far its free motion takes the point
   // Of a solid:
   Vec3d centre = Vec3d::Zero();
   Quatd orientation = Quatd::Identity();

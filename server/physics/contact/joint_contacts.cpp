@@ -1,6 +1,7 @@
 #include "physics/contact/joint_contacts.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "physics/contact/joint_solver.h"
 #include "physics/rigid/rigid_motion.h"
@@ -92,6 +93,13 @@ void JointContacts<Real>::find_rows(std::span<const JointState> joints, bool onl
     const EndPlace first = place_of(joints[i], 0, soft, rigid, colliders, dt_s);
     const EndPlace second = place_of(joints[i], 1, soft, rigid, colliders, dt_s);
     append_joint_rows(joints[i], i, first, second, error_left_m(joints[i], first, second, dt_s), dt_s, rows_);
+    if (rope_softness_1_kg_[i] == 0.0) continue;
+    ContactRow across = rows_.back();
+    ++across.key.features;
+    across.kind = RowKind::guide;
+    across.softness_1_kg = rope_softness_1_kg_[i];
+    across.most_n_s = std::numeric_limits<double>::infinity();
+    rows_.push_back(across);
   }
 }
 
@@ -130,17 +138,35 @@ std::uint64_t JointContacts<Real>::solve(std::span<const SoftState<Real>> soft, 
   responses_.emplace_back(FixedResponse{});
   std::uint64_t unconverged = 0;
   for (const RowGroup& group : groups_) {
-    const SolveOutcome outcome = solve_joint_rows(std::span(rows_).subspan(group.begin, group.end - group.begin),
-                                                  responses_, joint_enough_m_s);
+    const SolveOutcome outcome =
+        solve_joint_rows(std::span(rows_).subspan(group.begin, group.end - group.begin), responses_, joint_enough_m_s);
     unconverged += outcome.converged ? 0 : 1;
   }
   return unconverged;
 }
 
-// A force on an arm resists turning like a spring. Where a body is so light that the substep does not resolve that, as a
-// link between heavy things, its turning counts as slower. False where there is none.
+// A rope resists being swung aside like a spring of its load over its length. Where the substep does not resolve that,
+// the rope gets a row across it, which takes the implicit step of that spring. False where there is none.
 template <class Real>
-bool JointContacts<Real>::find_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s) {
+bool JointContacts<Real>::find_rope_stiffness(std::span<const JointState> joints, double dt_s) {
+  bool any = false;
+  for (const ContactRow& row : rows_) {
+    if (row.kind != RowKind::contact || !(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
+    const std::uint32_t index = *joint_of(row);
+    const double length_m = std::get<DistanceLimit>(joints[index].joint.kind).longest_m - row.gap_m;
+    const double stiffness_kg = dt_s * row.impulse_n_s.norm() / length_m;
+    const double inverse_mass_1_kg = coupling_1_kg(responses_, row, row).trace() / 3.0;
+    if (stiffness_kg * inverse_mass_1_kg <= resolved_share) continue;
+    rope_softness_1_kg_[index] = 1.0 / stiffness_kg;
+    any = true;
+  }
+  return any;
+}
+
+// A force on an arm resists turning like a spring. Where a body is so light that the substep does not resolve that, as
+// a link between heavy things, its turning counts as slower. False where there is none.
+template <class Real>
+bool JointContacts<Real>::find_turning_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s) {
   bool any = false;
   pulls_.assign(rigid.size(), {});
   for (const ContactRow& row : rows_) {
@@ -157,8 +183,8 @@ bool JointContacts<Real>::find_stiffness(std::size_t first, std::span<const Rigi
     if (!(stiffness_kg_m2_[i] > 0.0)) continue;
     // What is held at one end turns about that.
     const double turns_about_m = pulls_[i].by_arm.norm() / pulls_[i].impulse_n_s;
-    const double inertia_kg_m2 = 1.0 / rigid[i].inverse_inertia_1_kg_m2.maxCoeff() +
-                                 rigid[i].body.mass_kg * turns_about_m * turns_about_m;
+    const double inertia_kg_m2 =
+        1.0 / rigid[i].inverse_inertia_1_kg_m2.maxCoeff() + rigid[i].body.mass_kg * turns_about_m * turns_about_m;
     if (stiffness_kg_m2_[i] <= resolved_share * inertia_kg_m2) stiffness_kg_m2_[i] = 0.0;
     any |= stiffness_kg_m2_[i] > 0.0;
   }
@@ -169,6 +195,7 @@ template <class Real>
 void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
                                  std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s) {
   find_held_vertices(joints, only_solid, soft);
+  rope_softness_1_kg_.assign(joints.size(), 0.0);
   find_rows(joints, only_solid, soft, rigid, colliders, dt_s);
   if (rows_.empty()) return;
   counts_.rows += rows_.size();
@@ -177,7 +204,9 @@ void JointContacts<Real>::answer(std::span<JointState> joints, bool only_solid, 
   group_rows(rows_, yields_, groups_);
   stiffness_kg_m2_.assign(rigid.size(), 0.0);
   const std::uint64_t unconverged = solve(soft, rigid);
-  if (find_stiffness(soft.size(), rigid, dt_s)) {
+  const bool turns_stiffly = find_turning_stiffness(soft.size(), rigid, dt_s);
+  const bool swings_stiffly = find_rope_stiffness(joints, dt_s);
+  if (turns_stiffly || swings_stiffly) {
     slow_unresolved(rigid);
     find_rows(joints, only_solid, soft, rigid, colliders, dt_s);
     group_rows(rows_, yields_, groups_);

@@ -15,8 +15,8 @@ namespace pneuma::physics {
 template <class Real>
 class JointContacts {
  public:
-  /// Holds the joints, or those without soft bodies only, by changes of v and dr of soft bodies and of the velocities of
-  /// rigid ones. Marks those that broke.
+  /// Holds the joints, or those without soft bodies only, by changes of v and dr of soft bodies and of the velocities
+  /// of rigid ones. Marks those that broke.
   void answer(std::span<JointState> joints, bool only_solid, std::span<SoftState<Real>> soft,
               std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
 
@@ -36,7 +36,8 @@ class JointContacts {
                  std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void slow_unresolved(std::span<RigidState> rigid) const;
   std::uint64_t solve(std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid);
-  bool find_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s);
+  bool find_rope_stiffness(std::span<const JointState> joints, double dt_s);
+  bool find_turning_stiffness(std::size_t first, std::span<const RigidState> rigid, double dt_s);
   void find_held_vertices(std::span<const JointState> joints, bool only_solid, std::span<const SoftState<Real>> soft);
 
   std::vector<std::pair<std::uint32_t, std::uint32_t>> held_;  // soft body and vertex, in order
@@ -44,6 +45,7 @@ class JointContacts {
   std::vector<Vec3d> changes_m_s_;                             // likewise
   std::vector<Pull> pulls_;                                    // one a rigid body
   std::vector<double> stiffness_kg_m2_;                        // likewise: against turning, times the substep's square
+  std::vector<double> rope_softness_1_kg_;                     // one a joint: of the row across it; 0: it has none
   std::vector<ContactRow> rows_;
   std::vector<RowGroup> groups_;
   std::vector<std::uint8_t> yields_;

@@ -48,7 +48,7 @@ struct ContactRow {
   double gap_m = 0.0;             // along it, over the distance that the two keep
   double friction = 0.0;
   double restitution = 0.0;
-  double softness_1_kg = 0.0;                                // it gives way by so much velocity an impulse
+  double softness_1_kg = 0.0;                                 // it gives way by so much velocity an impulse
   double most_n_s = std::numeric_limits<double>::infinity();  // that it can take
   bool is_given = false;                                      // its impulse stays as it is
 

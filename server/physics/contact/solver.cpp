@@ -62,8 +62,8 @@ class Sweeps {
     return take(program, solved && discs_fit(program, enough_m_s));
   }
 
-  // Of the rows that took more than they can, the one that did by most takes what it can, and keeps to that. False where
-  // there is none.
+  // Of the rows that took more than they can, the one that did by most takes what it can, and keeps to that. False
+  // where there is none.
   bool give_way() {
     ContactRow* most = nullptr;
     double most_over = 1.0;
@@ -105,7 +105,7 @@ class Sweeps {
     Eigen::Matrix3d inverse_mass_1_kg = Eigen::Matrix3d::Zero();
     Eigen::Matrix3d mass_kg = Eigen::Matrix3d::Zero();  // of a joint's row: what stops it
     double along_1_kg = 0.0;                            // along the normal
-    double across_1_kg = 0.0;  // the most of any direction across it
+    double across_1_kg = 0.0;                           // the most of any direction across it
   };
 
   static bool tied(const ContactRow& a, const ContactRow& b) {

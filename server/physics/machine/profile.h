@@ -27,8 +27,8 @@ enum class Stage {
 };
 inline constexpr std::size_t stage_count = 15;
 inline constexpr std::array<std::string_view, stage_count> stage_names{
-    "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate",
-    "joints", "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move",  "sleep"};
+    "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate", "joints",
+    "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move",  "sleep"};
 
 struct StageRow {
   std::chrono::nanoseconds time{0};

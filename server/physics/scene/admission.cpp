@@ -437,8 +437,8 @@ void check_joint(const Joint& joint, const Scene& scene, Fields fields) {
   const bool same_body = joint.first.of == joint.second.of && joint.first.body == joint.second.body;
   const bool same_point = joint.first.vertex == joint.second.vertex && joint.first.face == joint.second.face;
   if (same_body && (joint.first.of != Anchor::Of::soft || same_point)) {
-    fields.fail("second", "is on the same " + std::string(joint.first.of == Anchor::Of::soft ? "point" : "body") +
-                              " as first");
+    fields.fail("second",
+                "is on the same " + std::string(joint.first.of == Anchor::Of::soft ? "point" : "body") + " as first");
   }
   const auto check_axis = [&](std::string_view field, const Vec3d& axis) {
     fields.in(field).direction("axis", axis);

@@ -225,7 +225,7 @@ struct Joint {
   Anchor first;
   Anchor second;
   JointKind kind;
-  double compliance_m_n = 0.0;                                            // 0: rigid
+  double compliance_m_n = 0.0;                                     // 0: rigid
   double break_force_n = std::numeric_limits<double>::infinity();  // past it the joint is gone
   bool operator==(const Joint&) const = default;
 };

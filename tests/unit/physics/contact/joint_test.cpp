@@ -1,5 +1,5 @@
-// Shows what a joint does: it holds what it ties, no more and no less, by closed forms: periods, stretches, loads, freedoms
-// left and momentum kept.
+// Shows what a joint does: it holds what it ties, no more and no less, by closed forms: periods, stretches, loads,
+// freedoms left and momentum kept.
 #include "physics/contact/joint.h"
 
 #include <cmath>
@@ -162,8 +162,8 @@ Scene chain(double tip_kg) {
     const bool is_tip = i == links;
     RigidBody body = bob("link-" + std::to_string(i), {(i + 0.5) * apart_m, 0.0, 0.0}, is_tip ? tip_kg : 1e-3);
     body.shape = SphereShape{0.02};
-    const Anchor before = i == 0 ? world_anchor(Vec3d::Zero())
-                                 : rigid_anchor("link-" + std::to_string(i - 1), {0.5 * apart_m, 0.0, 0.0});
+    const Anchor before =
+        i == 0 ? world_anchor(Vec3d::Zero()) : rigid_anchor("link-" + std::to_string(i - 1), {0.5 * apart_m, 0.0, 0.0});
     joints.push_back(joint("joint-" + std::to_string(i), rigid_anchor(body.name, {-0.5 * apart_m, 0.0, 0.0}), before));
     bodies.push_back(body);
   }
@@ -194,6 +194,31 @@ TEST(Joint, ChainHolds50000TimesALinkAtItsTip) {
   EXPECT_EQ(world.row_counts().unconverged, 0U);
 }
 
+// The same of ropes from ball to ball.
+TEST(Joint, RopesHold50000TimesABallAtTheirTip) {
+  constexpr double apart_m = 0.1;
+  Scene scene = scene_of({}, {});
+  for (int i = 0; i <= 50; ++i) {
+    RigidBody body = bob("ball-" + std::to_string(i), {(i + 1) * apart_m, 0.0, 0.0}, i == 50 ? 50.0 : 1e-3);
+    body.shape = SphereShape{0.02};
+    const Anchor before =
+        i == 0 ? world_anchor(Vec3d::Zero()) : rigid_anchor("ball-" + std::to_string(i - 1), Vec3d::Zero());
+    scene.joints.push_back(joint("rope-" + std::to_string(i), rigid_anchor(body.name), before, DistanceLimit{apart_m}));
+    scene.rigid_bodies.push_back(body);
+  }
+  World world = make(scene);
+  Workers workers(1);
+  for (int tick = 0; tick < 600; ++tick) {
+    world.step_tick(workers);
+    Vec3d last = Vec3d::Zero();
+    for (const RigidState& ball : world.rigid_bodies()) {
+      ASSERT_LT((ball.position - last).norm(), 1.001 * apart_m) << tick;
+      last = ball.position;
+    }
+  }
+  EXPECT_EQ(world.row_counts().unconverged, 0U);
+}
+
 TEST(Joint, FreePairKeepsItsMomenta) {
   for (const JointKind& kind : {JointKind(PointJoint{}), JointKind(HingeJoint{Vec3d(0.6, 0.8, 0.0)}),
                                 JointKind(SliderJoint{Vec3d::UnitX()}), JointKind(DistanceLimit{0.9})}) {
@@ -202,8 +227,8 @@ TEST(Joint, FreePairKeepsItsMomenta) {
     b.shape = BoxShape{Vec3d(0.1, 0.2, 0.3)};
     a.velocity = {0.3, 2.0, -0.4};
     b.angular_velocity = {0.5, -1.0, 2.0};
-    Scene scene = scene_of({a, b}, {joint("tie", rigid_anchor("a", {0.5, 0.0, 0.0}), rigid_anchor("b", {-0.5, 0.0, 0.0}),
-                                          kind)});
+    Scene scene =
+        scene_of({a, b}, {joint("tie", rigid_anchor("a", {0.5, 0.0, 0.0}), rigid_anchor("b", {-0.5, 0.0, 0.0}), kind)});
     scene.gravity.setZero();
     scene.stepping.substeps = 4;
     World world = make(scene);
@@ -211,9 +236,8 @@ TEST(Joint, FreePairKeepsItsMomenta) {
       Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
       for (const RigidState& body : world.rigid_bodies()) {
         const Vec3d p = body.body.mass_kg * body.velocity;
-        const Vec3d spin =
-            body.orientation *
-            body.inverse_inertia_1_kg_m2.cwiseInverse().cwiseProduct(body.orientation.conjugate() * body.angular_velocity);
+        const Vec3d spin = body.orientation * body.inverse_inertia_1_kg_m2.cwiseInverse().cwiseProduct(
+                                                  body.orientation.conjugate() * body.angular_velocity);
         sum.head<3>() += p;
         sum.tail<3>() += body.position.cross(p) + spin;
       }
