@@ -20,6 +20,8 @@ constexpr std::uint32_t coupled_sweeps_max = 30;
 constexpr std::size_t direct_rows_max = 160;
 // Of the mean edge a substep: what rows may be off by.
 constexpr double coupled_enough_share = 1e-6;
+// The same of joints whose soft bodies are all frozen.
+constexpr double joints_alone_enough_m_s = 1e-9;
 // Of what two surfaces are nearer than they keep: what a pass parts them by. At once, the springs would be fed.
 constexpr double parted_share = 0.2;
 // A body on a line does not turn as a whole.
@@ -318,9 +320,9 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
     if (auto* factored = std::get_if<FactoredResponse>(&response)) factored->finish();
   }
   group_rows(rows_, yields_, groups_);
-  const SolveLimits limits{.sweeps_max = coupled_sweeps_max,
-                           .enough_m_s = coupled_enough_share * spacing_m / world.dt_s,
-                           .direct_rows_max = direct_rows_max};
+  const double enough_m_s = spacing_m > 0.0 ? coupled_enough_share * spacing_m / world.dt_s : joints_alone_enough_m_s;
+  const SolveLimits limits{
+      .sweeps_max = coupled_sweeps_max, .enough_m_s = enough_m_s, .direct_rows_max = direct_rows_max};
   for (const RowGroup& group : groups_) {
     const SolveOutcome outcome =
         solve_rows(std::span(rows_).subspan(group.begin, group.end - group.begin), responses_, limits);

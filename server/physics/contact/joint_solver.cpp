@@ -186,16 +186,9 @@ class JointProgram {
   }
 
   bool give_way() {
-    ContactRow* most = nullptr;
-    double most_over = 1.0;
-    for (ContactRow& row : rows_) {
-      const double over = row.is_given ? 0.0 : row.impulse_n_s.norm() / row.most_n_s;
-      if (over <= most_over) continue;
-      most_over = over;
-      most = &row;
-    }
+    ContactRow* most = most_overtaxed(rows_);
     if (most == nullptr) return false;
-    most->impulse_n_s /= most_over;
+    most->impulse_n_s = most->most_n_s * most->impulse_n_s.normalized();
     most->is_given = true;
     return true;
   }

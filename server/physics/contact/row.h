@@ -5,6 +5,7 @@
 #include <compare>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "physics/scene/scene.h"
@@ -58,6 +59,19 @@ struct ContactRow {
   // What it found.
   Vec3d impulse_n_s = Vec3d::Zero();  // on the first; the second gets its opposite
 };
+
+/// Of the rows that took more than they can, the one that did by most; null where there is none.
+[[nodiscard]] inline ContactRow* most_overtaxed(std::span<ContactRow> rows) {
+  ContactRow* most = nullptr;
+  double most_over = 1.0;
+  for (ContactRow& row : rows) {
+    const double over = row.is_given ? 0.0 : row.impulse_n_s.norm() / row.most_n_s;
+    if (over <= most_over) continue;
+    most_over = over;
+    most = &row;
+  }
+  return most;
+}
 
 /// What the rows of one world's substeps came to, added up.
 struct RowCounts {

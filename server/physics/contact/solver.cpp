@@ -65,16 +65,9 @@ class Sweeps {
   // Of the rows that took more than they can, the one that did by most takes what it can, and keeps to that. False
   // where there is none.
   bool give_way() {
-    ContactRow* most = nullptr;
-    double most_over = 1.0;
-    for (ContactRow& row : rows_) {
-      const double over = row.is_given ? 0.0 : row.impulse_n_s.norm() / row.most_n_s;
-      if (over <= most_over) continue;
-      most_over = over;
-      most = &row;
-    }
+    ContactRow* most = most_overtaxed(rows_);
     if (most == nullptr) return false;
-    const Vec3d taken_n_s = most->impulse_n_s / most_over;
+    const Vec3d taken_n_s = most->most_n_s * most->impulse_n_s.normalized();
     push_both(responses_, *most, taken_n_s - most->impulse_n_s);
     most->impulse_n_s = taken_n_s;
     most->is_given = true;
