@@ -14,7 +14,7 @@ namespace {
 constexpr double closing_speed_m_s = 3.0;
 constexpr double closing_speed_rad_s = 10.0;
 // Of the room that contact keeps between two surfaces: a joint does not pull them nearer than this.
-constexpr double kept_share = 1.5;
+constexpr double joint_kept_share = 1.5;
 // Of the bound: a row that took as much has given way.
 constexpr double given_way_share = 1.0 - 1e-9;
 // Of the longest length: ends nearer to each other have no direction.
@@ -278,7 +278,7 @@ Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlac
     error_m = across(error_m, axis_now(joint, slider->axis, second));
   }
   const double size_m = error_m.norm();
-  const double kept_m = first.kept_m + second.kept_m > 0.0 ? kept_share * (first.kept_m + second.kept_m) : 0.0;
+  const double kept_m = first.kept_m + second.kept_m > 0.0 ? joint_kept_share * (first.kept_m + second.kept_m) : 0.0;
   if (size_m <= kept_m) return error_m;
   if (joint.joint.compliance_m_n > 0.0) return limited(error_m, kept_m);
   const double closed_m = closing_speed_m_s * dt_s + turning_speed_m(first) + turning_speed_m(second);
