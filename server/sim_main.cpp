@@ -196,10 +196,15 @@ void print_event(const World& world, const std::string& body, const char* happen
 void tell_events(World& world, const Progress& progress, Status& frozen) {
   const auto gas_events = world.take_gas_events();
   const auto frozen_bodies = world.take_frozen();
-  if (!gas_events.empty() || !frozen_bodies.empty()) progress.clear();
+  const auto broken_joints = world.take_broken_joints();
+  if (!gas_events.empty() || !frozen_bodies.empty() || !broken_joints.empty()) progress.clear();
   for (const auto& [body, event] : gas_events) {
     const bool burst = event.kind == pneuma::physics::GasEvent::Kind::burst;
     print_event(world, body, burst ? "burst" : "inverted", pneuma::physics::describe(event));
+  }
+  for (const auto& [joint, force_n] : broken_joints) {
+    std::fprintf(stderr, "tick %llu: joint \"%s\" broke: it takes at most %g N\n",
+                 static_cast<unsigned long long>(world.tick()), joint.c_str(), force_n);
   }
   for (const auto& body : frozen_bodies) {
     print_event(world, body.name, "frozen", body.reason);

@@ -21,6 +21,14 @@ std::string stream_name(std::uint32_t stream_id) {
   return "stream " + std::to_string(stream_id);
 }
 
+/// Whether a joint's end is on one of so many bodies or solids, or of the world; of a body with up to three vertices.
+bool is_end_of(const v1::Layout::Joint::End& end, std::size_t bodies, std::size_t solids) {
+  if (end.has_solid()) return end.solid() < solids;
+  if (!end.has_soft()) return true;
+  return end.soft() < bodies && end.vertices_size() >= 1 && end.vertices_size() <= 3 &&
+         end.weights_size() == end.vertices_size();
+}
+
 /// Which vertices of a mesh the `count` of a topology are; nothing where they are all.
 bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
   if (kept.empty()) return true;
@@ -140,10 +148,21 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
     const auto surface = solid.has_surface() ? std::make_shared<const v1::Mesh::Triangles>(solid.surface()) : nullptr;
     solids.push_back({solid.name(), solid.dynamic(), solid.shape(), {}, {}, surface});
   }
+  if (static_cast<std::size_t>(message.joints_size()) > base::world_joints_max) {
+    return malformed("more than any world may hold", "layout");
+  }
+  for (const auto& joint : message.joints()) {
+    for (const auto* end : {&joint.first(), &joint.second()}) {
+      if (is_end_of(*end, bodies.size(), solids.size())) continue;
+      return malformed("an end is on nothing that was told", "joints." + joint.name());
+    }
+  }
 
   Stream& stream = found->second;
   stream.layout_id = message.layout_id();
   stream.bodies = std::move(bodies);
+  stream.joints =
+      std::make_shared<const std::vector<v1::Layout::Joint>>(message.joints().begin(), message.joints().end());
   stream.layers = {};
   State& base = stream.layers[0];
   if (stream.velocity_grid_step_m_s > 0.0) base.velocity_reader = codec::FrameReader(orders);
@@ -284,7 +303,8 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
                      .has_scalars = false,
                      .bodies = {},
                      .solids = state.solids,
-                     .contacts = contacts_of(message)};
+                     .contacts = contacts_of(message),
+                     .joints = stream.joints};
   if (const base::Status filled = fill_bodies(stream, state, message, frame); !filled.ok()) {
     state.tick.reset();  // what builds on it is no better
     return filled;

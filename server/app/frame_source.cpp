@@ -24,6 +24,26 @@ void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape
   for (const physics::Face& face : named->mesh->faces) surface.mutable_indices()->Add(face.begin(), face.end());
 }
 
+void describe_end(const physics::JointState& joint, std::size_t which, std::size_t rigid_count,
+                  v1::Layout::Joint::End& out) {
+  using Of = physics::Anchor::Of;
+  const physics::JointEnd& end = joint.ends[which];
+  if (end.of == Of::soft) {
+    out.set_soft(end.index);
+    for (std::uint32_t i = 0; i < end.support.count; ++i) {
+      out.add_vertices(end.support.vertices[i]);
+      out.add_weights(end.support.weights[i]);
+    }
+    return;
+  }
+  const std::size_t before = end.of == Of::collider ? rigid_count : 0;
+  if (end.of != Of::world) out.set_solid(static_cast<std::uint32_t>(before + end.index));
+  const physics::Vec3d& point = joint.points_m[which];
+  out.mutable_point()->set_x(point.x());
+  out.mutable_point()->set_y(point.y());
+  out.mutable_point()->set_z(point.z());
+}
+
 }  // namespace
 
 BodyScalars LiveFrames::scalars(std::size_t index) const {
@@ -63,6 +83,16 @@ std::vector<physics::Pose> LiveFrames::poses() const {
   for (const auto& rigid : world_.rigid_bodies()) poses.push_back({rigid.position, rigid.orientation});
   for (const auto& collider : world_.colliders()) poses.push_back({collider.position, collider.orientation});
   return poses;
+}
+
+void LiveFrames::describe_joints(v1::Layout& layout) const {
+  for (const physics::JointState& joint : world_.joints()) {
+    v1::Layout::Joint& out = *layout.add_joints();
+    out.set_name(joint.joint.name);
+    describe_end(joint, 0, world_.rigid_bodies().size(), *out.mutable_first());
+    describe_end(joint, 1, world_.rigid_bodies().size(), *out.mutable_second());
+    out.set_rope(std::holds_alternative<physics::DistanceLimit>(joint.joint.kind));
+  }
 }
 
 }  // namespace pneuma::app

@@ -70,6 +70,9 @@ class FrameSource {
   /// Appends the solids, in the order of poses().
   virtual void describe_solids(v1::Layout& layout) const = 0;
   [[nodiscard]] virtual std::vector<physics::Pose> poses() const = 0;
+  /// Appends the joints; their soft bodies are counted as the source counts them, their vertices those of the full
+  /// mesh.
+  virtual void describe_joints(v1::Layout&) const {}
 };
 
 /// A world that is stepped: its solids are the rigid bodies, then the colliders.
@@ -102,6 +105,7 @@ class LiveFrames final : public FrameSource {
                                                           MechanicsTerms& terms) const override;
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
+  void describe_joints(v1::Layout& layout) const override;
 
  private:
   const physics::World& world_;

@@ -130,6 +130,14 @@ void HostedWorld::send_events(Outbox& outbox) {
                                    happened.name, what),
                      outbox);
   }
+  for (const physics::BrokenJoint& broken : live_.physics().take_broken_joints()) {
+    const std::string what = "it takes at most " + base::number_text(broken.break_force_n) + " N";
+    spdlog::info("world={} joint={} tick={} broken: {}", name_, broken.name, live_.tick(), what);
+    v1::ServerMessage message = event_message(v1::Event::JOINT_BROKEN, name_, live_.tick(), {}, what);
+    message.mutable_event()->set_joint(broken.name);
+    hub_.send_to_all(message, outbox);
+    hub_.edited();
+  }
 }
 
 void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {

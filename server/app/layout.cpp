@@ -62,8 +62,25 @@ v1::Layout WorldLayout::describe(const FrameSource& source) const {
     if (body.mechanics) *soft.mutable_mechanics() = to_proto(*body.mechanics);
   }
   source.describe_solids(layout);
+  source.describe_joints(layout);
+  keep_joints_of_shown(layout);
   layout.set_layout_id(layout_.layout_id());
   return layout;
+}
+
+/// The bodies of a stream are counted among themselves; joints of others are not in it.
+void WorldLayout::keep_joints_of_shown(v1::Layout& layout) const {
+  const auto find = [&](v1::Layout::Joint::End& end) {
+    if (!end.has_soft()) return true;
+    const auto body = std::ranges::find(bodies_, std::size_t{end.soft()}, &Body::index);
+    end.set_soft(static_cast<std::uint32_t>(body - bodies_.begin()));
+    return body != bodies_.end();
+  };
+  for (int i = layout.joints_size() - 1; i >= 0; --i) {
+    v1::Layout::Joint& joint = *layout.mutable_joints(i);
+    const bool shown = find(*joint.mutable_first()) && find(*joint.mutable_second());
+    if (!shown) layout.mutable_joints()->DeleteSubrange(i, 1);
+  }
 }
 
 /// False where a topology is not there yet. A body of the same name and topology has the mechanics that were told.

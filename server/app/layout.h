@@ -72,6 +72,7 @@ class WorldLayout {
   [[nodiscard]] bool looks_at_mechanics(const FrameSource& source, std::uint64_t tick) const;
   void find_mechanics(const FrameSource& source);
   [[nodiscard]] v1::Layout describe(const FrameSource& source) const;
+  void keep_joints_of_shown(v1::Layout& layout) const;
 
   View view_;
   Simulated simulated_;

@@ -16,11 +16,13 @@ inline constexpr std::size_t mesh_vertices_max = 65'536;
 inline constexpr std::size_t mesh_faces_max = 4 * mesh_vertices_max;
 // Of a hole to be closed: the time for it goes with the square, 50 ms here.
 inline constexpr std::size_t mesh_hole_vertices_max = 2'048;
-inline constexpr std::size_t world_bodies_max = 256;
+inline constexpr std::size_t world_bodies_max = 1'024;
 inline constexpr std::size_t world_vertices_max = 262'144;
 inline constexpr std::size_t world_colliders_max = 256;
 // Of all colliders that are meshes, together: layouts hold their triangles.
 inline constexpr std::size_t collider_mesh_vertices_max = mesh_vertices_max;
+// One for each body.
+inline constexpr std::size_t world_joints_max = 1'024;
 // Ten fingers for each of a few people.
 inline constexpr std::size_t body_grabs_max = 64;
 // A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.

@@ -182,7 +182,50 @@ Simulation::Simulation(Scene initial, SubstepChoice substeps) : scene(std::move(
   });
   for (const RigidBody& body : scene.rigid_bodies) rigid.push_back(make_rigid_state(body));
   for (const Collider& collider : scene.colliders) colliders.push_back(make_collider_state(collider));
+  make_joints({}, {});
   make_plan();
+}
+
+void Simulation::make_joints(const std::vector<JointState>& before, const std::vector<std::string>& renewed) {
+  const auto is_renewed = [&](const Anchor& anchor) {
+    return anchor.of != Anchor::Of::world && std::ranges::find(renewed, anchor.body) != renewed.end();
+  };
+  joints.clear();
+  visit([&]<class Real>(const SoftBodies<Real>& bodies) {
+    for (const Joint& joint : scene.joints) {
+      const auto same = std::ranges::find(before, joint, &JointState::joint);
+      if (same != before.end() && !is_renewed(joint.first) && !is_renewed(joint.second)) {
+        joints.push_back(*same);
+        find_ends<Real>(joints.back(), bodies.states, rigid, colliders);
+      } else {
+        joints.push_back(make_joint<Real>(joint, bodies.states, rigid, colliders));
+      }
+    }
+  });
+  tie();
+}
+
+void Simulation::tie() {
+  visit([&]<class Real>(SoftBodies<Real>& bodies) { tie_bodies<Real>(joints, bodies.states, rigid); });
+}
+
+void Simulation::collect_broken_joints() {
+  if (std::ranges::none_of(joints, &JointState::broken)) return;
+  for (const JointState& joint : joints) {
+    if (joint.broken) broken_joints.push_back({joint.joint.name, joint.joint.break_force_n});
+  }
+  remove_joints([](const JointState& joint) { return joint.broken; });
+}
+
+// What a moving collider drives by a joint does not rest.
+void Simulation::keep_driven_awake() {
+  for (const JointState& joint : joints) {
+    for (std::size_t i = 0; i < 2; ++i) {
+      const JointEnd& end = joint.ends[i];
+      if (end.of != Anchor::Of::collider || !is_moving(colliders[end.index].collider)) continue;
+      wake(i == 0 ? joint.joint.second.body : joint.joint.first.body);
+    }
+  }
 }
 
 void Simulation::make_plan() {
@@ -195,7 +238,7 @@ void Simulation::make_plan() {
     bodies.tables.clear();
     bodies.matrices = nullptr;
     if (choice.integrator != Integrator::xpbd) {
-      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty(),
+      bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty() || !joints.empty(),
                                          is_explicit(choice.integrator), bodies.plan);
     } else {
       bodies.plan = {};
@@ -258,6 +301,7 @@ void Simulation::end_tick() {
     }
   });
   if (!scene.stepping.sleep || is_at_rest()) return;
+  keep_driven_awake();
   const StageTimer timer(profiling ? &profile : nullptr, Stage::sleep);
   visit([&]<class Real>(SoftBodies<Real>& bodies) {
     settle<Real>(bodies.states, rigid, colliders, {scene.gravity, scene.atmosphere}, period_s());
@@ -441,8 +485,10 @@ void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
                            .tables = bodies.tables,
                            .start_m_s = bodies.start_m_s,
                            .first_order = first_order(),
+                           .joints = joints,
                            .notes = bodies.notes},
                           workers, shared_profile);
+  collect_broken_joints();
 
   freeze_runaways(bodies);
 

@@ -49,6 +49,12 @@ class Simulation {
   void wake(const std::string& body);
   /// After the scene or what it says of the bodies has changed.
   void make_plan();
+  /// Makes the scene's joints, once its bodies are there. Those of `before` that are the same go on, unless a body of
+  /// theirs is among `renewed`.
+  void make_joints(const std::vector<JointState>& before, const std::vector<std::string>& renewed);
+  /// Leaves out the joints for which `goes(joint)` holds.
+  template <class Goes>
+  void remove_joints(const Goes& goes);
 
   template <class Visitor>
   decltype(auto) visit(Visitor&& visitor) {
@@ -69,6 +75,7 @@ class Simulation {
   std::vector<RigidState> rigid;
   std::vector<Pose> rigid_before;  // as the substep found them
   std::vector<ColliderState> colliders;
+  std::vector<JointState> joints;  // as the scene's list
 
   std::uint64_t tick = 0;
   std::uint32_t substep_index = 0;  // of the tick under way
@@ -78,6 +85,7 @@ class Simulation {
 
   std::vector<FrozenBody> frozen;
   std::vector<BodyGasEvent> gas_events;
+  std::vector<BrokenJoint> broken_joints;
   bool noting = false;  // contacts
   bool profiling = false;
   Profile profile{};
@@ -110,6 +118,9 @@ class Simulation {
   void freeze_runaways(SoftBodies<Real>& bodies);
   template <class Real>
   void freeze(SoftState<Real>& body);
+  void collect_broken_joints();
+  void keep_driven_awake();
+  void tie();
   template <class Real>
   void collect_gas_events(SoftBodies<Real>& bodies);
   template <class Real>
@@ -117,6 +128,17 @@ class Simulation {
 
   bool plan_is_stale_ = false;  // a body has lost the gas that it was planned with
 };
+
+template <class Goes>
+void Simulation::remove_joints(const Goes& goes) {
+  for (std::size_t i = joints.size(); i-- > 0;) {
+    if (!goes(joints[i])) continue;
+    joints.erase(joints.begin() + static_cast<std::ptrdiff_t>(i));
+    scene.joints.erase(scene.joints.begin() + static_cast<std::ptrdiff_t>(i));
+    plan_is_stale_ = true;
+  }
+  tie();
+}
 
 [[nodiscard]] RigidState make_rigid_state(const RigidBody& body);
 [[nodiscard]] ColliderState make_collider_state(const Collider& collider);

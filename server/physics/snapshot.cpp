@@ -27,6 +27,7 @@ class Writer {
     std::uint64_t value = size;
     return field(value);
   }
+  [[nodiscard]] static bool has_more(bool held) { return held; }
   std::string bytes;
 };
 
@@ -44,6 +45,7 @@ class Hasher {
     std::uint64_t value = size;
     return field(value);
   }
+  [[nodiscard]] static bool has_more(bool held) { return held; }
   std::uint64_t hash = 0xcbf29ce484222325U;
 };
 
@@ -66,6 +68,8 @@ class Reader {
     std::uint64_t value = 0;
     return field(value) && value == size;
   }
+  /// Whether there is a part at the end that is left out where nothing is held.
+  [[nodiscard]] bool has_more(bool) const { return !rest.empty(); }
   std::string_view rest;
 };
 
@@ -150,6 +154,37 @@ bool soft_fields(Archive& archive, SoftState<Real>& body) {
 }
 
 template <class Archive>
+bool joint_fields(Archive& archive, JointState& joint) {
+  return vector_field(archive, joint.points_m[0]) && vector_field(archive, joint.points_m[1]) &&
+         archive.field(joint.turn.w()) && archive.field(joint.turn.x()) && archive.field(joint.turn.y()) &&
+         archive.field(joint.turn.z());
+}
+
+std::uint64_t hash_of(const std::string& name) {
+  Hasher hasher;
+  for (const char letter : name) hasher.field(letter);
+  return hasher.hash;
+}
+
+// A world without joints has none of these. Those that broke are in its scene, but not among these: each tells its
+// name.
+template <class Archive>
+bool joints_fields(Archive& archive, Simulation& sim) {
+  std::uint64_t count = archive.has_more(!sim.joints.empty()) ? sim.joints.size() : 0;
+  if (archive.has_more(!sim.joints.empty()) && !archive.field(count)) return false;
+  if (count > sim.joints.size()) return false;
+  std::size_t next = 0;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    std::uint64_t name = next < sim.joints.size() ? hash_of(sim.joints[next].joint.name) : 0;
+    if (!archive.field(name)) return false;
+    while (next < sim.joints.size() && hash_of(sim.joints[next].joint.name) != name) sim.joints[next++].broken = true;
+    if (next == sim.joints.size() || !joint_fields(archive, sim.joints[next++])) return false;
+  }
+  while (next < sim.joints.size()) sim.joints[next++].broken = true;
+  return true;
+}
+
+template <class Archive>
 bool state_fields(Archive& archive, Simulation& sim) {
   if (!archive.field(sim.tick) || !archive.field(sim.time_base_s) || !archive.field(sim.tick_base)) return false;
   const bool soft_done = sim.visit([&]<class Real>(SoftBodies<Real>& bodies) {
@@ -171,7 +206,7 @@ bool state_fields(Archive& archive, Simulation& sim) {
   for (ColliderState& collider : sim.colliders) {
     if (!pose_fields(archive, collider.position, collider.orientation)) return false;
   }
-  return true;
+  return joints_fields(archive, sim);
 }
 
 }  // namespace
@@ -189,6 +224,7 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
+  restored->remove_joints([](const JointState& joint) { return joint.broken; });
   restored->visit([](auto& bodies) {
     bodies.contacts = {};
     bodies.notes = {};

@@ -122,6 +122,7 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
   sim.colliders = applied_colliders(sim.colliders, scene.colliders);
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
+  sim.make_joints(std::exchange(sim.joints, {}), renewed);
   sim.make_plan();
   return {};
 }
@@ -242,6 +243,10 @@ const std::vector<ColliderState>& World::colliders() const {
   return simulation_->colliders;
 }
 
+const std::vector<JointState>& World::joints() const {
+  return simulation_->joints;
+}
+
 std::string describe(const GasEvent& event) {
   std::ostringstream text;
   text << event.pressure_pa << " Pa over the outside at " << event.volume_m3 << " m3";
@@ -254,6 +259,10 @@ std::vector<FrozenBody> World::take_frozen() {
 
 std::vector<BodyGasEvent> World::take_gas_events() {
   return std::exchange(simulation_->gas_events, {});
+}
+
+std::vector<BrokenJoint> World::take_broken_joints() {
+  return std::exchange(simulation_->broken_joints, {});
 }
 
 void World::note_contacts(bool on) {
@@ -297,6 +306,7 @@ Profile World::profile() const {
       add_bytes(Stage::solid_contact, notes.capacity() * sizeof(VertexContact));
     }
   });
+  add_bytes(Stage::joints, simulation_->joints.capacity() * sizeof(JointState));
   add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
   add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));
   return sum;

@@ -12,6 +12,7 @@
 #include "base/status.h"
 #include "physics/choice/stability.h"
 #include "physics/contact/contact_note.h"
+#include "physics/contact/joint.h"
 #include "physics/contact/row.h"
 #include "physics/forces/measures.h"
 #include "physics/machine/profile.h"
@@ -36,6 +37,11 @@ struct FrozenBody {
 struct BodyGasEvent {
   std::string name;
   GasEvent event;
+};
+/// A joint that took more than it can.
+struct BrokenJoint {
+  std::string name;
+  double break_force_n = 0.0;
 };
 /// In words: the pressure over the outside and the volume when it happened.
 [[nodiscard]] std::string describe(const GasEvent& event);
@@ -107,6 +113,8 @@ class World {
   [[nodiscard]] BodyMeasures measure(std::size_t soft_index) const;
   [[nodiscard]] const std::vector<RigidState>& rigid_bodies() const;
   [[nodiscard]] const std::vector<ColliderState>& colliders() const;
+  /// Those that hold.
+  [[nodiscard]] const std::vector<JointState>& joints() const;
 
   /// Adds momentum `impulse_n_s` at `at`. With an empty name, `at` must be a ray, and the first body hit is meant.
   [[nodiscard]] base::Result<Hit> apply_impulse(const std::string& body, const At& at, const Vec3d& impulse_n_s);
@@ -120,6 +128,8 @@ class World {
   [[nodiscard]] std::vector<FrozenBody> take_frozen();
   /// What gases did since the last call.
   [[nodiscard]] std::vector<BodyGasEvent> take_gas_events();
+  /// Joints that broke since the last call.
+  [[nodiscard]] std::vector<BrokenJoint> take_broken_joints();
 
   /// FNV-1a over the bits of the whole state in a fixed order (positions, velocities, gas, solids, time).
   [[nodiscard]] std::uint64_t state_hash() const;

@@ -1,6 +1,7 @@
 #include "replay/recorded_frames.h"
 
 #include <algorithm>
+#include <span>
 #include <utility>
 
 namespace pneuma::replay {
@@ -22,15 +23,26 @@ std::shared_ptr<const physics::Mesh> mesh_of(const client::SoftBodyFrame& body) 
   return mesh;
 }
 
+/// None before the first frame.
+std::span<const v1::Layout::Joint> joints_of(const client::DecodedFrame& frame) {
+  if (frame.joints == nullptr) return {};
+  return *frame.joints;
+}
+
 bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
   return std::ranges::equal(a.bodies, b.bodies,
                             [](const auto& one, const auto& other) {
                               return one.name == other.name && one.topology->hash == other.topology->hash &&
                                      *one.kept_vertices == *other.kept_vertices;
                             }) &&
-         std::ranges::equal(a.solids, b.solids, [](const auto& one, const auto& other) {
-           return one.name == other.name && one.dynamic == other.dynamic &&
-                  one.shape.SerializeAsString() == other.shape.SerializeAsString() && one.surface == other.surface;
+         std::ranges::equal(a.solids, b.solids,
+                            [](const auto& one, const auto& other) {
+                              return one.name == other.name && one.dynamic == other.dynamic &&
+                                     one.shape.SerializeAsString() == other.shape.SerializeAsString() &&
+                                    one.surface == other.surface;
+                            }) &&
+         std::ranges::equal(joints_of(a), joints_of(b), [](const auto& one, const auto& other) {
+           return one.SerializeAsString() == other.SerializeAsString();
          });
 }
 
@@ -79,6 +91,10 @@ void RecordedFrames::describe_solids(v1::Layout& layout) const {
     if (solid.surface) *out.mutable_surface() = *solid.surface;
     out.set_dynamic(solid.dynamic);
   }
+}
+
+void RecordedFrames::describe_joints(v1::Layout& layout) const {
+  for (const v1::Layout::Joint& joint : joints_of(frame_)) *layout.add_joints() = joint;
 }
 
 std::vector<physics::Pose> RecordedFrames::poses() const {

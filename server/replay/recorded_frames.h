@@ -15,7 +15,7 @@ class RecordedFrames final : public app::FrameSource {
  public:
   explicit RecordedFrames(double tick_period_s) : tick_period_s_(tick_period_s) {}
 
-  /// Takes the frame to show. True where its bodies or solids are not those of the frame before.
+  /// Takes the frame to show. True where its bodies, solids or joints are not those of the frame before.
   bool show(client::DecodedFrame frame);
   [[nodiscard]] const client::DecodedFrame& frame() const { return frame_; }
 
@@ -36,6 +36,7 @@ class RecordedFrames final : public app::FrameSource {
   [[nodiscard]] std::vector<app::TouchedVertex> contacts(std::size_t) const override { return {}; }
   void describe_solids(v1::Layout& layout) const override;
   [[nodiscard]] std::vector<physics::Pose> poses() const override;
+  void describe_joints(v1::Layout& layout) const override;
 
  private:
   double tick_period_s_;

@@ -61,6 +61,16 @@ Status remove_mesh(v1::Scene& scene, const std::string& name) {
   return remove(*scene.mutable_meshes(), "mesh", name);
 }
 
+/// A body that a joint holds stays until the joint is gone.
+template <class Held>
+Status check_not_held(const v1::Scene& scene, const Held& holds) {
+  for (const v1::Joint& joint : scene.joints()) {
+    if (!holds(joint.first()) && !holds(joint.second())) continue;
+    return {StatusCode::failed_precondition, "joint " + in_quotes(joint.name()) + " holds it"};
+  }
+  return {};
+}
+
 /// Finds what a change names and applies `change` to it.
 template <class List, class Change, class Apply>
 Status change(List& list, const std::string& kind, const Change& change, Apply apply) {
@@ -146,6 +156,7 @@ Status apply_change(v1::Scene& scene, const v1::SceneChange& made) {
   const auto add_named = [&scene](auto& list, const auto& item, std::size_t limit) {
     return add(list, item, is_taken(scene, item.name()), limit);
   };
+  Status status;
   switch (made.change_case()) {
     case v1::SceneChange::kAddMesh:
       return add(*scene.mutable_meshes(), made.add_mesh(), index_of(scene.meshes(), made.add_mesh().name()) >= 0,
@@ -156,11 +167,28 @@ Status apply_change(v1::Scene& scene, const v1::SceneChange& made) {
       return add_named(rigid_bodies, made.add_rigid_body(), base::world_bodies_max);
     case v1::SceneChange::kAddCollider:
       return add_named(colliders, made.add_collider(), base::world_colliders_max);
+    case v1::SceneChange::kAddJoint:
+      return add(*scene.mutable_joints(), made.add_joint(), index_of(scene.joints(), made.add_joint().name()) >= 0,
+                 base::world_joints_max);
+    case v1::SceneChange::kRemoveJoint:
+      return remove(*scene.mutable_joints(), "joint", made.remove_joint());
     case v1::SceneChange::kRemoveSoftBody:
+      status = check_not_held(scene, [&](const v1::Anchor& anchor) {
+        return anchor.has_soft_body() && anchor.soft_body() == made.remove_soft_body();
+      });
+      if (!status.ok()) return status;
       return remove(soft_bodies, "soft body", made.remove_soft_body());
     case v1::SceneChange::kRemoveRigidBody:
+      status = check_not_held(scene, [&](const v1::Anchor& anchor) {
+        return anchor.has_rigid_body() && anchor.rigid_body() == made.remove_rigid_body();
+      });
+      if (!status.ok()) return status;
       return remove(rigid_bodies, "rigid body", made.remove_rigid_body());
     case v1::SceneChange::kRemoveCollider:
+      status = check_not_held(scene, [&](const v1::Anchor& anchor) {
+        return anchor.has_collider() && anchor.collider() == made.remove_collider();
+      });
+      if (!status.ok()) return status;
       return remove(colliders, "collider", made.remove_collider());
     case v1::SceneChange::kRemoveMesh:
       return remove_mesh(scene, made.remove_mesh());

@@ -38,8 +38,11 @@ ScenePath parse(std::string_view path) {
 }
 
 /// The scene's list, and how a change names one of its things.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kinds{
-    {{"meshes", "mesh"}, {"soft_bodies", "soft_body"}, {"rigid_bodies", "rigid_body"}, {"colliders", "collider"}}};
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kinds{{{"meshes", "mesh"},
+                                                                              {"soft_bodies", "soft_body"},
+                                                                              {"rigid_bodies", "rigid_body"},
+                                                                              {"colliders", "collider"},
+                                                                              {"joints", "joint"}}};
 
 std::string name_of(const Message& thing) {
   return thing.GetReflection()->GetString(thing, thing.GetDescriptor()->FindFieldByName("name"));

@@ -293,6 +293,59 @@ Status read_collider(const v1::Collider& in, const MeshLibrary& meshes, physics:
   return failures.first();
 }
 
+void read_anchor(const v1::Anchor& in, physics::Anchor& out) {
+  using Of = physics::Anchor::Of;
+  switch (in.body_case()) {
+    case v1::Anchor::kSoftBody:
+      out.of = Of::soft;
+      out.body = in.soft_body();
+      break;
+    case v1::Anchor::kRigidBody:
+      out.of = Of::rigid;
+      out.body = in.rigid_body();
+      break;
+    case v1::Anchor::kCollider:
+      out.of = Of::collider;
+      out.body = in.collider();
+      break;
+    case v1::Anchor::BODY_NOT_SET:
+      break;
+  }
+  if (in.has_vertex()) out.vertex = in.vertex();
+  if (in.has_face_point()) {
+    out.face = in.face_point().face();
+    out.face_weights = to_vector(in.face_point().weights());
+  }
+  if (in.has_point()) out.point_m = to_vector(in.point());
+}
+
+Status read_joint(const v1::Joint& in, physics::Joint& out) {
+  Failures failures;
+  out.name = in.name();
+  read_anchor(in.first(), out.first);
+  read_anchor(in.second(), out.second);
+  const auto read_axis = [](const v1::Vec3& axis, Vec3d& direction) {
+    return normalise<Vec3d>(to_vector(axis), Vec3d::UnitY(), direction);
+  };
+  switch (in.kind_case()) {
+    case v1::Joint::kDistanceLimit:
+      out.kind = physics::DistanceLimit{in.distance_limit().longest_m()};
+      break;
+    case v1::Joint::kHinge:
+      failures.note("hinge.axis", read_axis(in.hinge().axis(), out.kind.emplace<physics::HingeJoint>().axis));
+      break;
+    case v1::Joint::kSlider:
+      failures.note("slider.axis", read_axis(in.slider().axis(), out.kind.emplace<physics::SliderJoint>().axis));
+      break;
+    case v1::Joint::kPoint:
+    case v1::Joint::KIND_NOT_SET:
+      break;
+  }
+  out.compliance_m_n = in.compliance_m_n();
+  if (in.has_break_force_n()) out.break_force_n = in.break_force_n();
+  return failures.first();
+}
+
 /// Each item of a list by `read`, as many as the engine admits: where there are more, check_scene would say so, but
 /// only after all of them were made.
 template <class In, class Out, class Read>
@@ -334,6 +387,8 @@ Result<physics::Scene> to_physics(const v1::Scene& scene, const MeshLibrary& mes
   if (!status.ok()) return status;
   status = read_list(scene.colliders(), "colliders", base::world_colliders_max, out.colliders,
                      [&meshes](const auto& in, auto& body) { return read_collider(in, meshes, body); });
+  if (!status.ok()) return status;
+  status = read_list(scene.joints(), "joints", base::world_joints_max, out.joints, read_joint);
   if (!status.ok()) return status;
   if (auto checked = physics::check_scene(out); !checked.ok()) return checked;
   return out;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string_view>
 #include <unordered_map>
 #include <variant>
@@ -76,6 +77,10 @@ v1::Scene to_proto(const physics::Scene& live, const v1::Scene& current) {
     set(*to.mutable_position(), from.position);
     set(*to.mutable_orientation(), from.orientation);
   });
+  for (int i = out.joints_size() - 1; i >= 0; --i) {
+    const auto is_it = [&](const physics::Joint& joint) { return joint.name == out.joints(i).name(); };
+    if (std::ranges::none_of(live.joints, is_it)) out.mutable_joints()->DeleteSubrange(i, 1);  // it broke
+  }
   return out;
 }
 

@@ -16,8 +16,8 @@ namespace pneuma::scene_io {
 /// The same, with the meshes built for it.
 [[nodiscard]] base::Result<physics::Scene> to_physics(const v1::Scene& scene);
 
-/// `current` with the amounts and temperatures of gas as they are in `live`, and without what burst; bodies are matched
-/// by name.
+/// `current` with the amounts and temperatures of gas as they are in `live`, and without what burst and the joints that
+/// broke; bodies and joints are matched by name.
 [[nodiscard]] v1::Scene to_proto(const physics::Scene& live, const v1::Scene& current);
 
 [[nodiscard]] v1::Shape to_proto(const physics::Shape& shape);

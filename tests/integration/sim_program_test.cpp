@@ -192,8 +192,8 @@ TEST_F(SimScene, ProfileShowsWhatAScenesPlanLeavesOut) {
   };
   const std::vector<std::string> absent{"0.000", "0", "0"};
   auto still = stages(file("cloth.json", pinned_cloth));
-  for (const char* stage : {"bending", "volume", "pressure", "wind", "grabs", "bounds", "broad_phase", "soft_contact",
-                            "solid_contact", "rigid"}) {
+  for (const char* stage : {"bending", "volume", "pressure", "wind", "grabs", "joints", "bounds", "broad_phase",
+                            "soft_contact", "solid_contact", "rigid"}) {
     EXPECT_EQ(still[stage], absent) << stage;
   }
   for (const char* stage : {"springs", "integrate"}) EXPECT_NE(still[stage], absent) << stage;

@@ -247,18 +247,15 @@ base::Status Watch::take(const v1::Event& event) {
   }
   const std::string& kind = v1::Event::Kind_Name(event.kind());
   if (session_.json) {
-    const base::Status written = session_.output.line(JsonObject()
-                                                          .add("type", "event")
-                                                          .add("kind", kind)
-                                                          .add("world", event.world())
-                                                          .add("body", event.body())
-                                                          .add("tick", event.tick())
-                                                          .add("detail", event.detail())
-                                                          .text());
-    if (!written.ok()) return written;
+    JsonObject told;
+    told.add("type", "event").add("kind", kind).add("world", event.world()).add("body", event.body());
+    if (!event.joint().empty()) told.add("joint", event.joint());
+    told.add("tick", event.tick()).add("detail", event.detail());
+    if (base::Status written = session_.output.line(told.text()); !written.ok()) return written;
   } else {
     std::string text = "event: " + kind + " " + event.world();
     if (!event.body().empty()) text += " " + event.body();
+    if (!event.joint().empty()) text += " " + event.joint();
     text += " at tick " + std::to_string(event.tick());
     if (!event.detail().empty()) text += ": " + event.detail();
     if (base::Status written = session_.output.line(text); !written.ok()) return written;

@@ -76,6 +76,8 @@ struct DecodedFrame {
   std::vector<SoftBodyFrame> bodies;
   std::vector<SolidFrame> solids;
   std::vector<ContactFrame> contacts;  // with SubscribeOptions::contacts
+  // Those of the layout, which count bodies and solids as above; never null.
+  std::shared_ptr<const std::vector<v1::Layout::Joint>> joints;
 };
 
 /// Turns the messages of all streams of a connection into frames. Any message that does not fit, or is past the limits
@@ -119,6 +121,7 @@ class StreamDecoder {
     double tick_s = 0.0;
     std::optional<std::uint32_t> layout_id;
     std::vector<Body> bodies;
+    std::shared_ptr<const std::vector<v1::Layout::Joint>> joints;
     // After the last frame of layer 0, after the one of layer 1, and after any of layer 2.
     std::array<State, 3> layers;
   };

@@ -4,6 +4,7 @@ import type {
   Frame as FrameMessage,
   Gap,
   Layout as LayoutMessage,
+  Layout_Joint_End as JointEndMessage,
   Mechanics as MechanicsMessage,
   Scalars,
   Topology,
@@ -62,6 +63,8 @@ export interface Layout {
     /** Of a shape that names a mesh: its triangles, in its own frame. */
     readonly surface?: SolidSurface | undefined;
   }[];
+  /** Those whose soft bodies the stream holds. */
+  readonly joints: readonly Joint[];
 }
 
 export interface SolidSurface {
@@ -69,6 +72,25 @@ export interface SolidSurface {
   readonly positions: Float32Array;
   /** Three a face. */
   readonly indices: Uint32Array;
+}
+
+export interface Joint {
+  readonly name: string;
+  readonly first: JointEnd;
+  readonly second: JointEnd;
+  readonly isRope: boolean;
+}
+
+/** A point of a soft body, of a solid, or where both are undefined of the world. */
+export interface JointEnd {
+  /** Its place in the layout's `softBodies`. */
+  readonly soft: number | undefined;
+  readonly solid: number | undefined;
+  /** Of the soft body's whole mesh, with their weights. */
+  readonly vertices: readonly number[];
+  readonly weights: readonly number[];
+  /** In the solid's own frame, or the world's. */
+  readonly point: Vec3;
 }
 
 export interface SolidPose {
@@ -221,7 +243,7 @@ function mechanicsOf(message: MechanicsMessage): Mechanics {
   };
 }
 
-const noLayout: Layout = { softBodies: [], solids: [] };
+const noLayout: Layout = { softBodies: [], solids: [], joints: [] };
 
 /** Of Client.subscribe. It outlives a connection that is restored: its next frame is then a key frame. */
 export class Stream {
@@ -294,7 +316,19 @@ export class Stream {
     const solids = message.solids.map(({ name, shape, dynamic, surface }) => {
       return { name, shape, isDynamic: dynamic, surface: surface && surfaceOf(surface) };
     });
-    this.layout_ = { softBodies, solids };
+    const endOf = (end: JointEndMessage | undefined): JointEnd => {
+      const { body, vertices = [], weights = [], point } = end ?? {};
+      const soft = body?.case === "soft" ? body.value : undefined;
+      const solid = body?.case === "solid" ? body.value : undefined;
+      if ((soft ?? -1) >= softBodies.length || (solid ?? -1) >= solids.length || vertices.length !== weights.length) {
+        throw new PneumaError("MALFORMED", "a joint on nothing that was told", "layout");
+      }
+      return { soft, solid, vertices, weights, point: point ?? create(Vec3Schema) };
+    };
+    const joints = message.joints.map(({ name, first, second, rope }) => {
+      return { name, first: endOf(first), second: endOf(second), isRope: rope };
+    });
+    this.layout_ = { softBodies, solids, joints };
     this.layoutId = message.layoutId;
     this.held = [];
     const nowhere = { position: create(Vec3Schema), orientation: create(QuaternionSchema, { w: 1 }) };

@@ -52,6 +52,10 @@ function inverseOfOne(scene: Scene, { change }: SceneChange): Change[] {
       return one("removeRigidBody", change.value.name);
     case "addCollider":
       return one("removeCollider", change.value.name);
+    case "addJoint":
+      return one("removeJoint", change.value.name);
+    case "removeJoint":
+      return restored("addJoint", find(scene.joints, change.value));
     case "removeMesh":
       return restored("addMesh", find(scene.meshes, change.value));
     case "removeSoftBody":
@@ -172,6 +176,10 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
     }
     case "addCollider":
       return has(find(scene.colliders, change.value.name), { shape: change.value.shape });
+    case "addJoint":
+      return find(scene.joints, change.value.name) !== undefined;
+    case "removeJoint":
+      return !find(scene.joints, change.value);
     case "removeMesh":
       return !find(scene.meshes, change.value);
     case "removeSoftBody":

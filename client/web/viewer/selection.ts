@@ -18,6 +18,12 @@ const noScene = create(SceneSchema);
 
 const groups = { softBodies: "Soft bodies", rigidBodies: "Rigid bodies", colliders: "Obstacles" } as const;
 
+/** The joints that hold a body go before it. */
+function withoutJoints({ joints }: Scene, body: string): Change[] {
+  const held = joints.filter(({ first, second }) => first?.body.value === body || second?.body.value === body);
+  return held.map(({ name }) => ({ change: { case: "removeJoint", value: name } }));
+}
+
 export class Selection {
   private readonly choice = element<HTMLSelectElement>("selected");
   private readonly removeButton = element<HTMLButtonElement>("remove");
@@ -83,7 +89,10 @@ export class Selection {
       const found = removals.find(([list]) => scene[list].some((item) => item.name === name));
       if (!found) return undefined;
       const change: Change = { change: { case: found[1], value: name } };
-      return { says: `Remove ${name}`, changes: [change, ...this.withItsMesh(scene, name)] };
+      return {
+        says: `Remove ${name}`,
+        changes: [...withoutJoints(scene, name), change, ...this.withItsMesh(scene, name)],
+      };
     });
     if (made) say(`${name} is gone from tick ${made.reply.tick} on`);
   }

@@ -5,6 +5,7 @@ import type { Bounds } from "./bounds_view.js";
 import { niceCeiling } from "./colour_map.js";
 import { bodyColour } from "./colours.js";
 import { ContactsView } from "./contacts_view.js";
+import { JointsView } from "./joints_view.js";
 import { type Field, type Scale, scaleOf } from "./legend.js";
 import type { Moment } from "./playback.js";
 import { type Rest, SoftBodyView } from "./soft_body_view.js";
@@ -48,6 +49,7 @@ export class WorldView {
   private layout: Layout | undefined;
   private shown = plain;
   private readonly contacts = new ContactsView();
+  private readonly joints = new JointsView();
   private sizeM = 1;
   /** Of the field that is shown: the values that there were, from the first frame of it on. */
   private range = { low: 0, high: 0 };
@@ -55,7 +57,7 @@ export class WorldView {
   private lastS = 0;
 
   constructor() {
-    this.group.add(this.contacts.group);
+    this.group.add(this.contacts.group, this.joints.group);
   }
 
   /** Of the colours, where they say something. */
@@ -99,6 +101,7 @@ export class WorldView {
     this.paint(to);
     if (this.shown.contacts) this.contacts.update(fraction < 0.5 ? from : to, this.bodies, this.sizeM);
     this.solids.forEach((solid, i) => solid?.update(from.poses[i]!, to.poses[i]!, fraction));
+    this.joints.update(to.layout, this.bodies, this.solids);
   }
 
   get hasRoom(): boolean {
@@ -127,7 +130,7 @@ export class WorldView {
   /** Lets go of all that is in it; the next moment may be another world's. */
   clear(): void {
     this.group.clear();
-    this.group.add(this.contacts.group);
+    this.group.add(this.contacts.group, this.joints.group);
     this.range = { low: 0, high: 0 };
     for (const part of [...this.bodies, ...this.solids]) part?.dispose();
     this.bodies = [];

@@ -31,6 +31,25 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
   }
 }
 
+// About all that a rigid body may touch in a substep, and a quarter of its size more.
+Aabb<double> reach_of(const RigidState& body, double dt_s) {
+  constexpr double generous = 1.25;
+  const double reach_m = generous * (radius_about_centre(body.body.shape) + body.body.surface.thickness_m +
+                                     dt_s * body.velocity.norm());
+  return {body.position - Vec3d::Constant(reach_m), body.position + Vec3d::Constant(reach_m)};
+}
+
+template <class Real>
+Aabb<double> swept_by(const SoftState<Real>& body, const BodyBounds& bounds) {
+  const Vec3d thickness_m = Vec3d::Constant(body.body.surface.thickness_m);
+  return {bounds.swept.min - thickness_m, bounds.swept.max + thickness_m};
+}
+
+// A box that nothing was fitted to holds no number, and is near everything.
+bool is_in_reach(const Aabb<double>& swept, const Aabb<double>& reach) {
+  return !(swept.min.array() > reach.max.array()).any() && !(swept.max.array() < reach.min.array()).any();
+}
+
 }  // namespace
 
 template <class Real>
@@ -57,12 +76,14 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
   const bool self =
       std::ranges::any_of(soft, [](const auto& body) { return !body.frozen && body.body.collision.self; });
-  if (!solids && !pairs && !self) return;
+  const bool joints = !world.joints.empty();
+  if (!solids && !pairs && !self && !joints) return;
   const bool meshes = std::ranges::any_of(colliders, [](const ColliderState& state) { return state.tree != nullptr; });
   const bool surfaces = pairs || self || (meshes && !soft.empty());
 
   const SubstepPhysics physics = SubstepPhysics::of(world.surroundings.gravity, world.dt_s);
   notes_ = world.notes;
+  if (joints) hold_joints(world, profile);
   if (!soft.empty()) {
     const StageTimer timer(profile, Stage::bounds);
     bounds_.resize(soft.size());
@@ -71,10 +92,15 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
       if (body.is_awake()) vertices_ += body.x.size();
     }
     for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+    swept_.resize(soft.size());
+    for (std::size_t i = 0; i < soft.size(); ++i) swept_[i] = swept_by(soft[i], bounds_[i]);
   }
   pairs_.clear();
   soft_touched_.assign(soft.size(), 0);
   rigid_touched_.assign(rigid.size(), 0);
+  for (std::size_t r = 0; joints && r < rigid.size(); ++r) {
+    if (rigid[r].tie != 0 && rigid[r].is_awake()) rigid_touched_[r] = 1;
+  }
   if (surfaces) surfaces_.take_meshes(colliders, physics.dt_s, physics.resting_m_s);
   if (surfaces && !world.is_implicit()) {
     const StageTimer timer(profile, Stage::soft_contact);
@@ -102,6 +128,13 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
   }
 }
 
+// An implicit step solves for its soft bodies' joints together with their contacts.
+template <class Real>
+void Contacts<Real>::hold_joints(const ContactWorld<Real>& world, Profile* profile) {
+  const StageTimer timer(profile, Stage::joints);
+  joints_.answer(world.joints, world.is_implicit(), world.soft, world.rigid, world.colliders, world.dt_s);
+}
+
 template <class Real>
 void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
   surfaces_.answer({world.soft, bounds_, physics.dt_s, world.is_first_of_tick}, notes_, soft_touched_);
@@ -121,6 +154,7 @@ void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world, const Substep
                 .resting_m_s = physics.resting_m_s,
                 .dt_s = physics.dt_s,
                 .first_order = world.first_order,
+                .joints = world.joints,
                 .notes = notes_,
                 .soft_touched = soft_touched_,
                 .rigid_touched = rigid_touched_},
@@ -181,11 +215,12 @@ void Contacts<Real>::meet_solids(const ContactWorld<Real>& world, const SubstepP
   for (std::uint32_t r = 0; r < rigid.size(); ++r) {
     if (!is_active(rigid[r])) continue;
     refit_stale(soft);
+    Aabb<double> reach = reach_of(rigid[r], physics.dt_s);
     for (std::size_t i = 0; i < soft.size(); ++i) {
+      if (!is_in_reach(swept_[i], reach)) continue;
       if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
-      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, notes_of(i))) {
-        continue;
-      }
+      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, notes_of(i))) continue;
+      reach = reach_of(rigid[r], physics.dt_s);
       rigid_touched_[r] = 1;
       wake_touched(soft, rigid, i, physics);
       wake_touched(soft, rigid, soft.size() + r, physics);
@@ -205,7 +240,9 @@ void Contacts<Real>::meet_solids(const ContactWorld<Real>& world, const SubstepP
 template <class Real>
 void Contacts<Real>::refit_stale(std::span<SoftState<Real>> soft) {
   for (std::size_t i = 0; i < soft.size(); ++i) {
-    if (bounds_[i].active && bounds_[i].stale) fit_boxes(soft[i], bounds_[i]);
+    if (!bounds_[i].active || !bounds_[i].stale) continue;
+    fit_boxes(soft[i], bounds_[i]);
+    swept_[i] = swept_by(soft[i], bounds_[i]);
   }
 }
 
@@ -252,6 +289,7 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
   add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes());
+  add(Stage::joints, joints_.bytes());
   add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
 }

@@ -11,6 +11,7 @@
 #include "physics/contact/contact_soft.h"
 #include "physics/contact/contact_solid.h"
 #include "physics/contact/coupled_step.h"
+#include "physics/contact/joint_contacts.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
@@ -35,6 +36,7 @@ struct ContactWorld {
   std::span<ImplicitTables<Real>> tables = {};
   std::span<const std::vector<Vec3<Real>>> start_m_s = {};
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
+  std::span<JointState> joints = {};              // those that break are marked
   std::span<ContactNotes> notes = {};             // one a soft body, to which what was answered is appended; or none
 
   [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
@@ -53,7 +55,7 @@ class Contacts {
   void resolve(const ContactWorld<Real>& world, Workers& workers, Profile* profile);
 
   /// What the rows of all substeps so far came to.
-  [[nodiscard]] RowCounts row_counts() const { return surfaces_.counts() + coupled_.counts(); }
+  [[nodiscard]] RowCounts row_counts() const { return surfaces_.counts() + coupled_.counts() + joints_.counts(); }
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
 
@@ -64,6 +66,7 @@ class Contacts {
                              Profile* profile);
   void meet_solids(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers);
   void meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics);
+  void hold_joints(const ContactWorld<Real>& world, Profile* profile);
   [[nodiscard]] ContactNotes* notes_of(std::size_t body) const { return notes_.empty() ? nullptr : &notes_[body]; }
   void refit_stale(std::span<SoftState<Real>> soft);
   void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
@@ -73,9 +76,11 @@ class Contacts {
   void for_each(Workers& workers, std::size_t count, const Work& work);
 
   std::vector<BodyBounds> bounds_;          // one a soft body; sleepers keep theirs
+  std::vector<Aabb<double>> swept_;         // likewise, their swept boxes side by side
   std::vector<std::uint8_t> soft_touched_;  // likewise: by another's surface, in this substep
   SurfaceContacts<Real> surfaces_;
   CoupledStep<Real> coupled_;
+  JointContacts<Real> joints_;
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b

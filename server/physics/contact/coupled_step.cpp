@@ -22,6 +22,8 @@ constexpr std::uint32_t coupled_sweeps_max = 30;
 constexpr std::size_t direct_rows_max = 160;
 // Of the mean edge a substep: what rows may be off by.
 constexpr double coupled_enough_share = 1e-6;
+// The same of joints whose soft bodies are all frozen.
+constexpr double joints_alone_enough_m_s = 1e-9;
 // Of what two surfaces are nearer than they keep: what a pass parts them by. At once, the springs would be fed.
 constexpr double parted_share = 0.2;
 // A body on a line does not turn as a whole.
@@ -105,7 +107,7 @@ void CoupledStep<Real>::load(const CoupledWorld<Real>& world) {
   for (std::size_t i = 0; i < solids_.size(); ++i) solids_[i].response = first + static_cast<std::uint32_t>(i);
   rigid_velocities_m_s_.assign(world.rigid.size(), Vec3d::Zero());
   rigid_turnings_rad_s_.assign(world.rigid.size(), Vec3d::Zero());
-  yields_.assign(first + solids_.size(), 1);
+  yields_.assign(first + solids_.size() + 1, 1);
   for (std::size_t i = first + world.rigid.size(); i < yields_.size(); ++i) yields_[i] = 0;
 }
 
@@ -125,6 +127,61 @@ void CoupledStep<Real>::find_rows(const CoupledWorld<Real>& world, SurfaceContac
       find_solid_rows(body, i, bodies_[i].start, solids_[k], world.dt_s, rows_);
       if (is_rigid) find_corner_rows(body, i, bodies_[i].start, solids_[k], world.dt_s, rows_);
     }
+  }
+  find_joint_rows(world);
+}
+
+template <class Real>
+EndPlace CoupledStep<Real>::place_of(const CoupledWorld<Real>& world, const JointState& joint,
+                                     std::size_t which) const {
+  const JointEnd& end = joint.ends[which];
+  const auto fixed = static_cast<std::uint32_t>(bodies_.size() + solids_.size());
+  EndPlace place;
+  if (end.of == Anchor::Of::soft) {
+    const SoftState<Real>& state = world.soft[end.index];
+    place.support = end.support;
+    place.support.body = end.index;
+    place.yields = state.is_awake() && world.active[end.index] != 0;
+    if (place.yields) {
+      const SurfaceBody& surface = (*surfaces_)[end.index];
+      place.at = mean_of(end.support, surface.from);
+      place.ahead_m = mean_of(end.support, surface.to) - place.at;
+    } else {
+      for (std::uint32_t i = 0; i < end.support.count; ++i) {
+        place.at += end.support.weights[i] * state.position_m(end.support.vertices[i]);
+      }
+      place.support.count = 0;
+      place.support.body = fixed;
+    }
+  } else if (end.of == Anchor::Of::world) {
+    place.at = joint.points_m[which];
+    place.support.body = fixed;
+  } else {
+    const bool is_rigid = end.of == Anchor::Of::rigid;
+    const bool yields = is_rigid && world.rigid[end.index].is_awake() && is_active(world.rigid[end.index]);
+    const SolidPlace& solid = solids_[is_rigid ? end.index : world.rigid.size() + end.index];
+    const bool moves = yields || !is_rigid;
+    const Vec3d still = Vec3d::Zero();
+    place = place_of_solid(joint, which, solid.at.origin, Quatd(solid.at.rotation), moves ? solid.ahead : still,
+                           moves ? solid.ahead_turning : still, world.dt_s);
+    place.yields = yields;
+    place.support.body = yields ? solid.response : fixed;
+  }
+  place.kept_m = kept_of_end<Real>(joint, which, world.soft, world.rigid, world.colliders);
+  return place;
+}
+
+template <class Real>
+void CoupledStep<Real>::find_joint_rows(const CoupledWorld<Real>& world) {
+  const bool begins = joints_left_m_.empty();
+  joints_left_m_.resize(world.joints.size());
+  for (std::uint32_t i = 0; i < world.joints.size(); ++i) {
+    const JointState& joint = world.joints[i];
+    if (!joint.has_soft) continue;
+    const EndPlace first = place_of(world, joint, 0);
+    const EndPlace second = place_of(world, joint, 1);
+    if (begins) joints_left_m_[i] = error_left_m(joint, first, second, world.dt_s);
+    append_joint_rows(joint, i, first, second, joints_left_m_[i], world.dt_s, rows_);
   }
 }
 
@@ -266,7 +323,7 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
   for (const RigidState& rigid : world.rigid) {
     responses_.emplace_back(RigidResponse(inverse_masses_1_kg(rigid), inverse_inertia_1_kg_m2(rigid)));
   }
-  for (std::size_t i = 0; i < world.colliders.size(); ++i) responses_.emplace_back(FixedResponse{});
+  for (std::size_t i = 0; i <= world.colliders.size(); ++i) responses_.emplace_back(FixedResponse{});
   double spacing_m = 0.0;
   for (ContactRow& row : rows_) {
     for (Support* side : {&row.first, &row.second}) {
@@ -276,7 +333,13 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
       }
     }
     const auto before = std::ranges::lower_bound(warm_, row.key, {}, &ContactRow::key);
-    if (before != warm_.end() && before->key == row.key) {
+    if (before != warm_.end() && before->key == row.key && joint_of(row)) {
+      row.impulse_n_s = before->impulse_n_s;
+      if (row.kind == RowKind::guide) row.impulse_n_s -= row.impulse_n_s.dot(row.normal) * row.normal;
+      if (row.kind == RowKind::contact) {
+        row.impulse_n_s = std::max(0.0, row.impulse_n_s.dot(row.normal)) * row.normal;
+      }
+    } else if (before != warm_.end() && before->key == row.key) {
       const double pressed_n_s = std::max(0.0, before->impulse_n_s.dot(row.normal));
       const Vec3d rubbed_n_s = before->impulse_n_s - before->impulse_n_s.dot(row.normal) * row.normal;
       const double most_n_s = row.friction * pressed_n_s;
@@ -288,9 +351,9 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
     if (auto* factored = std::get_if<FactoredResponse>(&response)) factored->finish();
   }
   group_rows(rows_, yields_, groups_);
-  const SolveLimits limits{.sweeps_max = coupled_sweeps_max,
-                           .enough_m_s = coupled_enough_share * spacing_m / world.dt_s,
-                           .direct_rows_max = direct_rows_max};
+  const double enough_m_s = spacing_m > 0.0 ? coupled_enough_share * spacing_m / world.dt_s : joints_alone_enough_m_s;
+  const SolveLimits limits{
+      .sweeps_max = coupled_sweeps_max, .enough_m_s = enough_m_s, .direct_rows_max = direct_rows_max};
   for (const RowGroup& group : groups_) {
     const SolveOutcome outcome =
         solve_rows(std::span(rows_).subspan(group.begin, group.end - group.begin), responses_, limits);
@@ -371,6 +434,7 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
   surfaces_ = &surfaces.bodies();
   load(world);
   warm_.clear();
+  joints_left_m_.clear();
   find_rows(world, surfaces);
   if (rows_.empty()) return;
   for (const ContactRow& row : rows_) {
@@ -408,6 +472,9 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     if (end_pass(world, surfaces) <= pass_settled_share * spacing_m) break;
   }
   rebound(world);
+  for (const ContactRow& row : rows_) {
+    if (joint_of(row) && has_given_way(row)) world.joints[*joint_of(row)].broken = true;
+  }
   store(world);
   note(world);
 }
@@ -467,7 +534,7 @@ double CoupledStep<Real>::taken_energy_j(const CoupledWorld<Real>& world, std::s
 template <class Real>
 Vec3d CoupledStep<Real>::surface_velocity_of(const CoupledWorld<Real>& world, const ContactRow& row) const {
   const std::size_t first = bodies_.size() + world.rigid.size();
-  if (row.second.body < first) return Vec3d::Zero();
+  if (row.second.body < first || row.second.body == bodies_.size() + solids_.size()) return Vec3d::Zero();
   const SolidPlace& solid = solids_[row.second.body - bodies_.size()];
   return velocity_at(solid.velocity, solid.angular_velocity, row.second.arm);
 }
@@ -479,7 +546,8 @@ void CoupledStep<Real>::rebound(const CoupledWorld<Real>& world) {
   std::vector<ContactRow> rows;
   for (const ContactRow& row : rows_) {
     const auto gives_way = [&](const Support& side) {
-      return side.body >= bodies_.size() || bodies_[side.body].is_free;
+      if (side.body < bodies_.size()) return bodies_[side.body].is_free && world.soft[side.body].tie == 0;
+      return side.body >= bodies_.size() + world.rigid.size() || world.rigid[side.body - bodies_.size()].tie == 0;
     };
     const bool bounces = row.restitution > 0.0 && gives_way(row.first) && gives_way(row.second);
     if (bounces && row.impulse_n_s.dot(row.normal) > 0.0) rows.push_back(row);
@@ -641,7 +709,7 @@ void CoupledStep<Real>::note(const CoupledWorld<Real>& world) const {
   using Other = VertexContact::Other;
   const std::size_t soft_count = bodies_.size();
   for (const ContactRow& row : rows_) {
-    if (!(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
+    if (joint_of(row) || !(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
     world.soft_touched[row.first.body] = 1;
     const std::size_t second = row.second.body;
     const bool is_rigid = second >= soft_count && second < soft_count + world.rigid.size();

@@ -11,6 +11,7 @@
 #include "physics/contact/contact_note.h"
 #include "physics/contact/factored_response.h"
 #include "physics/contact/groups.h"
+#include "physics/contact/joint.h"
 #include "physics/contact/solid_rows.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/implicit/implicit_solver.h"
@@ -31,6 +32,7 @@ struct CoupledWorld {
   double resting_m_s = 0.0;
   double dt_s = 0.0;
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
+  std::span<JointState> joints = {};              // those of soft bodies are solved for, and marked where they break
   std::span<ContactNotes> notes;                  // or none
   std::span<std::uint8_t> soft_touched;           // set of those that got an impulse
   std::span<std::uint8_t> rigid_touched;
@@ -49,7 +51,7 @@ class CoupledStep {
   /// A soft body's step under way.
   struct Body {
     bool in_contact = false;
-    bool is_free = false;      // nothing holds it but contact
+    bool is_free = false;      // nothing holds it but contact and joints
     std::vector<Vec3d> start;  // m, in the world
     std::vector<Vec3d> x0;     // m, from the body's origin
     std::vector<Vec3d> u0, u;  // m/s
@@ -63,6 +65,8 @@ class CoupledStep {
   bool move_freely(const CoupledWorld<Real>& world, std::size_t index);
   void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshCollider> meshes);
   void aim_mesh_row(ContactRow& row, const SolidPlace& solid, double dt_s) const;
+  [[nodiscard]] EndPlace place_of(const CoupledWorld<Real>& world, const JointState& joint, std::size_t which) const;
+  void find_joint_rows(const CoupledWorld<Real>& world);
   void find_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void solve(const CoupledWorld<Real>& world);
   double end_pass(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
@@ -73,12 +77,13 @@ class CoupledStep {
   void note(const CoupledWorld<Real>& world) const;
 
   std::vector<Body> bodies_;
-  std::vector<SolidPlace> solids_;  // rigid bodies, then colliders
+  std::vector<SolidPlace> solids_;    // rigid bodies, then colliders
+  std::vector<Vec3d> joints_left_m_;  // of each joint's error, at the substep's end
   std::vector<SurfaceBody>* surfaces_ = nullptr;
   std::vector<ContactRow> rows_;
   std::vector<ContactRow> warm_;  // of the pass before, by key
   std::vector<RowGroup> groups_;
-  std::vector<Response> responses_;  // soft bodies, rigid ones, colliders
+  std::vector<Response> responses_;  // soft bodies, rigid ones, colliders, the world
   std::vector<std::uint8_t> yields_;
   std::vector<Vec3d> rigid_velocities_m_s_, rigid_turnings_rad_s_;  // of the pass before
   ImplicitSolver<Real> solver_;

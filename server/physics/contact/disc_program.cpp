@@ -22,6 +22,7 @@ DiscProgram::DiscProgram(std::size_t rows) : rows_(static_cast<Eigen::Index>(row
   f_.setZero(3 * rows_);
   radii_n_s_.assign(rows, 0.0);
   across_1_kg_.assign(rows, 0.0);
+  kinds_.assign(rows, Kind::contact);
 }
 
 void DiscProgram::set_row(std::size_t row, const Vec3d& wanted_m_s, const Vec3d& start_n_s, double across_1_kg) {
@@ -37,6 +38,19 @@ void DiscProgram::set_block(std::size_t row, std::size_t by, const Eigen::Matrix
   if (i != j) w_.block<3, 3>(j, i) = block_1_kg.transpose();
 }
 
+void DiscProgram::set_free(std::size_t row, bool also_along) {
+  if (kinds_[row] != Kind::given) kinds_[row] = also_along ? Kind::tie : Kind::guide;
+}
+
+void DiscProgram::set_given(std::size_t row) {
+  kinds_[row] = Kind::given;
+}
+
+void DiscProgram::add_softness(std::size_t row, double softness_1_kg) {
+  const auto i = 3 * static_cast<Eigen::Index>(row);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) w_(i + axis, i + axis) += softness_1_kg;
+}
+
 double DiscProgram::set_disc(std::size_t row, double radius_n_s) {
   const double change_n_s = std::abs(radius_n_s - radii_n_s_[row]);
   radii_n_s_[row] = radius_n_s;
@@ -45,6 +59,9 @@ double DiscProgram::set_disc(std::size_t row, double radius_n_s) {
 
 void DiscProgram::project(Eigen::VectorXd& f) const {
   for (Eigen::Index row = 0; row < rows_; ++row) {
+    const Kind kind = kind_of(row);
+    if (kind == Kind::guide) f[3 * row] = 0.0;
+    if (kind != Kind::contact) continue;
     f[3 * row] = std::max(0.0, f[3 * row]);
     const double radius = radii_n_s_[static_cast<std::size_t>(row)];
     const double length = std::hypot(f[3 * row + 1], f[3 * row + 2]);
@@ -52,10 +69,23 @@ void DiscProgram::project(Eigen::VectorXd& f) const {
   }
 }
 
+double DiscProgram::stop(Eigen::Index at) {
+  if (!(w_(at, at) > 0.0)) return 0.0;
+  const double change = -gradient_[at] / w_(at, at);
+  f_[at] += change;
+  gradient_ += change * w_.col(at);
+  return std::abs(change) * w_(at, at);
+}
+
 double DiscProgram::sweep() {
   double largest_m_s = 0.0;
   for (Eigen::Index row = 0; row < rows_; ++row) {
     const Eigen::Index n = 3 * row;
+    if (const Kind kind = kind_of(row); kind != Kind::contact) {
+      if (kind == Kind::tie) largest_m_s = std::max(largest_m_s, stop(n));
+      if (kind != Kind::given) largest_m_s = std::max({largest_m_s, stop(n + 1), stop(n + 2)});
+      continue;
+    }
     if (w_(n, n) > 0.0) {
       const double change = std::max(0.0, f_[n] - gradient_[n] / w_(n, n)) - f_[n];
       if (change != 0.0) {
@@ -83,6 +113,13 @@ void DiscProgram::find_directions() {
   directions_.clear();
   for (Eigen::Index row = 0; row < rows_; ++row) {
     const Eigen::Index n = 3 * row;
+    if (const Kind kind = kind_of(row); kind != Kind::contact) {
+      if (kind == Kind::tie) directions_.push_back({.at = n});
+      if (kind == Kind::given) continue;
+      directions_.push_back({.at = n + 1});
+      directions_.push_back({.at = n + 2});
+      continue;
+    }
     if (f_[n] > 0.0) directions_.push_back({.at = n});
     const double radius = radii_n_s_[static_cast<std::size_t>(row)];
     if (!(radius > 0.0)) continue;
@@ -105,6 +142,7 @@ double DiscProgram::longest_inside(const Eigen::VectorXd& step) const {
   double longest = 1.0;
   for (Eigen::Index row = 0; row < rows_; ++row) {
     const Eigen::Index n = 3 * row;
+    if (kind_of(row) != Kind::contact) continue;
     if (step[n] < 0.0 && f_[n] > 0.0) longest = std::min(longest, -f_[n] / step[n]);
     const double radius = radii_n_s_[static_cast<std::size_t>(row)];
     const double squared = step.segment<2>(n + 1).squaredNorm();

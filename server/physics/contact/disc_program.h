@@ -21,6 +21,12 @@ class DiscProgram {
   void set_row(std::size_t row, const Vec3d& wanted_m_s, const Vec3d& start_n_s, double across_1_kg);
   /// Block (row, by) of W and its transpose.
   void set_block(std::size_t row, std::size_t by, const Eigen::Matrix3d& block_1_kg);
+  /// Its impulse may be any across the normal, and along it where `also_along`, or else has no share along it.
+  void set_free(std::size_t row, bool also_along);
+  /// Its impulse stays as it is.
+  void set_given(std::size_t row);
+  /// On the diagonal of W, after its block is set.
+  void add_softness(std::size_t row, double softness_1_kg);
   /// Returns by how much of velocity the disc changed.
   double set_disc(std::size_t row, double radius_n_s);
 
@@ -36,6 +42,9 @@ class DiscProgram {
     double next_share = 0.0;  // of at + 1
     double bend_1_kg = 0.0;   // what keeping to the edge adds
   };
+  enum class Kind : std::uint8_t { contact, tie, guide, given };
+  [[nodiscard]] Kind kind_of(Eigen::Index row) const { return kinds_[static_cast<std::size_t>(row)]; }
+  double stop(Eigen::Index at);
   double sweep();
   void project(Eigen::VectorXd& f) const;
   void find_directions();
@@ -46,6 +55,7 @@ class DiscProgram {
   Eigen::MatrixXd w_;
   Eigen::VectorXd q_, f_, gradient_;
   std::vector<double> radii_n_s_, across_1_kg_;
+  std::vector<Kind> kinds_;
   std::vector<Direction> directions_;
 };
 

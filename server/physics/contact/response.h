@@ -61,12 +61,22 @@ class RigidResponse {
   RigidResponse(double inverse_mass_1_kg, const Eigen::Matrix3d& inverse_inertia_1_kg_m2)
       : RigidResponse(Vec3d::Constant(inverse_mass_1_kg), inverse_inertia_1_kg_m2) {}
 
-  [[nodiscard]] Vec3d change_m_s(const Support& at) const { return velocity_ + turning_.cross(at.arm); }
+  [[nodiscard]] Vec3d change_m_s(const Support& at) const {
+    if (at.turns) return turning_;
+    return velocity_ + turning_.cross(at.arm);
+  }
   [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support& at, const Support& by) const {
+    if (at.turns && by.turns) return inverse_inertia_1_kg_m2_;
+    if (at.turns) return inverse_inertia_1_kg_m2_ * cross_matrix(by.arm);
+    if (by.turns) return -cross_matrix(at.arm) * inverse_inertia_1_kg_m2_;
     return Eigen::Matrix3d(inverse_masses_1_kg_.asDiagonal()) +
            cross_matrix(at.arm) * inverse_inertia_1_kg_m2_ * cross_matrix(by.arm).transpose();
   }
   void push(const Support& at, const Vec3d& impulse_n_s) {
+    if (at.turns) {
+      turning_ += inverse_inertia_1_kg_m2_ * impulse_n_s;
+      return;
+    }
     velocity_ += inverse_masses_1_kg_.cwiseProduct(impulse_n_s);
     turning_ += inverse_inertia_1_kg_m2_ * at.arm.cross(impulse_n_s);
   }
@@ -82,5 +92,35 @@ class RigidResponse {
 };
 
 using Response = std::variant<FixedResponse, LumpedResponse, RigidResponse, FactoredResponse>;
+
+[[nodiscard]] inline Vec3d change_m_s(const Response& response, const Support& at) {
+  return std::visit([&](const auto& body) { return body.change_m_s(at); }, response);
+}
+
+[[nodiscard]] inline Eigen::Matrix3d inverse_mass_1_kg(const Response& response, const Support& at, const Support& by) {
+  return std::visit([&](const auto& body) { return body.inverse_mass_1_kg(at, by); }, response);
+}
+
+inline void push(Response& response, const Support& at, const Vec3d& impulse_n_s) {
+  std::visit([&](auto& body) { body.push(at, impulse_n_s); }, response);
+}
+
+/// How the relative velocity of one row answers to the impulse of another.
+[[nodiscard]] inline Eigen::Matrix3d coupling_1_kg(std::span<const Response> responses, const ContactRow& at,
+                                                   const ContactRow& by) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const auto add = [&](const Support& of, const Support& from, double sign) {
+    if (of.body == from.body) sum += sign * inverse_mass_1_kg(responses[of.body], of, from);
+  };
+  add(at.first, by.first, 1.0);
+  add(at.first, by.second, -1.0);
+  add(at.second, by.first, -1.0);
+  add(at.second, by.second, 1.0);
+  return sum;
+}
+inline void push_both(std::span<Response> responses, const ContactRow& row, const Vec3d& impulse_n_s) {
+  push(responses[row.first.body], row.first, impulse_n_s);
+  push(responses[row.second.body], row.second, -impulse_n_s);
+}
 
 }  // namespace pneuma::physics

@@ -1,9 +1,11 @@
-// A contact: one row for every kind of partner.
+// A contact, or a part of a joint: one row for every kind of partner.
 #pragma once
 
 #include <array>
 #include <compare>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <vector>
 
 #include "physics/scene/scene.h"
@@ -17,6 +19,7 @@ struct Support {
   std::array<std::uint32_t, 3> vertices{};
   std::array<double, 3> weights{};
   Vec3d arm = Vec3d::Zero();  // of a solid: from its centre, m
+  bool turns = false;         // of a solid: the row is about its turning, rad/s and N m s, not about a point of it
   std::uint32_t slot = 0;     // in the response's own tables
 
   void add(std::uint32_t vertex, double weight) {
@@ -33,14 +36,22 @@ struct FeatureKey {
   auto operator<=>(const FeatureKey&) const = default;
 };
 
+/// What a row allows. `contact`: to part, and to slide against friction. `tie`: nothing. `guide`: what is along the
+/// normal.
+enum class RowKind : std::uint8_t { contact, tie, guide };
+
 struct ContactRow {
   FeatureKey key;
+  RowKind kind = RowKind::contact;
   Support first;
   Support second;
   Vec3d normal = Vec3d::UnitY();  // unit, from the second to the first
   double gap_m = 0.0;             // along it, over the distance that the two keep
   double friction = 0.0;
   double restitution = 0.0;
+  double softness_1_kg = 0.0;                                 // it gives way by so much velocity an impulse
+  double most_n_s = std::numeric_limits<double>::infinity();  // that it can take
+  bool is_given = false;                                      // its impulse stays as it is
 
   // What the solver is to reach.
   Vec3d free_m_s = Vec3d::Zero();  // the first as seen from the second, without an impulse
@@ -48,6 +59,19 @@ struct ContactRow {
   // What it found.
   Vec3d impulse_n_s = Vec3d::Zero();  // on the first; the second gets its opposite
 };
+
+/// Of the rows that took more than they can, the one that did by most; null where there is none.
+[[nodiscard]] inline ContactRow* most_overtaxed(std::span<ContactRow> rows) {
+  ContactRow* most = nullptr;
+  double most_over = 1.0;
+  for (ContactRow& row : rows) {
+    const double over = row.is_given ? 0.0 : row.impulse_n_s.norm() / row.most_n_s;
+    if (over <= most_over) continue;
+    most_over = over;
+    most = &row;
+  }
+  return most;
+}
 
 /// What the rows of one world's substeps came to, added up.
 struct RowCounts {

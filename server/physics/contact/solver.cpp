@@ -14,31 +14,8 @@ namespace {
 constexpr std::uint32_t sweeps_before = 4;
 // The radii of friction's discs follow the normal impulses in so many rounds.
 constexpr int friction_rounds = 3;
-
-Vec3d change_m_s(const Response& response, const Support& at) {
-  return std::visit([&](const auto& body) { return body.change_m_s(at); }, response);
-}
-
-Eigen::Matrix3d inverse_mass_1_kg(const Response& response, const Support& at, const Support& by) {
-  return std::visit([&](const auto& body) { return body.inverse_mass_1_kg(at, by); }, response);
-}
-
-void push(Response& response, const Support& at, const Vec3d& impulse_n_s) {
-  std::visit([&](auto& body) { body.push(at, impulse_n_s); }, response);
-}
-
-// How the relative velocity of one row answers to the impulse of another.
-Eigen::Matrix3d coupling_1_kg(std::span<const Response> responses, const ContactRow& at, const ContactRow& by) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  const auto add = [&](const Support& of, const Support& from, double sign) {
-    if (of.body == from.body) sum += sign * inverse_mass_1_kg(responses[of.body], of, from);
-  };
-  add(at.first, by.first, 1.0);
-  add(at.first, by.second, -1.0);
-  add(at.second, by.first, -1.0);
-  add(at.second, by.second, 1.0);
-  return sum;
-}
+// Of a joint's inverse mass: one that two joints hold the same way must not be without bounds.
+constexpr double joint_regularisation = 1e-12;
 
 class Sweeps {
  public:
@@ -64,15 +41,19 @@ class Sweeps {
       Vec3d wanted = axes_[i].transpose() * at_rest;
       wanted[0] -= row.least_m_s;
       program.set_row(i, wanted, axes_[i].transpose() * row.impulse_n_s, blocks_[i].across_1_kg);
+      if (row.is_given) program.set_given(i);
+      if (row.kind != RowKind::contact) program.set_free(i, row.kind == RowKind::tie);
       for (std::size_t j = 0; j <= i; ++j) {
         if (!tied(row, rows_[j])) continue;
         program.set_block(i, j, axes_[i].transpose() * coupling_1_kg(responses_, row, rows_[j]) * axes_[j]);
       }
+      if (row.softness_1_kg > 0.0) program.add_softness(i, row.softness_1_kg);
     }
     bool solved = false;
     for (int round = 0; round < friction_rounds; ++round) {
       double change_m_s = 0.0;
       for (std::size_t i = 0; i < count; ++i) {
+        if (rows_[i].kind != RowKind::contact) continue;
         change_m_s = std::max(change_m_s, program.set_disc(i, rows_[i].friction * program.impulse(i)[0]));
       }
       if (round > 0 && change_m_s <= enough_m_s) return take(program, solved);
@@ -81,10 +62,23 @@ class Sweeps {
     return take(program, solved && discs_fit(program, enough_m_s));
   }
 
+  // Of the rows that took more than they can, the one that did by most takes what it can, and keeps to that. False
+  // where there is none.
+  bool give_way() {
+    ContactRow* most = most_overtaxed(rows_);
+    if (most == nullptr) return false;
+    const Vec3d taken_n_s = most->most_n_s * most->impulse_n_s.normalized();
+    push_both(responses_, *most, taken_n_s - most->impulse_n_s);
+    most->impulse_n_s = taken_n_s;
+    most->is_given = true;
+    return true;
+  }
+
  private:
   // Whether friction stays within what the last normal impulses allow.
   [[nodiscard]] bool discs_fit(const DiscProgram& program, double enough_m_s) const {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (rows_[i].kind != RowKind::contact) continue;
       const Vec3d impulse_n_s = program.impulse(i);
       const double past_n_s = impulse_n_s.tail<2>().norm() - rows_[i].friction * impulse_n_s[0];
       if (past_n_s * blocks_[i].across_1_kg > enough_m_s) return false;
@@ -102,8 +96,9 @@ class Sweeps {
 
   struct Block {
     Eigen::Matrix3d inverse_mass_1_kg = Eigen::Matrix3d::Zero();
-    double along_1_kg = 0.0;   // along the normal
-    double across_1_kg = 0.0;  // the most of any direction across it
+    Eigen::Matrix3d mass_kg = Eigen::Matrix3d::Zero();  // of a joint's row: what stops it
+    double along_1_kg = 0.0;                            // along the normal
+    double across_1_kg = 0.0;                           // the most of any direction across it
   };
 
   static bool tied(const ContactRow& a, const ContactRow& b) {
@@ -124,16 +119,38 @@ class Sweeps {
     block.along_1_kg = local(0, 0);
     const double half_difference = 0.5 * (local(1, 1) - local(2, 2));
     block.across_1_kg = 0.5 * (local(1, 1) + local(2, 2)) + std::hypot(half_difference, local(1, 2));
+    if (row.kind == RowKind::contact || !(local.trace() > 0.0)) return block;
+    const Eigen::Matrix3d soft =
+        local + (row.softness_1_kg + joint_regularisation * local.trace()) * Eigen::Matrix3d::Identity();
+    if (row.kind == RowKind::tie) {
+      block.mass_kg = axes * soft.inverse() * axes.transpose();
+    } else {
+      const Eigen::Matrix2d across_axis = soft.bottomRightCorner<2, 2>();
+      const Eigen::Matrix<double, 3, 2> directions = axes.rightCols<2>();
+      block.mass_kg = directions * across_axis.inverse() * directions.transpose();
+    }
     return block;
   }
 
+  double answer_joint(ContactRow& row, const Block& block) {
+    const Vec3d velocity = row.free_m_s + change_m_s(responses_[row.first.body], row.first) -
+                           change_m_s(responses_[row.second.body], row.second) + row.softness_1_kg * row.impulse_n_s;
+    const Vec3d change_n_s = -(block.mass_kg * velocity);
+    row.impulse_n_s += change_n_s;
+    push_both(responses_, row, change_n_s);
+    return (block.inverse_mass_1_kg * change_n_s).norm() + row.softness_1_kg * change_n_s.norm();
+  }
+
   double answer(ContactRow& row, const Block& block) {
+    if (row.is_given) return 0.0;
+    if (row.kind != RowKind::contact) return answer_joint(row, block);
     if (!(block.along_1_kg > 0.0)) return 0.0;
     Vec3d velocity = row.free_m_s + change_m_s(responses_[row.first.body], row.first) -
                      change_m_s(responses_[row.second.body], row.second);
     const double pressed_n_s = row.impulse_n_s.dot(row.normal);
-    const double normal_n_s =
-        std::max(0.0, pressed_n_s + (row.least_m_s - velocity.dot(row.normal)) / block.along_1_kg);
+    if (row.softness_1_kg > 0.0) velocity += row.softness_1_kg * row.impulse_n_s;
+    const double normal_n_s = std::max(
+        0.0, pressed_n_s + (row.least_m_s - velocity.dot(row.normal)) / (block.along_1_kg + row.softness_1_kg));
     if (normal_n_s == 0.0 && pressed_n_s == 0.0) return 0.0;
     Vec3d change_n_s = (normal_n_s - pressed_n_s) * row.normal;
     double largest_m_s = std::abs(normal_n_s - pressed_n_s) * block.along_1_kg;
@@ -148,22 +165,18 @@ class Sweeps {
       change_n_s += rubbed_n_s - before_n_s;
     }
     row.impulse_n_s += change_n_s;
-    push_both(row, change_n_s);
+    push_both(responses_, row, change_n_s);
     return largest_m_s;
   }
 
-  void push_both(const ContactRow& row, const Vec3d& impulse_n_s) {
-    push(responses_[row.first.body], row.first, impulse_n_s);
-    push(responses_[row.second.body], row.second, -impulse_n_s);
-  }
   void push_all() {
     for (const ContactRow& row : rows_) {
-      if (!row.impulse_n_s.isZero(0.0)) push_both(row, row.impulse_n_s);
+      if (!row.impulse_n_s.isZero(0.0)) push_both(responses_, row, row.impulse_n_s);
     }
   }
   void pull_all() {
     for (const ContactRow& row : rows_) {
-      if (!row.impulse_n_s.isZero(0.0)) push_both(row, -row.impulse_n_s);
+      if (!row.impulse_n_s.isZero(0.0)) push_both(responses_, row, -row.impulse_n_s);
     }
   }
 
@@ -173,19 +186,25 @@ class Sweeps {
   std::vector<Eigen::Matrix3d> axes_;  // the normal, and two across it
 };
 
+bool solve_once(Sweeps& sweeps, std::size_t rows, const SolveLimits& limits, SolveOutcome& outcome) {
+  const bool may_solve = rows <= limits.direct_rows_max;
+  const std::uint32_t sweeps_first = may_solve ? std::min(sweeps_before, limits.sweeps_max) : limits.sweeps_max;
+  for (std::uint32_t i = 0; i < sweeps_first; ++i) {
+    ++outcome.sweeps;
+    if (sweeps.sweep() <= limits.enough_m_s) return true;
+  }
+  return may_solve && sweeps.solve_together(limits.enough_m_s, outcome.factorisations);
+}
+
 }  // namespace
 
 SolveOutcome solve_rows(std::span<ContactRow> rows, std::span<Response> responses, const SolveLimits& limits) {
   SolveOutcome outcome;
   if (rows.empty()) return outcome;
   Sweeps sweeps(rows, responses);
-  const bool may_solve = rows.size() <= limits.direct_rows_max;
-  const std::uint32_t sweeps_first = may_solve ? std::min(sweeps_before, limits.sweeps_max) : limits.sweeps_max;
-  while (outcome.sweeps < sweeps_first) {
-    ++outcome.sweeps;
-    if (sweeps.sweep() <= limits.enough_m_s) return outcome;
-  }
-  outcome.converged = may_solve && sweeps.solve_together(limits.enough_m_s, outcome.factorisations);
+  do {
+    outcome.converged = solve_once(sweeps, rows.size(), limits, outcome);
+  } while (sweeps.give_way());
   return outcome;
 }
 

@@ -12,6 +12,7 @@ namespace {
 constexpr double group_gap_share = 1e-3;
 
 bool may_touch(const Extent& a, const Extent& b) {
+  if (a.tie != 0 && a.tie == b.tie) return true;
   if (!a.rigid && !b.rigid && !(a.meets_soft && b.meets_soft)) return false;
   const double gap_m = a.reach_m + b.reach_m;
   return ((a.box.min.array() <= b.box.max.array() + gap_m) && (b.box.min.array() <= a.box.max.array() + gap_m)).all();
@@ -25,6 +26,7 @@ Extent extent_of(const SoftState<Real>& body) {
   const double length_m = static_cast<double>(body.length_m);
   return {.counts = true,
           .meets_soft = body.body.collision.soft != SoftCollision::none,
+          .tie = body.tie,
           .box = {body.origin_m + box.min.template cast<double>(), body.origin_m + box.max.template cast<double>()},
           .reach_m = shell_m(body) + group_gap_share * length_m};
 }
@@ -40,6 +42,7 @@ Extent extent_of(const RigidState& body) {
   }
   return {.counts = true,
           .rigid = true,
+          .tie = body.tie,
           .box = {body.position - half, body.position + half},
           .reach_m = body.body.surface.thickness_m + group_gap_share * 2.0 * radius_m};
 }

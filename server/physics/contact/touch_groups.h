@@ -1,4 +1,4 @@
-// Groups of bodies that touch or nearly do. They fall asleep (sleep.h) and wake together.
+// Groups of bodies that touch, or nearly do, or that joints tie together. They fall asleep (sleep.h) and wake together.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,7 @@ struct Extent {
   bool counts = false;
   bool rigid = false;
   bool meets_soft = true;
+  std::uint32_t tie = 0;  // by joints, 0: to none
   Aabb<double> box;
   double reach_m = 0.0;
 };

@@ -16,6 +16,7 @@ enum class Stage {
   wind,
   grabs,
   integrate,
+  joints,
   bounds,
   broad_phase,
   soft_contact,
@@ -24,9 +25,9 @@ enum class Stage {
   move,
   sleep
 };
-inline constexpr std::size_t stage_count = 14;
+inline constexpr std::size_t stage_count = 15;
 inline constexpr std::array<std::string_view, stage_count> stage_names{
-    "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate",
+    "springs", "bending",     "volume",       "pressure",      "wind",  "grabs", "integrate", "joints",
     "bounds",  "broad_phase", "soft_contact", "solid_contact", "rigid", "move",  "sleep"};
 
 struct StageRow {

@@ -178,6 +178,23 @@ bool same_body(const RigidBody& a, const RigidBody& b) {
          a.angular_velocity == b.angular_velocity && a.surface == b.surface && a.locked == b.locked;
 }
 
+// Wakes what the joints hold that are among `joints` alone.
+template <class Real>
+void wake_held(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const std::vector<Joint>& joints,
+               const std::vector<Joint>& others) {
+  for (const Joint& joint : joints) {
+    if (std::ranges::find(others, joint) != others.end()) continue;
+    for (const Anchor* anchor : {&joint.first, &joint.second}) {
+      for (std::size_t i = 0; i < soft.size(); ++i) {
+        if (soft[i].body.name == anchor->body) (void)wake_group(soft, rigid, i);
+      }
+      for (std::size_t i = 0; i < rigid.size(); ++i) {
+        if (rigid[i].body.name == anchor->body) (void)wake_group(soft, rigid, soft.size() + i);
+      }
+    }
+  }
+}
+
 template <class Body>
 bool goes_on(const Body& live, const std::vector<Body>& wanted) {
   return std::ranges::any_of(wanted, [&](const Body& body) { return body.name == live.name && same_body(live, body); });
@@ -216,6 +233,8 @@ void wake_changed(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
     wake_all(soft, rigid);
     return;
   }
+  wake_held(soft, rigid, live.joints, wanted.joints);
+  wake_held(soft, rigid, wanted.joints, live.joints);
   for (std::size_t i = 0; i < soft.size(); ++i) {
     if (!goes_on(live.soft_bodies[i], wanted.soft_bodies)) (void)wake_group(soft, rigid, i);
   }

@@ -132,6 +132,7 @@ void check_counts(const Scene& scene, Fields fields) {
   at_most("soft_bodies", scene.soft_bodies.size(), base::world_bodies_max, "bodies");
   at_most("rigid_bodies", scene.soft_bodies.size() + scene.rigid_bodies.size(), base::world_bodies_max, "bodies");
   at_most("colliders", scene.colliders.size(), base::world_colliders_max, "colliders");
+  at_most("joints", scene.joints.size(), base::world_joints_max, "joints");
   std::size_t vertex_count = 0;
   for (const SoftBody& body : scene.soft_bodies) vertex_count += body.mesh ? body.mesh->positions_m.size() : 0;
   at_most("soft_bodies", vertex_count, base::world_vertices_max, "vertices");
@@ -386,6 +387,87 @@ void check_collider(const Collider& collider, const Fields& fields) {
   check_surface(collider.surface, fields.in("surface"));
 }
 
+template <class Body>
+const Body* named(const std::vector<Body>& bodies, const std::string& name) {
+  const auto found = std::ranges::find(bodies, name, &Body::name);
+  return found == bodies.end() ? nullptr : &*found;
+}
+
+void check_soft_anchor(const Anchor& anchor, const SoftBody& body, Fields fields) {
+  const Mesh& mesh = *body.mesh;
+  const auto in_range = [&](std::string_view field, std::uint32_t index, std::size_t count, std::string_view of) {
+    if (index < count) return;
+    fields.fail(field, "is " + std::to_string(index) + "; \"" + body.name + "\" has " + std::to_string(count) + " " +
+                           std::string(of));
+  };
+  if (anchor.point_m) fields.fail("point", "a soft body is held by a vertex or a face_point");
+  if (anchor.vertex.has_value() == anchor.face.has_value()) {
+    fields.fail("at", "a soft body is held by a vertex or a face_point");
+  }
+  if (anchor.vertex) in_range("vertex", *anchor.vertex, mesh.positions_m.size(), "vertices");
+  if (!anchor.face) return;
+  in_range("face_point.face", *anchor.face, mesh.faces.size(), "faces");
+  const Vec3d& weights = anchor.face_weights;
+  Fields of_face = fields.in("face_point");
+  of_face.vector("weights", weights, 1.0);
+  if (std::abs(weights.sum() - 1.0) > unit_length_tolerance || weights.minCoeff() < 0.0) {
+    of_face.fail("weights", "add up to " + number_text(weights.sum()) + "; must be 0 or more and add up to 1");
+  }
+}
+
+void check_anchor(const Anchor& anchor, const Scene& scene, Fields fields) {
+  const auto unknown = [&](std::string_view field, std::string_view kind) {
+    fields.fail(field, "no " + std::string(kind) + " is named \"" + anchor.body + "\"", base::StatusCode::not_found);
+  };
+  if (anchor.of == Anchor::Of::soft) {
+    const SoftBody* body = named(scene.soft_bodies, anchor.body);
+    if (body == nullptr) return unknown("soft_body", "soft body");
+    if (body->mesh != nullptr) check_soft_anchor(anchor, *body, fields);
+    return;
+  }
+  if (anchor.of == Anchor::Of::rigid && named(scene.rigid_bodies, anchor.body) == nullptr) {
+    return unknown("rigid_body", "rigid body");
+  }
+  if (anchor.of == Anchor::Of::collider && named(scene.colliders, anchor.body) == nullptr) {
+    return unknown("collider", "collider");
+  }
+  if (anchor.vertex || anchor.face) fields.fail("at", "only a soft body has vertices and faces");
+  if (anchor.point_m) fields.vector("point", *anchor.point_m, base::coordinate_max_m);
+}
+
+void check_joint(const Joint& joint, const Scene& scene, Fields fields) {
+  check_anchor(joint.first, scene, fields.in("first"));
+  check_anchor(joint.second, scene, fields.in("second"));
+  const auto is_fixed = [](const Anchor& anchor) {
+    return anchor.of == Anchor::Of::world || anchor.of == Anchor::Of::collider;
+  };
+  if (is_fixed(joint.first) && is_fixed(joint.second)) {
+    fields.fail("first", "and second are both fixed: a joint holds a soft or a rigid body");
+  }
+  const bool same_body = joint.first.of == joint.second.of && joint.first.body == joint.second.body;
+  const bool same_point = joint.first.vertex == joint.second.vertex && joint.first.face == joint.second.face;
+  if (same_body && (joint.first.of != Anchor::Of::soft || same_point)) {
+    fields.fail("second",
+                "is on the same " + std::string(joint.first.of == Anchor::Of::soft ? "point" : "body") + " as first");
+  }
+  const auto check_axis = [&](std::string_view field, const Vec3d& axis) {
+    fields.in(field).direction("axis", axis);
+    for (const auto& [anchor, end] : {std::pair(&joint.first, "first"), std::pair(&joint.second, "second")}) {
+      if (anchor->of != Anchor::Of::soft) continue;
+      fields.fail(field, "holds rigid bodies alone; " + std::string(end) + " is on soft body \"" + anchor->body + "\"");
+    }
+  };
+  if (const auto* limit = std::get_if<DistanceLimit>(&joint.kind)) {
+    fields.in("distance_limit").extent_m("longest_m", limit->longest_m);
+  }
+  if (const auto* hinge = std::get_if<HingeJoint>(&joint.kind)) check_axis("hinge", hinge->axis);
+  if (const auto* slider = std::get_if<SliderJoint>(&joint.kind)) check_axis("slider", slider->axis);
+  fields.not_negative("compliance_m_n", joint.compliance_m_n, base::scene_number_max);
+  if (joint.break_force_n != std::numeric_limits<double>::infinity()) {
+    fields.positive("break_force_n", joint.break_force_n);
+  }
+}
+
 }  // namespace
 
 base::Status check_scene(const Scene& scene) {
@@ -409,6 +491,9 @@ base::Status check_scene(const Scene& scene) {
   });
   check_list("rigid_bodies", scene.rigid_bodies, check_rigid_body);
   check_list("colliders", scene.colliders, check_collider);
+  names = {};  // joints have names of their own
+  check_list("joints", scene.joints,
+             [&scene](const Joint& joint, const Fields& of_joint) { check_joint(joint, scene, of_joint); });
   return first;
 }
 

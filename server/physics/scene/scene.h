@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -199,6 +200,51 @@ struct Collider {
   Surface surface;
 };
 
+/// A point that a joint holds.
+struct Anchor {
+  enum class Of { world, soft, rigid, collider };
+  Of of = Of::world;
+  std::string body = {};  // its name
+  // Of a soft body: a vertex, or a point of a face by the weights of its three vertices.
+  std::optional<std::uint32_t> vertex = {};
+  std::optional<std::uint32_t> face = {};
+  Vec3d face_weights = Vec3d::Zero();
+  // Of the others, in the body's own frame or the world's. Unset in a joint's first: the origin; in its second: where
+  // the first is when the joint is made.
+  std::optional<Vec3d> point_m = {};
+  bool operator==(const Anchor&) const = default;
+};
+
+struct PointJoint {
+  bool operator==(const PointJoint&) const = default;
+};
+/// A rope: no further apart than this.
+struct DistanceLimit {
+  double longest_m = 0.0;
+  bool operator==(const DistanceLimit&) const = default;
+};
+/// The two turn about one axis, of unit length and in the first's frame, and do nothing else.
+struct HingeJoint {
+  Vec3d axis = Vec3d::UnitY();
+  bool operator==(const HingeJoint&) const = default;
+};
+/// The two move along one axis and do not turn.
+struct SliderJoint {
+  Vec3d axis = Vec3d::UnitY();
+  bool operator==(const SliderJoint&) const = default;
+};
+using JointKind = std::variant<PointJoint, DistanceLimit, HingeJoint, SliderJoint>;
+
+struct Joint {
+  std::string name;
+  Anchor first;
+  Anchor second;
+  JointKind kind;
+  double compliance_m_n = 0.0;                                     // 0: rigid
+  double break_force_n = std::numeric_limits<double>::infinity();  // past it the joint is gone
+  bool operator==(const Joint&) const = default;
+};
+
 struct Scene {
   std::string name;
   Vec3d gravity = Vec3d::Zero();  // m/s^2
@@ -207,6 +253,7 @@ struct Scene {
   std::vector<SoftBody> soft_bodies;
   std::vector<RigidBody> rigid_bodies;
   std::vector<Collider> colliders;
+  std::vector<Joint> joints;
 };
 
 }  // namespace pneuma::physics

@@ -77,6 +77,7 @@ struct SoftState {
   std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
   bool solve_failed = false;      // the integrator found no finite answer in this substep
   bool frozen = false;
+  std::uint32_t tie = 0;  // bodies that joints tie together have the same number; 0: none do
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
   /// Where the vertex is in the world.
@@ -110,6 +111,7 @@ struct RigidState {
   Quatd place_orientation = Quatd::Identity();
   bool has_moved = false;  // in the substep under way, by the contact solver
   bool frozen = false;
+  std::uint32_t tie = 0;  // as a soft body's
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
 };

@@ -250,6 +250,49 @@ TEST_F(HostedWorldTest, TheStepsThatWaitAreBoundedTogether) {
   EXPECT_TRUE(drain().empty());
 }
 
+v1::Scene hung_scene() {
+  v1::Scene scene = ball_scene();
+  v1::Joint& joint = *scene.add_joints();
+  joint.set_name("thread");
+  joint.mutable_first()->set_soft_body("ball");
+  joint.mutable_first()->set_vertex(3);
+  joint.set_break_force_n(1.0);
+  return scene;
+}
+
+class HungWorldTest : public HostedWorldTest {
+ protected:
+  HungWorldTest() : HostedWorldTest(hung_scene()) {}
+};
+
+TEST_F(HungWorldTest, SubscribersAreToldOnceOfAJointThatBreaksAndGetALayoutWithoutIt) {
+  v1::ClientMessage subscribe;
+  subscribe.mutable_subscribe()->set_world("w");
+  post(subscribe);
+  std::vector<v1::ServerMessage> messages = drain();
+  const auto has_layout = [](const v1::ServerMessage& message) { return message.has_layout(); };
+  auto layout = std::ranges::find_if(messages, has_layout);
+  ASSERT_NE(layout, messages.end());
+  ASSERT_EQ(layout->layout().joints_size(), 1);
+  EXPECT_EQ(layout->layout().joints(0).name(), "thread");
+  EXPECT_EQ(layout->layout().joints(0).first().vertices(0), 3U);
+  messages.clear();
+  post(step(1, 5));
+  drain();
+  for (int i = 0; i < 5; ++i) {
+    for (v1::ServerMessage& message : tick()) messages.push_back(std::move(message));
+  }
+  EXPECT_EQ(std::ranges::count_if(messages,
+                                  [](const v1::ServerMessage& message) {
+                                    return message.event().kind() == v1::Event::JOINT_BROKEN &&
+                                           message.event().joint() == "thread";
+                                  }),
+            1);
+  layout = std::ranges::find_if(messages, has_layout);
+  ASSERT_NE(layout, messages.end());
+  EXPECT_EQ(layout->layout().joints_size(), 0);
+}
+
 v1::Scene bursting_scene() {
   v1::Scene scene = ball_scene();
   scene.mutable_soft_bodies(0)->mutable_gas()->set_burst_pressure_pa(1.0);

@@ -137,6 +137,77 @@ TEST(LiveWorld, SavedAtAnyTickItGoesOnWithTheSameBits) {
   }
 }
 
+v1::SceneChange hung_by(const std::string& name, std::uint32_t vertex, double break_force_n) {
+  v1::SceneChange change;
+  v1::Joint& joint = *change.mutable_add_joint();
+  joint.set_name(name);
+  joint.mutable_first()->set_soft_body("ball");
+  joint.mutable_first()->set_vertex(vertex);
+  if (break_force_n > 0.0) joint.set_break_force_n(break_force_n);
+  return change;
+}
+
+v1::ClientMessage edit_of(const v1::SceneChange& change) {
+  v1::ClientMessage message;
+  *message.mutable_edit()->mutable_edit()->add_changes() = change;
+  return message;
+}
+
+// A joint is added, one breaks by itself and one is removed; a break is no command, and is not in the log.
+TEST(LiveWorld, JointsComeBreakAndGoWithTheSameBitsFromAnySave) {
+  v1::SceneChange removal;
+  removal.set_remove_joint("nail");
+  const std::map<std::uint64_t, v1::ClientMessage> commands{{5, edit_of(hung_by("thread", 7, 20.0))},
+                                                            {8, edit_of(hung_by("nail", 3, 0.0))},
+                                                            {30, impulse_up("ball", -3.0)},
+                                                            {50, edit_of(removal)}};
+  std::map<std::uint64_t, std::size_t> joints;
+  const auto play_joints = [&](LiveWorld& world, std::uint64_t until_tick) {
+    physics::Workers workers(1);
+    while (world.tick() < until_tick) {
+      if (const auto command = commands.find(world.tick()); command != commands.end()) {
+        const auto effect = world.change(command->second);
+        ASSERT_TRUE(effect.ok()) << effect.status().message();
+      }
+      world.physics().step_tick(workers);
+      joints[world.tick()] = world.physics().joints().size();
+    }
+  };
+  LiveWorld whole = ball_world();
+  play_joints(whole, 70);
+  EXPECT_EQ(joints[6], 1U);
+  EXPECT_EQ(joints[9], 2U);
+  EXPECT_EQ(joints[45], 1U) << "the thread is to be broken by then";
+  EXPECT_EQ(joints[60], 0U);
+  EXPECT_EQ(whole.scene().joints_size(), 0);
+  for (const std::uint64_t cut : {6U, 20U, 45U, 55U}) {
+    LiveWorld first = ball_world();
+    play_joints(first, cut);
+    const auto saved = from_bytes(to_bytes({first.save(), false}));
+    ASSERT_TRUE(saved.ok()) << saved.status().message();
+    auto second = LiveWorld::restore(saved->live);
+    ASSERT_TRUE(second.ok()) << second.status().message();
+    EXPECT_EQ(second->physics().state_hash(), first.physics().state_hash()) << "at tick " << cut;
+    play_joints(*second, 70);
+    EXPECT_EQ(second->physics().state_hash(), whole.physics().state_hash()) << "cut at tick " << cut;
+  }
+}
+
+TEST(LiveWorld, ABodyThatAJointHoldsIsNotRemovedBeforeIt) {
+  LiveWorld world = ball_world();
+  ASSERT_TRUE(world.change(edit_of(hung_by("nail", 3, 0.0))).ok());
+  v1::ClientMessage message;
+  message.mutable_edit()->mutable_edit()->add_changes()->set_remove_soft_body("ball");
+  const auto refused = world.change(message);
+  EXPECT_EQ(refused.status().code(), base::StatusCode::failed_precondition);
+  EXPECT_EQ(refused.status().what(), "joint \"nail\" holds it");
+  message.mutable_edit()->mutable_edit()->add_changes()->set_remove_joint("nail");
+  message.mutable_edit()->mutable_edit()->mutable_changes()->SwapElements(0, 1);
+  EXPECT_TRUE(world.change(message).ok());
+  EXPECT_EQ(world.change(edit_of(hung_by("nail", 3, 0.0))).status().where(),
+            "edit.edit.changes[0].add_joint.first.soft_body");
+}
+
 /// A mesh of that name with a face missing, that asks to be mended.
 v1::Mesh open_tetrahedron(const std::string& name) {
   v1::Mesh mesh;

@@ -340,7 +340,7 @@ TEST(Profile, HasZeroRowsForWhatTheSceneDoesNotUse) {
   const Profile profile = world.profile();
   const auto row = [&](Stage stage) { return profile[static_cast<std::size_t>(stage)]; };
   EXPECT_GT(row(Stage::springs).calls, 0U);
-  for (const Stage stage : {Stage::volume, Stage::pressure, Stage::wind, Stage::grabs, Stage::bounds,
+  for (const Stage stage : {Stage::volume, Stage::pressure, Stage::wind, Stage::grabs, Stage::joints, Stage::bounds,
                             Stage::broad_phase, Stage::soft_contact, Stage::solid_contact, Stage::rigid}) {
     EXPECT_EQ(row(stage).calls, 0U) << stage_names[static_cast<std::size_t>(stage)];
     EXPECT_EQ(row(stage).bytes, 0U) << stage_names[static_cast<std::size_t>(stage)];

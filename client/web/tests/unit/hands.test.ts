@@ -11,7 +11,7 @@ import { freePlace, insideFrom } from "../../viewer/surroundings.js";
 import { throwAt } from "../../viewer/throwing.js";
 
 const emptyFrame: Frame = {
-  layout: { softBodies: [], solids: [] },
+  layout: { softBodies: [], solids: [], joints: [] },
   tick: 0,
   timeS: 0,
   isKey: true,
@@ -62,7 +62,7 @@ test("a ball thrown from outside a room begins within it", () => {
 test("a free place is no nearer to a body than the thing that it is for reaches", () => {
   const positions = [Float64Array.from([-1, -1, -1, 1, 1, 1])];
   const mesh = { hash: "", vertexCount: 2, indices: new Uint32Array() };
-  const layout = { softBodies: [{ name: "ball", mesh, keptVertices: [] }], solids: [] };
+  const layout = { softBodies: [{ name: "ball", mesh, keptVertices: [] }], solids: [], joints: [] };
   const place = freePlace({ ...emptyFrame, layout, positions }, new Vector3(), 0.5);
   assert.ok(new Box3(new Vector3(-1, -1, -1), new Vector3(1, 1, 1)).distanceToPoint(place) >= 0.5 - 1e-9);
 });
@@ -70,7 +70,7 @@ test("a free place is no nearer to a body than the thing that it is for reaches"
 test("above a floor, and in a room full of bodies within its walls", () => {
   const floor = create(ShapeSchema, { shape: { case: "plane", value: {} } });
   const at = (y: number) => ({ position: create(Vec3Schema, { y }), orientation: create(QuaternionSchema, { w: 1 }) });
-  const onFloor = { softBodies: [], solids: [{ name: "floor", shape: floor, isDynamic: false }] };
+  const onFloor = { softBodies: [], solids: [{ name: "floor", shape: floor, isDynamic: false }], joints: [] };
   const place = freePlace({ ...emptyFrame, layout: onFloor, poses: [at(1)] }, new Vector3(0, -3, 0), 0.5);
   assert.ok(place.y >= 1.5, `at ${place.y} m`);
 
@@ -80,6 +80,7 @@ test("above a floor, and in a room full of bodies within its walls", () => {
   const full = {
     softBodies: [{ name: "ball", mesh, keptVertices: [] }],
     solids: [{ name: "room", shape: room, isDynamic: false }],
+    joints: [],
   };
   const positions = [Float64Array.from([-1, -1, -1, 1, 1, 1])];
   const inside = freePlace({ ...emptyFrame, layout: full, positions, poses: [at(0)] }, new Vector3(9, 9, 9), 0.25);
@@ -97,7 +98,10 @@ test("the gas of an added ball is at the pressure that its drawn skin holds", ()
 test("a body of more vertices has softer springs, so that its steps are as stable", () => {
   const scene = create(SceneSchema, { softBodies: [{ name: "ball", springs: { stiffnessNM: 200, dampingNSM: 0.1 } }] });
   const mesh = { hash: "", vertexCount: 162, indices: new Uint32Array() };
-  const frame = { ...emptyFrame, layout: { softBodies: [{ name: "ball", mesh, keptVertices: [] }], solids: [] } };
+  const frame = {
+    ...emptyFrame,
+    layout: { softBodies: [{ name: "ball", mesh, keptVertices: [] }], solids: [], joints: [] },
+  };
   const [same, finer] = [skinFor(scene, frame, 162), skinFor(scene, frame, 1620)];
   assert.equal(same.stiffnessNM, 200);
   assert.ok(Math.abs(finer.stiffnessNM - 20) < 1e-9 && Math.abs(finer.dampingNSM - 0.01) < 1e-12);

@@ -13,6 +13,11 @@ test("what happens to a body is said with its name and the server's reason", () 
   }
 });
 
+test("a joint that breaks is named", () => {
+  const event = create(EventSchema, { kind: Event_Kind.JOINT_BROKEN, joint: "thread", detail: "it takes at most 2 N" });
+  assert.equal(happeningText(event), "thread has broken: it takes at most 2 N");
+});
+
 test("a slow world is told of, and what the page shows otherwise is not", () => {
   const text = (kind: Event_Kind) => happeningText(create(EventSchema, { kind, world: "world" }));
   assert.notEqual(text(Event_Kind.WORLD_SLOWED), "");

@@ -9,6 +9,7 @@ import { fit } from "../../viewer/bounds_view.js";
 import { diverging, niceCeiling, sequential } from "../../viewer/colour_map.js";
 import { bodyColour, type Colour } from "../../viewer/colours.js";
 import { ContactsView } from "../../viewer/contacts_view.js";
+import { JointsView } from "../../viewer/joints_view.js";
 import { SoftBodyView } from "../../viewer/soft_body_view.js";
 import { Strain } from "../../viewer/strain.js";
 
@@ -105,7 +106,7 @@ function touching(vertex: number, keptVertices: number[]): { frame: Frame; body:
   const body = new SoftBodyView("body", mesh, new Color());
   body.update(places, places, 1, undefined);
   const contacts = [{ soft: 0, vertex, otherSoft: undefined, otherSolid: 0, normal: create(Vec3Schema, { y: 1 }) }];
-  const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [] };
+  const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [], joints: [] };
   const none = { isKey: true, bytes: 0, velocities: undefined, poses: [], scalars: undefined };
   return { frame: { ...none, layout, tick: 0, timeS: 0, positions: [places], contacts }, body };
 }
@@ -127,5 +128,22 @@ test("contacts of vertices that a coarse mesh does not have are left out", () =>
   const { frame, body } = touching(7, [0, 40, 41]);
   const view = new ContactsView();
   view.update(frame, [body], 1);
+  assert.equal(view.count, 0);
+});
+
+test("a joint is drawn from point to point, where the bodies are drawn", () => {
+  const { frame, body } = touching(1, [0, 40, 41]);
+  const nowhere = { soft: undefined, solid: undefined, vertices: [], weights: [], point: create(Vec3Schema) };
+  const held = { ...nowhere, soft: 0, vertices: [40, 41], weights: [0.5, 0.5] };
+  const pillar = { ...nowhere, point: create(Vec3Schema, { y: 2 }) };
+  const joints = [
+    { name: "seen", first: held, second: pillar, isRope: false },
+    { name: "left out", first: { ...held, vertices: [7], weights: [1] }, second: pillar, isRope: false },
+  ];
+  const view = new JointsView();
+  view.update({ ...frame.layout, joints }, [body], []);
+  assert.equal(view.count, 1);
+  assert.deepEqual(view.places(), [0.5, 0, 0.5, 0, 2, 0]);
+  view.update(frame.layout, [body], []);
   assert.equal(view.count, 0);
 });

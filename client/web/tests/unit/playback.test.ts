@@ -5,7 +5,7 @@ import { test } from "node:test";
 import type { Frame } from "../../src/index.js";
 import { Playback } from "../../viewer/playback.js";
 
-const layout = { softBodies: [], solids: [] };
+const layout = { softBodies: [], solids: [], joints: [] };
 
 function frameAt(timeS: number, of = layout): Frame {
   const none = { isKey: false, bytes: 0, positions: [], velocities: undefined, poses: [], scalars: undefined };
