@@ -353,7 +353,7 @@ TEST_F(Messages, StatsTellOfTheWorld) {
   const v1::Stats out = stats();
   EXPECT_EQ(out.world(), "w");
   EXPECT_EQ(out.substeps(), 8U);
-  EXPECT_EQ(out.integrator(), "MIDPOINT");
+  EXPECT_EQ(out.integrator(), "SYMPLECTIC_EULER") << "as AUTO picks";
   EXPECT_EQ(out.subscribers(), 1U);
   EXPECT_EQ(out.quality_classes(), 1U);
   EXPECT_EQ(out.time_ratio(), 1.0);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -86,15 +87,22 @@ Prediction next_tick(physics::World& world, std::size_t body, const Change& chan
 }
 
 constexpr double rounding = 0.75;       // of points and moves: each is off by half a step at most
-constexpr double share_of_move = 0.05;  // what the fewer substeps of a prediction miss
+constexpr double share_of_move = 0.09;  // what the fewer substeps of a prediction miss, and those of AUTO
 
 double bound(const Prediction& prediction) {
   return rounding + share_of_move * prediction.moved;
 }
 
+/// The scene with these changes, stepped as closely as mechanics foresee it.
+physics::World closely_stepped(const std::string& scene, const std::vector<std::string>& assignments) {
+  std::vector<std::string> all{"stepping.integrator=MIDPOINT", "stepping.substeps=16"};
+  all.insert(all.end(), assignments.begin(), assignments.end());
+  return support::world_of(scene, all);
+}
+
 /// By how much the prediction of the first body is past its bound, at most, with what is changed in its mechanics.
 double past_bound(const std::vector<std::string>& assignments, const Change& change) {
-  physics::World world = support::world_of("bouncing-ball", assignments);
+  physics::World world = closely_stepped("bouncing-ball", assignments);
   double past = -rounding;
   for (int tick = 0; tick < 5; ++tick) {
     const Prediction prediction = next_tick(world, 0, change);
@@ -105,7 +113,7 @@ double past_bound(const std::vector<std::string>& assignments, const Change& cha
 
 /// Of the bodies that have mechanics; false where none has.
 bool expect_predicted(const std::string& scene, const std::vector<std::string>& assignments = {}) {
-  physics::World world = support::world_of(scene, assignments);
+  physics::World world = assignments.empty() ? support::world_of(scene) : closely_stepped(scene, assignments);
   bool any = false;
   for (std::size_t body = 0; body < world.soft_body_count(); ++body) {
     const auto order = support::order_of(*world.soft_body(body).mesh);
@@ -122,10 +130,13 @@ bool expect_predicted(const std::string& scene, const std::vector<std::string>& 
 
 TEST(MechanicsOfBuiltInScene, LeadWhereTheBodiesGo) {
   std::vector<std::string> predicted;
+  // Bodies of these touch or are held from the first tick on, which no mechanics know.
+  const std::set<std::string> held{"ball-pit", "rope-and-balloons"};
   for (const std::string& scene : scene_io::builtin_scene_names()) {
-    if (expect_predicted(scene)) predicted.push_back(scene);
+    if (!held.contains(scene) && expect_predicted(scene)) predicted.push_back(scene);
   }
-  // The hand's springs would take too many substeps, and the cloth is in the wind.
+  // The hand's springs would take too many substeps, and the cloth is in the wind; of the others the gas flows or the
+  // steps are implicit.
   EXPECT_EQ(predicted, (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "five-balls-paper",
                                                  "hanging-ball"}));
 }

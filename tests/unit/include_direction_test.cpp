@@ -45,7 +45,7 @@ const std::vector<Folder> rooms = {
       "machine"}},
     {"choice", {"lanes", "forces", "state", "scene", "mesh"}},
     {"rest", {"contact", "forces", "rigid", "state", "scene", "mesh"}},
-    {"contact", {"implicit", "forces", "rigid", "state", "scene", "mesh", "machine"}},
+    {"contact", {"implicit", "lanes", "forces", "rigid", "state", "scene", "mesh", "machine"}},
     {"implicit", {"lanes", "forces", "state", "scene", "mesh", "machine"}},
     {"xpbd", {"forces", "state", "scene", "mesh", "machine"}},
     {"lanes", {"forces", "state", "scene", "mesh", "machine"}},

@@ -7,6 +7,10 @@ import { checkSize } from "./files.js";
 /** Those of the server (server/scenes), and what is in them. */
 const scenes: readonly (readonly [string, string])[] = [
   ["five-balls", "Five balls in a room that turns"],
+  ["rope-and-balloons", "Balloons on strings under a bar on ropes"],
+  ["ball-pit", "Balls poured into a narrow box"],
+  ["crumple", "A ball that loses its gas and folds"],
+  ["balloon-under-load", "A tonne on a balloon of a kilogramme"],
   ["bouncing-ball", "A ball that bounces along a floor"],
   ["hanging-ball", "Balls hung by their tops, at several pressures"],
   ["wind-cloth", "A sheet of cloth in the wind"],

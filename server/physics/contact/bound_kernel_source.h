@@ -10,6 +10,8 @@ inline namespace PNEUMA_LANES {
 
 // Of the product of two edges' squared lengths: below this their common normal is too rough for the safety below.
 constexpr float sliver_share = 1e-3F;
+// Below this, m^4, a product of edges has lost its digits.
+constexpr float across_min_m4 = 1e-35F;
 // What single precision may make of a bound: of itself, and of the edges' lengths. Four times the sum of its roundings
 // where the sine of the edges' angle is the root of sliver_share.
 constexpr float safe_bound_share = 1.0F - 0x1p-10F;
@@ -40,7 +42,8 @@ P larger(const P& a, const P& b) {
 template <class P>
 P safe_bound(const P& bound_m, const P& edges_m2, const P& across_m4, const P& product_m4) {
   const P less = P::all(safe_bound_share) * bound_m - P::all(safe_edge_share) * sqrt(edges_m2);
-  return where_positive(across_m4 - P::all(sliver_share) * product_m4, where_positive(less, less));
+  const P known = where_positive(across_m4 - P::all(across_min_m4), where_positive(less, less));
+  return where_positive(across_m4 - P::all(sliver_share) * product_m4, known);
 }
 
 template <class P>

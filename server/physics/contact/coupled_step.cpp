@@ -141,7 +141,7 @@ EndPlace CoupledStep<Real>::place_of(const CoupledWorld<Real>& world, const Join
     const SoftState<Real>& state = world.soft[end.index];
     place.support = end.support;
     place.support.body = end.index;
-    place.yields = state.is_awake() && world.active[end.index] != 0;
+    place.yields = state.is_awake() && world.bounds[end.index].active;
     if (place.yields) {
       const SurfaceBody& surface = (*surfaces_)[end.index];
       place.at = mean_of(end.support, surface.from);

@@ -19,6 +19,7 @@ constexpr double caution = 0.98;
 
 // Whether a plane with the candidate's direction keeps the two that far apart all the way: at both ends, so between.
 bool are_parted(const Candidate& candidate, const FourPoints& start, const FourPoints& moves, double margin_m) {
+  if (candidate.apart.isZero(0.0)) return false;
   const std::size_t of_first = candidate.pair == FeaturePair::vertex_face ? 1 : 2;
   double start_m = std::numeric_limits<double>::infinity();
   double end_m = start_m;

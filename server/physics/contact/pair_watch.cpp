@@ -42,6 +42,7 @@ void PairWatch::find(double reach_m, std::span<SurfaceBody> bodies, CandidateFin
   bounds.set(pair_, pair_.candidates, bodies);
   std::erase_if(pair_.candidates, [&](const Candidate& candidate) { return candidate.apart_m > reach_m; });
   found_ = drifts(bodies);
+  come_m_ = 0.0;
   reach_m_ = reach_m;
   near_count_ = 0;
   near_m_ = 0.0;
@@ -53,6 +54,7 @@ void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFi
   const double spacing = spacing_of(pair_, bodies);
   const double needed_m = within_m + moves_slack * closing;
   looked_m_ = needed_m;
+  come_m_ += drifted_m(looked_, bodies);
   looked_ = drifts(bodies);
   pair.drifted_m = 0.0;
   watched_ = closing <= ways_share_min * spacing;
@@ -62,12 +64,10 @@ void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFi
     bounds.set(pair, pair.candidates, bodies);
     return;
   }
-  double drifted = drifted_m(found_, bodies);
-  if (reach_m_ < 0.0 || drifted + needed_m > reach_m_) {
+  if (reach_m_ < 0.0 || drifted_m(found_, bodies) + needed_m > reach_m_) {
     find(needed_m + std::min(substeps_ahead * closing, reach_share_max * spacing), bodies, finder, bounds);
-    drifted = 0.0;
   }
-  const double due_m = drifted + needed_m;
+  const double due_m = come_m_ + needed_m;
   if (due_m > near_m_) {
     near_m_ = std::min(reach_m_, due_m + reach_m_ / near_steps);
     const auto far = pair_.candidates.begin() + static_cast<std::ptrdiff_t>(near_count_);
@@ -84,7 +84,7 @@ void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFi
   for (const std::uint32_t i : due_) {
     Candidate& candidate = pair_.candidates[i];
     if (candidate.apart_m <= needed_m) pair.candidates.push_back(candidate);
-    candidate.apart_m += drifted;
+    candidate.apart_m += come_m_;
   }
 }
 

@@ -42,12 +42,13 @@ class PairWatch {
   [[nodiscard]] double drifted_m(const Drifts& since, std::span<const SurfaceBody> bodies) const;
   void find(double reach_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureBounds& bounds);
 
-  // Of these, `apart_m` is how far the bodies may have drifted before the two can touch.
+  // Of these, `apart_m` is how far the bodies may have come, look by look, before the two can touch.
   SurfacePair pair_;
   std::size_t near_count_ = 0;  // the first of them are looked at by each substep
   double near_m_ = 0.0;         // the others are further apart
   double reach_m_ = -1.0;       // as what is not listed
   Drifts found_, looked_;
+  double come_m_ = 0.0;  // since the list was made: the way there, as bodies that part may come back
   double looked_m_ = 0.0;
   bool watched_ = false;
   std::vector<std::uint32_t> due_;

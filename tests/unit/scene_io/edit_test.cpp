@@ -207,7 +207,7 @@ TEST(Edit, AddsAreBounded) {
   const auto scene = apply_edit(v1::Scene(), edit);
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), base::StatusCode::limit_exceeded);
-  EXPECT_EQ(scene.status().where(), "changes[256].add_soft_body");
+  EXPECT_EQ(scene.status().where(), "changes[1024].add_soft_body");
 }
 
 TEST(Edit, ANumberThatIsNoneIsRefusedEvenWhereALaterChangeOverwritesIt) {

@@ -35,9 +35,10 @@ TEST(ToPhysics, EmptySceneHasTheDefaults) {
   const auto scene = translate("{}");
   ASSERT_TRUE(scene.ok()) << scene.status().message();
   EXPECT_EQ(scene->gravity, physics::Vec3d::Zero());
-  EXPECT_EQ(scene->stepping, physics::Stepping{});
+  physics::Stepping defaults;
+  defaults.integrator = physics::Integrator::automatic;
+  EXPECT_EQ(scene->stepping, defaults);
   EXPECT_EQ(scene->stepping.rate_hz, 60.0);
-  EXPECT_EQ(scene->stepping.integrator, physics::Integrator::midpoint);
   EXPECT_EQ(scene->stepping.precision, physics::Precision::double_precision);
   EXPECT_EQ(scene->atmosphere.pressure_pa, 0.0);
 }
@@ -348,8 +349,9 @@ TEST(ToProto, GasThatBurstIsNoMore) {
 
 TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {
   EXPECT_EQ(builtin_scene_names(),
-            (std::vector<std::string>{"bouncing-ball", "cost-curve", "five-balls", "five-balls-paper", "hand",
-                                      "hanging-ball", "wind-cloth"}));
+            (std::vector<std::string>{"ball-pit", "balloon-under-load", "bouncing-ball", "cost-curve", "crumple",
+                                      "five-balls", "five-balls-paper", "hand", "hanging-ball", "rope-and-balloons",
+                                      "wind-cloth"}));
   for (const std::string& name : builtin_scene_names()) {
     const auto scene = load_scene(name);
     ASSERT_TRUE(scene.ok()) << name << ": " << scene.status().message();

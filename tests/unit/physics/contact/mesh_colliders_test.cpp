@@ -310,7 +310,7 @@ TEST(MeshCandidates, AreThoseOfAllPairs) {
   find_mesh_colliders(std::span(&state, 1), 0.1, meshes);
   ASSERT_EQ(meshes.size(), 1U);
   std::vector<SurfaceBody> bodies(2);
-  load_surface(meshes[0], make_surface_topology(ground), 0.1, bodies[1]);
+  load_surface(meshes[0], make_surface_topology(ground), bodies[1]);
   SurfaceBody& soft = bodies[0];
   soft.topology = make_surface_topology(ball);
   soft.margin_m = 0.03;
