@@ -39,7 +39,7 @@ bool same_layout(const client::DecodedFrame& a, const client::DecodedFrame& b) {
                             [](const auto& one, const auto& other) {
                               return one.name == other.name && one.dynamic == other.dynamic &&
                                      one.shape.SerializeAsString() == other.shape.SerializeAsString() &&
-                                    one.surface == other.surface;
+                                     one.surface == other.surface;
                             }) &&
          std::ranges::equal(joints_of(a), joints_of(b), [](const auto& one, const auto& other) {
            return one.SerializeAsString() == other.SerializeAsString();

@@ -95,8 +95,7 @@ double bound(const Prediction& prediction) {
 
 /// The scene with these changes, stepped as closely as mechanics foresee it, or more so.
 physics::World closely_stepped(const std::string& scene, const std::vector<std::string>& assignments) {
-  std::vector<std::string> all{"stepping.integrator=MIDPOINT", "stepping.substeps=16",
-                               "stepping.on_unstable=SUBSTEP"};
+  std::vector<std::string> all{"stepping.integrator=MIDPOINT", "stepping.substeps=16", "stepping.on_unstable=SUBSTEP"};
   all.insert(all.end(), assignments.begin(), assignments.end());
   return support::world_of(scene, all);
 }

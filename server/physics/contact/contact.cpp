@@ -34,8 +34,8 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
 // About all that a rigid body may touch in a substep, and a quarter of its size more.
 Aabb<double> reach_of(const RigidState& body, double dt_s) {
   constexpr double generous = 1.25;
-  const double reach_m = generous * (radius_about_centre(body.body.shape) + body.body.surface.thickness_m +
-                                     dt_s * body.velocity.norm());
+  const double reach_m =
+      generous * (radius_about_centre(body.body.shape) + body.body.surface.thickness_m + dt_s * body.velocity.norm());
   return {body.position - Vec3d::Constant(reach_m), body.position + Vec3d::Constant(reach_m)};
 }
 

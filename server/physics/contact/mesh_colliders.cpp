@@ -71,8 +71,7 @@ void find_mesh_colliders(std::span<const ColliderState> colliders, double dt_s, 
   }
 }
 
-void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopology> topology,
-                  SurfaceBody& body) {
+void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopology> topology, SurfaceBody& body) {
   const std::vector<Vec3d>& positions_m = mesh.tree->mesh->positions_m;
   const std::size_t count = positions_m.size();
   if (!body.topology) {
@@ -164,9 +163,8 @@ void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t 
     const Vec3d outward = (at[b] - at[a]).cross(at[c] - at[a]).normalized();
     const double side = sign_of(outward.dot(local - nearest.position_m));
     ContactRow row;
-    row.normal = mesh.start.rotation * (nearest.distance_m > 0.0
-                                            ? Vec3d(side / nearest.distance_m * (local - nearest.position_m))
-                                            : outward);
+    row.normal = mesh.start.rotation *
+                 (nearest.distance_m > 0.0 ? Vec3d(side / nearest.distance_m * (local - nearest.position_m)) : outward);
     row.gap_m = side * nearest.distance_m - kept_m;
     const double slack_m = row_slack_share * kept_m;
     if (row.gap_m > slack_m && row.gap_m + soft.move_m(i).dot(row.normal) > slack_m) continue;

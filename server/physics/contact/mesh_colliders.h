@@ -31,8 +31,7 @@ struct MeshCollider {
 void find_mesh_colliders(std::span<const ColliderState> colliders, double dt_s, std::vector<MeshCollider>& meshes);
 
 /// Sets the surface of a collider, as it goes through the substep. One that does not move is set once.
-void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopology> topology,
-                  SurfaceBody& body);
+void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopology> topology, SurfaceBody& body);
 
 /// Finds the candidates of a soft body, first in the pair, and a mesh collider, by the mesh's own tree.
 class MeshCandidateFinder {
@@ -48,7 +47,8 @@ class MeshCandidateFinder {
 };
 
 /// Appends a row for each vertex of soft body `first` that is in the collider, a closed mesh and surface `second`, or
-/// would come to it: it goes out by the nearest way, and stays there. For a body that was put across it; an open mesh has no inside.
+/// would come to it: it goes out by the nearest way, and stays there. For a body that was put across it; an open mesh
+/// has no inside.
 void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t second,
                    std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows);
 

@@ -77,8 +77,7 @@ class SurfaceContacts {
   };
 
   void load_meshes(std::size_t soft_count);
-  [[nodiscard]] double bounce_m_s(std::span<const SoftState<Real>> soft, const ContactRow& row,
-                                  double approach_m_s);
+  [[nodiscard]] double bounce_m_s(std::span<const SoftState<Real>> soft, const ContactRow& row, double approach_m_s);
   void load_tables(const SoftState<Real>& state, SurfaceBody& body);
   void load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds, bool all);
   void load_vertices(const SoftState<Real>& state, SurfaceBody& body);
@@ -102,16 +101,16 @@ class SurfaceContacts {
   double mesh_dt_s_ = 0.0;
   double mesh_resting_m_s_ = 0.0;
   std::vector<std::optional<Vec3d>> means_m_s_;  // one a soft body that hits a mesh: its vertices' mean velocity
-  std::vector<std::uint8_t> carried_;                               // one a body: by a mesh
-  bool may_carry_ = false;                                          // meshes have not moved yet in this substep
-  std::vector<SurfacePair> pairs_;                                  // near ones, sorted
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;       // bodies whose ways' boxes overlap, sorted
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> clear_;      // pairs known not to cross, sorted
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> crossed_;    // near ones that do, in this substep, sorted
-  std::vector<PairWatch> watches_;                                  // of near pairs, sorted
-  std::vector<PairWatch> next_watches_;                             // scratch
-  std::vector<Vec3d> moves_m_;                                      // scratch
-  std::vector<std::vector<Vec3d>> places_m_;                        // scratch of carry()
+  std::vector<std::uint8_t> carried_;            // one a body: by a mesh
+  bool may_carry_ = false;                       // meshes have not moved yet in this substep
+  std::vector<SurfacePair> pairs_;               // near ones, sorted
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> near_;     // bodies whose ways' boxes overlap, sorted
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> clear_;    // pairs known not to cross, sorted
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> crossed_;  // near ones that do, in this substep, sorted
+  std::vector<PairWatch> watches_;                                // of near pairs, sorted
+  std::vector<PairWatch> next_watches_;                           // scratch
+  std::vector<Vec3d> moves_m_;                                    // scratch
+  std::vector<std::vector<Vec3d>> places_m_;                      // scratch of carry()
   CandidateFinder finder_;
   MeshCandidateFinder mesh_finder_;
   FeatureBounds feature_bounds_;

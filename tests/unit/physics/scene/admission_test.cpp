@@ -257,8 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"rigid_bodies[0].shape", [](Scene& s) { s.rigid_bodies[0].shape = EllipsoidShape{{1, 1, 1}}; }},
         Row{"rigid_bodies[0].shape",
             [](Scene& s) { s.rigid_bodies[0].shape = MeshShape{"ball", s.soft_bodies[0].mesh}; }},
-        Row{"rigid_bodies[0].shape.capsule.radius_m",
-            [](Scene& s) { s.rigid_bodies[0].shape = CapsuleShape{0, 1}; }},
+        Row{"rigid_bodies[0].shape.capsule.radius_m", [](Scene& s) { s.rigid_bodies[0].shape = CapsuleShape{0, 1}; }},
         Row{"colliders[0].shape.mesh", [](Scene& s) { s.colliders[0].shape = MeshShape{}; }},
         Row{"colliders",
             [](Scene& s) {
