@@ -342,7 +342,11 @@ Status read_joint(const v1::Joint& in, physics::Joint& out) {
       break;
   }
   out.compliance_m_n = in.compliance_m_n();
-  if (in.has_break_force_n()) out.break_force_n = in.break_force_n();
+  if (in.has_break_force_n()) {
+    // Infinity is how the engine says that a joint does not break.
+    if (!std::isfinite(in.break_force_n())) failures.note("break_force_n", base::invalid("is not finite"));
+    out.break_force_n = in.break_force_n();
+  }
   return failures.first();
 }
 

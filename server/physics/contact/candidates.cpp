@@ -187,4 +187,30 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
   return crossed;
 }
 
+Vec3d CandidateFinder::way_apart(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  const SurfaceBody& a = bodies[pair.first];
+  const SurfaceBody& b = bodies[pair.second];
+  const auto normal_of = [](const SurfaceBody& body, std::uint32_t face) -> Vec3d {
+    const auto& [i, j, k] = body.topology->mesh->faces[face];
+    return (body.from[j] - body.from[i]).cross(body.from[k] - body.from[i]);
+  };
+  Vec3d sum = Vec3d::Zero();
+  take_near_faces(ways_of(a), ways_of(b));
+  for_near_faces([&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
+    const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
+    const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
+    for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
+      if (runs_through(a, of_f.edges[i], b, g)) sum += normal_of(b, g);
+    }
+    for (std::uint8_t i = 0; i < of_g.edge_count; ++i) {
+      if (runs_through(b, of_g.edges[i], a, f)) sum -= normal_of(a, f);
+    }
+  });
+  const Vec3d between = (a.way.low + a.way.high) - (b.way.low + b.way.high);
+  const bool both_closed = a.topology->mesh->closed && b.topology->mesh->closed;
+  if (!both_closed && sum.dot(between) < 0.0) sum = -sum;  // an open one has two sides
+  if (!(sum.norm() > 0.0)) sum = between;
+  return sum.norm() > 0.0 ? Vec3d(sum.normalized()) : Vec3d(Vec3d::UnitX());
+}
+
 }  // namespace pneuma::physics

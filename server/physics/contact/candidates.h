@@ -22,6 +22,9 @@ class CandidateFinder {
 
   /// Whether an edge of one of two bodies runs through a face of the other where the substep finds them.
   [[nodiscard]] bool are_crossed(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
+  /// Where the first of two that are crossed has the shortest way out, about: along the normals of the faces that edges
+  /// run through. A unit vector.
+  [[nodiscard]] Vec3d way_apart(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
  private:
   struct FaceBox {

@@ -126,6 +126,7 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, 
     refit_stale(soft);
     surfaces_.cut({soft, bounds_, world.dt_s, world.is_first_of_tick});
   }
+  if (surfaces) surfaces_.part(soft, world.dt_s);
 }
 
 // An implicit step solves for its soft bodies' joints together with their contacts.
@@ -172,9 +173,8 @@ void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world, cons
   {
     const StageTimer timer(profile, Stage::broad_phase);
     find_soft_pairs<Real>(soft, bounds_, order_, pairs_);
-    std::erase_if(pairs_, [&](const SoftPair& pair) {
-      return SurfaceContacts<Real>::asks_for(soft[pair.a], soft[pair.b]) && surfaces_.meets(pair.a, pair.b);
-    });
+    std::erase_if(pairs_,
+                  [&](const SoftPair& pair) { return SurfaceContacts<Real>::asks_for(soft[pair.a], soft[pair.b]); });
   }
   if (pairs_.empty()) return;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <utility>
 
 #include "physics/contact/filter.h"
@@ -19,6 +20,8 @@ constexpr double shell_slack_share = 0.5;
 // What begins the substep nearer than the kept distance goes back to it within this time. At once, the springs would be
 // fed.
 constexpr double surface_overlap_time_s = 0.1;
+// In which bodies that were put into each other move by the smaller one's length.
+constexpr double parting_time_s = 0.3;
 // Each solve starts from the last one's impulses, so a few sweeps a substep do.
 constexpr std::uint32_t surface_sweeps_max = 8;
 // Of the largest approach: what a sweep may change and be the last.
@@ -67,11 +70,6 @@ bool keeps_to_boxes(const SurfaceBody& body) {
 }
 
 }  // namespace
-
-template <class Real>
-bool SurfaceContacts<Real>::meets(std::uint32_t a, std::uint32_t b) const {
-  return !std::ranges::binary_search(crossed_, std::pair(std::min(a, b), std::max(a, b)));
-}
 
 template <class Real>
 std::shared_ptr<const SurfaceTopology> SurfaceContacts<Real>::topology_of(const std::shared_ptr<const Mesh>& mesh) {
@@ -430,6 +428,39 @@ void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> s
     loaded_[i] = 1;  // as they are now, not as the substep found them
   }
   find_pairs(soft, false);
+}
+
+// A body that was moved so may run through a third one now, so its pairs are looked at once more.
+template <class Real>
+void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
+  for (const auto& [first, second] : crossed_) {
+    if (second >= meshes_begin_) continue;
+    SoftState<Real>& a = soft[first];
+    SoftState<Real>& b = soft[second];
+    const auto inverse_mass_1_kg = [](const SoftState<Real>& state) {
+      const bool is_held = std::ranges::any_of(std::views::iota(std::size_t{0}, state.x.size()),
+                                               [&](std::size_t i) { return state.is_pinned(i); });
+      return is_held || !state.is_awake() ? 0.0 : 1.0 / state.body.mass_kg;
+    };
+    const double of_a = inverse_mass_1_kg(a);
+    const double of_b = inverse_mass_1_kg(b);
+    if (of_a + of_b == 0.0) continue;
+    const Vec3d way = finder_.way_apart({first, second}, bodies_);
+    const double move_m = static_cast<double>(std::min(a.length_m, b.length_m)) * dt_s / parting_time_s;
+    const double approach_m_s = std::max(0.0, way.dot(mean_velocity(b) - mean_velocity(a)));
+    const auto push = [&](SoftState<Real>& state, double share) {
+      const Vec3<Real> shift = (share * move_m * way).template cast<Real>();
+      const Vec3<Real> change = (share * approach_m_s * way).template cast<Real>();
+      if (share == 0.0) return;
+      for (Vec3<Real>& x : state.x) x += shift;
+      for (Vec3<Real>& v : state.v) v += change;
+    };
+    push(a, of_a / (of_a + of_b));
+    push(b, -of_b / (of_a + of_b));
+    std::erase_if(clear_, [&](const auto& pair) {
+      return pair.first == first || pair.second == first || pair.first == second || pair.second == second;
+    });
+  }
 }
 
 template <class Real>

@@ -30,9 +30,6 @@ class SurfaceContacts {
   [[nodiscard]] static bool asks_for(const SoftState<Real>& a, const SoftState<Real>& b) {
     return a.body.collision.soft == SoftCollision::exact && b.body.collision.soft == SoftCollision::exact;
   }
-  /// Of two that ask for it: whether they do so in this substep. Bodies that were put into each other meet by their
-  /// bounds, which part them, until they do not run through each other any more.
-  [[nodiscard]] bool meets(std::uint32_t a, std::uint32_t b) const;
 
   /// Colliders that are meshes take part from here on, in this substep: their surfaces come behind the soft bodies'.
   void take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s);
@@ -52,6 +49,10 @@ class SurfaceContacts {
 
   /// Answers the contacts of the moves `dr` by impulses: changes v and dr. Sets `touched[i]` of bodies that got any.
   void answer(const Substep& substep, std::span<ContactNotes> notes, std::span<std::uint8_t> touched);
+
+  /// Moves bodies that were put into each other apart, whole and without a velocity: by the smaller one's length in
+  /// `parting_time_s`. What they approach each other by ends.
+  void part(std::span<SoftState<Real>> soft, double dt_s);
 
   /// Cuts the moves so that nothing crosses, as whatever came after answer() left them.
   void cut(const Substep& substep);

@@ -13,6 +13,7 @@ namespace pneuma::extremes {
 [[nodiscard]] std::vector<ExtremeCase> scale_cases();
 [[nodiscard]] std::vector<ExtremeCase> input_cases();
 [[nodiscard]] std::vector<ExtremeCase> contact_cases();
+[[nodiscard]] std::vector<ExtremeCase> meeting_cases();
 [[nodiscard]] std::vector<ExtremeCase> endurance_cases();
 
 }  // namespace pneuma::extremes

@@ -18,6 +18,7 @@ std::vector<ExtremeCase> sorted_cases() {
   take(scale_cases());
   take(input_cases());
   take(contact_cases());
+  take(meeting_cases());
   take(endurance_cases());
   std::ranges::sort(all, {}, &ExtremeCase::number);
   return all;
