@@ -52,6 +52,11 @@ void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratc
   });
 }
 
+// Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
+// vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
+// step.
+constexpr std::size_t coupled_vertices_max = 4'096;
+
 // Numbers of vectors that lie one after the other, by lanes: two of them are six, which a compiler keeps in registers.
 constexpr std::size_t flat_lanes = 6;
 
@@ -469,6 +474,8 @@ std::optional<StageAccuracy> Simulation::first_order() const {
 template <class Real>
 void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
   const double dt_s = this->dt_s();
+  const bool coupled = std::ranges::all_of(
+      bodies.states, [](const SoftState<Real>& body) { return body.x.size() <= coupled_vertices_max; });
 
   Profile* shared_profile = profiling ? &profile : nullptr;
   collect_gas_events(bodies);
@@ -483,7 +490,8 @@ void Simulation::end_substep(SoftBodies<Real>& bodies, Workers& workers) {
                            .dt_s = dt_s,
                            .is_first_of_tick = substep_index == 0,
                            .tables = bodies.tables,
-                           .start_m_s = bodies.start_m_s,
+                           .start_m_s = coupled ? std::span<const std::vector<Vec3<Real>>>(bodies.start_m_s)
+                                                : std::span<const std::vector<Vec3<Real>>>(),
                            .first_order = first_order(),
                            .joints = joints,
                            .notes = bodies.notes},

@@ -1,5 +1,5 @@
-// How much faster than real time one core steps the paper's Fig. 1: five balls of 162 vertices in a rotating room,
-// midpoint, eight substeps. They meet by their surfaces, or as in the paper by bounding ellipsoids.
+// How much faster than real time one core steps the paper's Fig. 1: five balls of 162 vertices in a rotating room. They
+// meet by their surfaces and step by AUTO, or as in the paper: by bounding ellipsoids, midpoint, eight substeps.
 #include <benchmark/benchmark.h>
 
 #include "bench/figures.h"

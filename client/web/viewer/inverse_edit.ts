@@ -16,8 +16,8 @@ export const temperatureUnsetK = 293.15;
 // What a field that a scene leaves unset means, where it is not 0. A change can set a field but not unset it.
 const unset: Fields = { massKg: 1, restScale: 1, temperatureK: temperatureUnsetK, heatCapacityRatio: 1.4, rateHz: 60 };
 
-// And of those where 0 is no value to set: REFUSE, MIDPOINT.
-const zero: Fields = { onUnstable: 1, integrator: 2 };
+// And of those where 0 is no value to set: REFUSE, AUTO.
+const zero: Fields = { onUnstable: 1, integrator: 8 };
 
 function find<Item extends Named>(items: readonly Item[], name: string): Item | undefined {
   return items.find((item) => item.name === name);
@@ -31,6 +31,8 @@ function previous(now: object | undefined, change: object): Fields {
     if (value === 0 && key in zero) continue;
     const held = (now as Fields | undefined)?.[key];
     if (key === "name") fields[key] = value;
+    else if (key === "locked")
+      fields[key] = held ?? {}; // is replaced as a whole
     else if (Array.isArray(value)) fields[key] = held ?? [];
     else if (typeof value === "object" && value !== null && "case" in value) fields[key] = held;
     else if (typeof value === "object") fields[key] = previous(held as object | undefined, value as object);
@@ -197,8 +199,8 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
       return has(body?.gas, isLive(body?.gas) ? steady : { moles, temperatureK, ...steady });
     }
     case "changeRigidBody": {
-      const { name, massKg, surface } = change.value;
-      return has(find(scene.rigidBodies, name), { massKg, surface });
+      const { name, massKg, surface, locked } = change.value;
+      return has(find(scene.rigidBodies, name), { massKg, surface, locked });
     }
     case "changeCollider": {
       const { name, shape, surface } = change.value;

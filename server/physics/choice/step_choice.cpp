@@ -40,6 +40,8 @@ constexpr double tr_bdf2_cost = 60.0;
 // What a solved step costs at contact, in steps without: a ball of 162 vertices and 1e6 N/m that lies on a floor, or
 // rolls, took 3 to 5 times as long as in flight.
 constexpr double contact_passes_cost = 4.0;
+// And that many times more for each so many vertices of a body: a contact's answer there is a column of their inverse.
+constexpr double contact_vertices = 1'000.0;
 
 // The longest step of rigid bodies in joints with each other: a chain of 50 links of 1 g with 50 kg at its tip
 // stretches by 0.003 % at this one, and tears at four times as long.
@@ -284,10 +286,20 @@ bool can_touch(const Scene& scene) {
          std::ranges::count_if(scene.soft_bodies, meets_soft) > 1;
 }
 
+// What contact makes of an implicit step's cost.
+double passes_cost_of(const Scene& scene) {
+  double most = 1.0;
+  for (const SoftBody& body : scene.soft_bodies) {
+    most = std::max(most, static_cast<double>(body.mesh->positions_m.size()) / contact_vertices);
+  }
+  return contact_passes_cost * most;
+}
+
 SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
   const double given = scene.stepping.substeps;
   const double most = given > 0.0 ? given : base::substeps_max;
   const bool touchable = can_touch(scene);
+  const double passes_cost = passes_cost_of(scene);
   struct Rank {
     bool inaccurate = true;
     double cost = unlimited;
@@ -302,7 +314,7 @@ SubstepChoice choose_both(const Scene& scene, const Demands& demands) {
     if (step.substeps > most) continue;
     if (given > 0.0 || !accurate) step.substeps = most;
     const bool has_passes = touchable && !is_explicit(candidate.integrator);
-    const Rank rank{!accurate, (has_passes ? contact_passes_cost : 1.0) * candidate.cost * step.substeps};
+    const Rank rank{!accurate, (has_passes ? passes_cost : 1.0) * candidate.cost * step.substeps};
     if (rank < best) {
       best = rank;
       integrator = candidate.integrator;

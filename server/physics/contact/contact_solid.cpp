@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "physics/mesh/mesh_tree.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
@@ -205,6 +206,12 @@ struct Touch {
   }
 };
 
+// The shape's own would walk over all of its vertices.
+Vec3d extents_of(const MeshTree& tree) {
+  const MeshTree::Box& box = tree.nodes.front().box;
+  return box.low_m.cwiseAbs().cwiseMax(box.high_m.cwiseAbs());
+}
+
 }  // namespace
 
 SolidMove move_of(const ColliderState& state, double dt_s) {
@@ -214,7 +221,8 @@ SolidMove move_of(const ColliderState& state, double dt_s) {
           Frame(state.position, state.orientation),
           Frame(state.position + dt_s * c.velocity, turned(state.orientation, c.angular_velocity, dt_s)),
           c.velocity,
-          c.angular_velocity};
+          c.angular_velocity,
+          state.tree != nullptr ? extents_of(*state.tree) : half_extents_m(c.shape)};
 }
 
 SolidMove move_of(const RigidState& state, double dt_s) {
@@ -223,7 +231,8 @@ SolidMove move_of(const RigidState& state, double dt_s) {
           Frame(state.position, state.orientation),
           Frame(state.position + dt_s * state.velocity, turned(state.orientation, state.angular_velocity, dt_s)),
           state.velocity,
-          state.angular_velocity};
+          state.angular_velocity,
+          half_extents_m(state.body.shape)};
 }
 
 bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m, double dt_s) {
@@ -241,7 +250,7 @@ bool may_meet(const BodyBounds& bounds, const SolidMove& solid, double offset_m,
   }
   const Vec3d nearest = solid.end.to_local(centre_of(bounds.swept)).cwiseAbs() - half_of(bounds.swept);
   const double grown_m = offset_m + frame_move_m(solid, bounds.swept, dt_s);
-  return (nearest.array() <= half_extents_m(*solid.shape).array() + grown_m).all();
+  return (nearest.array() <= solid.half_extents_m.array() + grown_m).all();
 }
 
 template <class Real>

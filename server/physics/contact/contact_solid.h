@@ -19,6 +19,7 @@ struct SolidMove {
   Frame end;
   Vec3d velocity = Vec3d::Zero();
   Vec3d angular_velocity = Vec3d::Zero();
+  Vec3d half_extents_m = Vec3d::Zero();
 };
 [[nodiscard]] SolidMove move_of(const ColliderState& collider, double dt_s);
 [[nodiscard]] SolidMove move_of(const RigidState& body, double dt_s);

@@ -694,7 +694,7 @@ void CoupledStep<Real>::store(const CoupledWorld<Real>& world) {
     state.dr.resize(state.x.size());
     for (std::size_t k = 0; k < body.u.size(); ++k) {
       const Vec3d move = surface.from[k] - body.start[k];
-      state.dr[k] = move.template cast<Real>();
+      state.dr[k] = state.is_pinned(k) ? Vec3<Real>(Vec3<Real>::Zero()) : Vec3<Real>(move.template cast<Real>());
       state.v[k] = body.u[k].template cast<Real>();
     }
   }

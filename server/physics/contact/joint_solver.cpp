@@ -13,6 +13,8 @@ namespace {
 constexpr double joint_row_regularisation = 1e-11;
 // Rounds in which all ropes change sides at once; then one a round does, the last (Murty), and that ends.
 constexpr std::uint32_t whole_rounds = 8;
+// Past it, what is taut stays as the last round has it.
+constexpr std::size_t rounds_most = 64;
 
 class JointProgram {
  public:
@@ -26,12 +28,15 @@ class JointProgram {
 
   SolveOutcome solve(double enough_m_s) {
     SolveOutcome outcome;
-    const auto rounds_max = static_cast<std::uint32_t>(whole_rounds + 4 * rows_.size());
+    const auto rounds_max = static_cast<std::uint32_t>(std::min(whole_rounds + 4 * rows_.size(), rounds_most));
     do {
       outcome.converged = false;
       for (std::uint32_t round = 0; round < rounds_max && !outcome.converged; ++round) {
         ++outcome.factorisations;
-        if (!solve_taut()) return outcome;
+        if (!solve_taut()) {
+          for (ContactRow& row : rows_) row.impulse_n_s.setZero();  // none was found
+          return outcome;
+        }
         outcome.converged = !change_sides(enough_m_s, round < whole_rounds);
       }
     } while (give_way());

@@ -207,7 +207,9 @@ void carry_with_meshes(std::span<const SurfacePair> pairs, std::span<const MeshC
     if (!meshes[m].moves || meshes_of[group] != 1) continue;
     for (std::uint32_t i = 0; i < meshes_begin; ++i) {
       if (root_of(i) != group) continue;
-      for (Vec3d& place : bodies[i].from) place = meshes[m].carried(place);
+      for (std::size_t k = 0; k < bodies[i].from.size(); ++k) {
+        if (bodies[i].inverse_masses_1_kg[k] > 0.0) bodies[i].from[k] = meshes[m].carried(bodies[i].from[k]);
+      }
       carried[i] = 1;
     }
     bodies[index].from = bodies[index].to;

@@ -247,7 +247,8 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bo
           crossed_.push_back(key);
           continue;
         }
-        clear_.insert(known, key);
+        // A mesh that moves may run over a body between it and another one.
+        if (second < meshes_begin_ || !meshes_[second - meshes_begin_].moves) clear_.insert(known, key);
       }
     }
     if (second >= meshes_begin_) {
@@ -318,7 +319,7 @@ void SurfaceContacts<Real>::answer(const Substep& substep, std::span<ContactNote
   solve_velocities(soft, dt_s, !substep.is_first);
   note(notes, touched);
   solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
-    if (change_m_s.isZero(0.0)) return;
+    if (body >= meshes_begin_ || change_m_s.isZero(0.0)) return;
     soft[body].v[vertex] += change_m_s.template cast<Real>();
     soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
     SurfaceBody& surface = bodies_[body];
@@ -373,7 +374,8 @@ void SurfaceContacts<Real>::solve_places(std::span<SoftState<Real>> soft, double
   (void)solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = surface_enough_share * shortest_m_s},
                       false);
   solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
-    if (!change_m_s.isZero(0.0)) soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
+    if (body >= meshes_begin_ || change_m_s.isZero(0.0)) return;
+    soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
   });
 }
 
@@ -485,7 +487,7 @@ void SurfaceContacts<Real>::cut(const Substep& substep) {
     if (loaded_[i] == 0) continue;
     for (std::size_t k = 0; k < bodies_[i].cuts.size(); ++k) {
       const double cut = std::exchange(bodies_[i].cuts[k], 1.0);
-      if (cut >= 1.0) continue;
+      if (cut >= 1.0 || soft[i].is_pinned(k)) continue;
       if (carried_[i] == 0) {
         soft[i].dr[k] *= static_cast<Real>(cut);
       } else {

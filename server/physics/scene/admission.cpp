@@ -445,7 +445,8 @@ void check_joint(const Joint& joint, const Scene& scene, Fields fields) {
     fields.fail("first", "and second are both fixed: a joint holds a soft or a rigid body");
   }
   const bool same_body = joint.first.of == joint.second.of && joint.first.body == joint.second.body;
-  const bool same_point = joint.first.vertex == joint.second.vertex && joint.first.face == joint.second.face;
+  const bool same_point = joint.first.vertex == joint.second.vertex && joint.first.face == joint.second.face &&
+                          joint.first.face_weights == joint.second.face_weights;
   if (same_body && (joint.first.of != Anchor::Of::soft || same_point)) {
     fields.fail("second",
                 "is on the same " + std::string(joint.first.of == Anchor::Of::soft ? "point" : "body") + " as first");
