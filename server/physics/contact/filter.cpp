@@ -11,6 +11,9 @@ namespace {
 // What two features may come to: of the distance that they keep, or of the one that they start with where that is less.
 constexpr double kept_share = 0.1;
 constexpr double start_share = 0.9;
+// But no nearer than this share of what they keep, which single precision still tells from nothing: what is pressed for
+// long would lose a tenth of its distance in each substep.
+constexpr double floor_share = 0.02;
 // A cut changes what other pairs of its vertices do, which may need another. From here on, a pair that would still
 // cross stays where it is, and one more such round than there are vertices ends it.
 constexpr std::uint32_t patient_rounds = 12;
@@ -74,8 +77,11 @@ class MoveFilter {
       const double apart_m = candidate.apart_m - pair.drifted_m;
       if (apart_m - margin_m >= largest_relative_move_m(candidate.pair, moves)) continue;
       const FourPoints start = corners.start(bodies_);
-      if (are_parted(candidate, start, moves, margin_m)) continue;
-      const double least_m = std::min(margin_m, start_share * distance_m(candidate.pair, start));
+      const bool is_measured = !candidate.apart.isZero(0.0) && pair.drifted_m == 0.0;
+      const double distance = is_measured ? candidate.apart_m : distance_m(candidate.pair, start);
+      const double floor_m = floor_share * kept_m;
+      const double least_m = std::min(distance, std::max(floor_m, std::min(margin_m, start_share * distance)));
+      if (are_parted(candidate, start, moves, least_m)) continue;
       const double share = safe_share(candidate.pair, start, moves, least_m);
       if (share < 1.0) cuts_.push_back({corners, share});
     }
