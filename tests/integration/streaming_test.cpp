@@ -221,6 +221,7 @@ TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
   v1::Scene big = two_balls();
   big.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(5);
   big.mutable_stepping()->set_substeps(1);
+  big.mutable_stepping()->set_integrator(v1::Stepping::MIDPOINT);
   big.mutable_stepping()->set_on_unstable(v1::Stepping::ALLOW);  // they fall, and nothing shakes them
   for (auto& body : *big.mutable_soft_bodies()) {
     body.mutable_springs()->set_stiffness_n_m(1.0);
