@@ -23,7 +23,7 @@ constexpr double surface_overlap_time_s = 0.1;
 // In which bodies that were put into each other move by the smaller one's length.
 constexpr double parting_time_s = 0.3;
 // Each solve starts from the last one's impulses, so that most end sooner.
-constexpr std::uint32_t surface_sweeps_max = 16;
+constexpr std::uint32_t surface_sweeps_max = 8;
 // Of the largest approach: what a sweep may change and be the last. Ten times as much leaves a tremble that keeps piles
 // awake three times as long.
 constexpr double surface_enough_share = 2e-3;
