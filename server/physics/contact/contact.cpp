@@ -45,9 +45,8 @@ Aabb<double> swept_by(const SoftState<Real>& body, const BodyBounds& bounds) {
   return {bounds.swept.min - thickness_m, bounds.swept.max + thickness_m};
 }
 
-// A box that nothing was fitted to holds no number, and is near everything.
 bool is_in_reach(const Aabb<double>& swept, const Aabb<double>& reach) {
-  return !(swept.min.array() > reach.max.array()).any() && !(swept.max.array() < reach.min.array()).any();
+  return (swept.min.array() <= reach.max.array()).all() && (swept.max.array() >= reach.min.array()).all();
 }
 
 }  // namespace

@@ -45,6 +45,7 @@ test("a stream begins with a key frame and goes on tick by tick", async () => {
 
 test("a stream whose bodies are simulated here shows the same world", async () => {
   await client.createWorld({ name: "bounces", source: { case: "builtin", value: "bouncing-ball" }, paused: true });
+  await client.editJson("bounces", '{"changes": [{"set_stepping": {"integrator": "MIDPOINT", "substeps": 16}}]}');
   const plain = new Frames();
   const simulated = new Frames();
   const maxErrorM = 1e-5;
@@ -64,7 +65,7 @@ test("a stream whose bodies are simulated here shows the same world", async () =
     const furthest = one.positions[0]!.reduce((most, x, i) => Math.max(most, Math.abs(x - other.positions[0]![i]!)), 0);
     assert.ok(furthest <= 2 * maxErrorM, `tick ${tick}: ${furthest} m apart`);
   }
-  assert.ok(simulatedBytes < 0.75 * bytes, `${simulatedBytes} of ${bytes} bytes`);
+  assert.ok(simulatedBytes < 0.7 * bytes, `${simulatedBytes} of ${bytes} bytes`);
   await Promise.all(streams.map((stream) => client.unsubscribe(stream)));
   await client.destroyWorld("bounces");
 });
