@@ -35,6 +35,12 @@ double highest_m(std::span<const Vec3d> from, std::span<const Vec3d> to, const V
   return highest;
 }
 
+// Normals that agree by less than this share of their lengths name no way out: those about two bodies in one place
+// point all around. Then the way is from middle to middle; and where these are nearer than this share of the bodies'
+// sizes, one that stays the same from substep to substep.
+constexpr double agreeing_share = 0.5;
+constexpr double apart_share = 0.02;
+
 }  // namespace
 
 // About the ways of an edge's ends, or of a vertex named twice.
@@ -195,22 +201,28 @@ Vec3d CandidateFinder::way_apart(const SurfacePair& pair, std::span<const Surfac
     return (body.from[j] - body.from[i]).cross(body.from[k] - body.from[i]);
   };
   Vec3d sum = Vec3d::Zero();
+  double all = 0.0;
+  const auto take = [&](const Vec3d& normal) {
+    sum += normal;
+    all += normal.norm();
+  };
   take_near_faces(ways_of(a), ways_of(b));
   for_near_faces([&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
-      if (runs_through(a, of_f.edges[i], b, g)) sum += normal_of(b, g);
+      if (runs_through(a, of_f.edges[i], b, g)) take(normal_of(b, g));
     }
     for (std::uint8_t i = 0; i < of_g.edge_count; ++i) {
-      if (runs_through(b, of_g.edges[i], a, f)) sum -= normal_of(a, f);
+      if (runs_through(b, of_g.edges[i], a, f)) take(-normal_of(a, f));
     }
   });
   const Vec3d between = (a.way.low + a.way.high) - (b.way.low + b.way.high);
   const bool both_closed = a.topology->mesh->closed && b.topology->mesh->closed;
   if (!both_closed && sum.dot(between) < 0.0) sum = -sum;  // an open one has two sides
-  if (!(sum.norm() > 0.0)) sum = between;
-  return sum.norm() > 0.0 ? Vec3d(sum.normalized()) : Vec3d(Vec3d::UnitX());
+  if (sum.norm() >= agreeing_share * all && all > 0.0) return sum.normalized();
+  const double size_m = (a.way.high - a.way.low + b.way.high - b.way.low).norm();
+  return between.norm() > apart_share * size_m ? Vec3d(between.normalized()) : Vec3d(Vec3d::UnitX());
 }
 
 }  // namespace pneuma::physics

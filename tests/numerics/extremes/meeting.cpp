@@ -136,7 +136,7 @@ std::vector<ExtremeCase> meeting_cases() {
            .run = run_two_at_1000,
            .bullet = nullptr},
           {.number = 26,
-           .name = "three balls that begin across each other",
+           .name = "balls that begin across each other, three askew and two in one place",
            .scene = "26-overlapping-start.json",
            .criterion = "apart within a second, none faster than 4 m/s; by AUTO, implicit Euler and XPBD",
            .run = run_overlapping_start,
