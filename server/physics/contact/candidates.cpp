@@ -58,6 +58,10 @@ CandidateFinder::Ways CandidateFinder::places_of(const SurfaceBody& body, double
   return {&body, body.from, body.from, {body.at.low - margin, body.at.high + margin}, margin_m};
 }
 
+void CandidateFinder::sort_by_low(std::vector<FaceBox>& faces) {
+  std::ranges::sort(faces, {}, [](const FaceBox& face) { return std::pair(face.box.low.x(), face.face); });
+}
+
 // The faces with a corner that comes as far as least_m, and whose box is in the region.
 void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                                       std::vector<double>& heights_m, std::vector<FaceBox>& near) {
@@ -73,7 +77,7 @@ void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, do
     const Box box = way_box(faces[f], ways.from, ways.to, ways.margin_m);
     if (box.overlaps(region)) near.push_back({f, box});
   }
-  std::ranges::sort(near, {}, [](const FaceBox& face) { return std::pair(face.box.low.x(), face.face); });
+  sort_by_low(near);
 }
 
 void CandidateFinder::FeatureBoxes::fit(const Ways& ways, std::uint32_t face) {
@@ -116,9 +120,8 @@ void CandidateFinder::for_near_faces(const Visit& visit) const {
       }
     }
   };
-  const auto meet = [&](const FaceBox& f, const FaceBox& g) { visit(f.face, f.box, g.face, g.box); };
-  sweep(near_a_, near_b_, true, meet);
-  sweep(near_b_, near_a_, false, [&](const FaceBox& g, const FaceBox& f) { meet(f, g); });
+  sweep(near_a_, near_b_, true, visit);
+  sweep(near_b_, near_a_, false, [&](const FaceBox& g, const FaceBox& f) { visit(f, g); });
 }
 
 void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
@@ -129,54 +132,75 @@ void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies
   find(pair, bodies, places_of(bodies[pair.first], 0.5 * reach_m), places_of(bodies[pair.second], 0.5 * reach_m));
 }
 
-void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
-  SurfaceBody& a = bodies[pair.first];
+// Of one face and another, what their owned features name.
+void CandidateFinder::meet(SurfacePair& pair, std::span<const SurfaceBody> bodies, const FaceBox& face_a,
+                           const FaceBox& face_b) const {
+  const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
   std::vector<Candidate>& candidates = pair.candidates;
-  candidates.clear();
   const bool self = pair.first == pair.second;
   const FeatureBoxes& boxes_a = boxes_a_;
   const FeatureBoxes& boxes_b = self ? boxes_a_ : boxes_b_;
   const Mesh& mesh_a = *a.topology->mesh;
   const Mesh& mesh_b = *b.topology->mesh;
-  const auto meet = [&](std::uint32_t f, const Box& box_f, std::uint32_t g, const Box& box_g) {
-    const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
-    const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
-    for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
-      const std::uint32_t vertex = of_f.vertices[i];
-      if (!boxes_a.vertices[vertex].overlaps(box_g) || (self && has(mesh_b.faces[g], vertex))) continue;
-      candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
-    }
-    for (std::uint8_t i = 0; i < of_g.vertex_count; ++i) {
-      const std::uint32_t vertex = of_g.vertices[i];
-      if (!boxes_b.vertices[vertex].overlaps(box_f) || (self && has(mesh_a.faces[f], vertex))) continue;
-      candidates.push_back({FeaturePair::vertex_face, !self, vertex, f});
-    }
-    for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
-      const std::uint32_t first = of_f.edges[i];
-      const Box& box = boxes_a.edges[first];
-      if (!box.overlaps(box_g)) continue;
-      for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
-        const std::uint32_t second = of_g.edges[j];
-        if (!box.overlaps(boxes_b.edges[second])) continue;
-        const Edge& other = mesh_b.edges[second];
-        if (self && (has(mesh_a.edges[first], other[0]) || has(mesh_a.edges[first], other[1]))) continue;
-        const bool in_order = !self || first < second;
-        candidates.push_back({FeaturePair::edge_edge, false, in_order ? first : second, in_order ? second : first});
-      }
-    }
-  };
-  if (self) {
-    a.boxes.fit(*a.topology, ways_a.from, ways_a.to, ways_a.margin_m);
-    for (std::uint32_t f = 0; f < mesh_a.faces.size(); ++f) boxes_a_.fit(ways_a, f);
-    a.boxes.for_pairs(*a.topology,
-                      [&](std::uint32_t f, std::uint32_t g) { meet(f, a.boxes.faces[f], g, a.boxes.faces[g]); });
-  } else {
-    take_near_faces(ways_a, ways_b);
-    boxes_a_.fit(ways_a, near_a_);
-    boxes_b_.fit(ways_b, near_b_);
-    for_near_faces(meet);
+  const auto& [f, box_f] = face_a;
+  const auto& [g, box_g] = face_b;
+  const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
+  const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
+  for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
+    const std::uint32_t vertex = of_f.vertices[i];
+    if (!boxes_a.vertices[vertex].overlaps(box_g) || (self && has(mesh_b.faces[g], vertex))) continue;
+    candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
   }
+  for (std::uint8_t i = 0; i < of_g.vertex_count; ++i) {
+    const std::uint32_t vertex = of_g.vertices[i];
+    if (!boxes_b.vertices[vertex].overlaps(box_f) || (self && has(mesh_a.faces[f], vertex))) continue;
+    candidates.push_back({FeaturePair::vertex_face, !self, vertex, f});
+  }
+  for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
+    const std::uint32_t first = of_f.edges[i];
+    const Box& box = boxes_a.edges[first];
+    if (!box.overlaps(box_g)) continue;
+    for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
+      const std::uint32_t second = of_g.edges[j];
+      if (!box.overlaps(boxes_b.edges[second])) continue;
+      const Edge& other = mesh_b.edges[second];
+      if (self && (has(mesh_a.edges[first], other[0]) || has(mesh_a.edges[first], other[1]))) continue;
+      const bool in_order = !self || first < second;
+      candidates.push_back({FeaturePair::edge_edge, false, in_order ? first : second, in_order ? second : first});
+    }
+  }
+}
+
+void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
+  if (pair.first != pair.second) {
+    take_near_faces(ways_a, ways_b);
+    meet_near_faces(pair, bodies, ways_a, ways_b);
+    return;
+  }
+  SurfaceBody& body = bodies[pair.first];
+  pair.candidates.clear();
+  body.boxes.fit(*body.topology, ways_a.from, ways_a.to, ways_a.margin_m);
+  for (std::uint32_t f = 0; f < body.boxes.faces.size(); ++f) boxes_a_.fit(ways_a, f);
+  body.boxes.for_pairs(*body.topology, [&](std::uint32_t f, std::uint32_t g) {
+    meet(pair, bodies, {f, body.boxes.faces[f]}, {g, body.boxes.faces[g]});
+  });
+}
+
+void CandidateFinder::find_among(SurfacePair& pair, std::span<const SurfaceBody> bodies,
+                                 std::vector<FaceBox>& near_first, std::vector<FaceBox>& near_second) {
+  near_a_.swap(near_first);
+  near_b_.swap(near_second);
+  for (std::vector<FaceBox>* near : {&near_a_, &near_b_}) sort_by_low(*near);
+  meet_near_faces(pair, bodies, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
+}
+
+void CandidateFinder::meet_near_faces(SurfacePair& pair, std::span<const SurfaceBody> bodies, const Ways& ways_a,
+                                      const Ways& ways_b) {
+  pair.candidates.clear();
+  boxes_a_.fit(ways_a, near_a_);
+  boxes_b_.fit(ways_b, near_b_);
+  for_near_faces([&](const FaceBox& f, const FaceBox& g) { meet(pair, bodies, f, g); });
 }
 
 bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
@@ -184,7 +208,9 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
   const SurfaceBody& b = bodies[pair.second];
   bool crossed = false;
   take_near_faces(ways_of(a), ways_of(b));
-  for_near_faces([&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
+  for_near_faces([&](const FaceBox& face_a, const FaceBox& face_b) {
+    const std::uint32_t f = face_a.face;
+    const std::uint32_t g = face_b.face;
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count && !crossed; ++i) crossed = runs_through(a, of_f.edges[i], b, g);
@@ -207,7 +233,9 @@ Vec3d CandidateFinder::way_apart(const SurfacePair& pair, std::span<const Surfac
     all += normal.norm();
   };
   take_near_faces(ways_of(a), ways_of(b));
-  for_near_faces([&](std::uint32_t f, const Box&, std::uint32_t g, const Box&) {
+  for_near_faces([&](const FaceBox& face_a, const FaceBox& face_b) {
+    const std::uint32_t f = face_a.face;
+    const std::uint32_t g = face_b.face;
     const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {

@@ -13,12 +13,21 @@ namespace pneuma::physics {
 /// Finds candidates; room for one pair at a time.
 class CandidateFinder {
  public:
+  struct FaceBox {
+    std::uint32_t face = 0;
+    Box box;  // about its way, grown by the body's margin
+  };
+
   /// Sets the pair's candidates: the features of faces whose ways, grown by the bodies' margins, overlap. Of a body
   /// with itself, those that share no vertex.
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies);
 
   /// Likewise those that are within `reach_m` where the substep finds them, and some beyond.
   void find_near(SurfacePair& pair, std::span<SurfaceBody> bodies, double reach_m);
+
+  /// Likewise of two bodies whose near faces are known: the features of those whose boxes overlap.
+  void find_among(SurfacePair& pair, std::span<const SurfaceBody> bodies, std::vector<FaceBox>& near_first,
+                  std::vector<FaceBox>& near_second);
 
   /// Whether an edge of one of two bodies runs through a face of the other where the substep finds them.
   [[nodiscard]] bool are_crossed(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
@@ -27,10 +36,6 @@ class CandidateFinder {
   [[nodiscard]] Vec3d way_apart(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
  private:
-  struct FaceBox {
-    std::uint32_t face = 0;
-    Box box;
-  };
   // Of one body: where its vertices are in the substep, or where it begins (`from` twice), and a margin.
   struct Ways {
     const SurfaceBody* body = nullptr;
@@ -53,6 +58,9 @@ class CandidateFinder {
   static Ways places_of(const SurfaceBody& body, double margin_m);
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
   void take_near_faces(const Ways& a, const Ways& b);
+  static void sort_by_low(std::vector<FaceBox>& faces);
+  void meet(SurfacePair& pair, std::span<const SurfaceBody> bodies, const FaceBox& face_a, const FaceBox& face_b) const;
+  void meet_near_faces(SurfacePair& pair, std::span<const SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b);
   template <class Visit>
   void for_near_faces(const Visit& visit) const;
   static void take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,

@@ -20,39 +20,6 @@ MeshTree::Box local_box(const Frame& frame, const Box& box, double grown_m) {
   return {centre - half, centre + half};
 }
 
-// About the ways of two vertices of a surface, or of one named twice.
-Box way_of(const SurfaceBody& body, std::uint32_t start, std::uint32_t end) {
-  const Vec3d margin = Vec3d::Constant(body.margin_m);
-  return {body.from[start].cwiseMin(body.to[start]).cwiseMin(body.from[end]).cwiseMin(body.to[end]) - margin,
-          body.from[start].cwiseMax(body.to[start]).cwiseMax(body.from[end]).cwiseMax(body.to[end]) + margin};
-}
-
-void add_candidates(const SurfaceBody& a, std::uint32_t f, const Box& box_f, const SurfaceBody& b, std::uint32_t g,
-                    const Box& box_g, std::vector<Candidate>& candidates) {
-  const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
-  const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
-  for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
-    const std::uint32_t vertex = of_f.vertices[i];
-    if (!way_of(a, vertex, vertex).overlaps(box_g)) continue;
-    candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
-  }
-  for (std::uint8_t i = 0; i < of_g.vertex_count; ++i) {
-    const std::uint32_t vertex = of_g.vertices[i];
-    if (!way_of(b, vertex, vertex).overlaps(box_f)) continue;
-    candidates.push_back({FeaturePair::vertex_face, true, vertex, f});
-  }
-  for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
-    const Edge& first = a.topology->mesh->edges[of_f.edges[i]];
-    const Box box = way_of(a, first[0], first[1]);
-    if (!box.overlaps(box_g)) continue;
-    for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
-      const Edge& second = b.topology->mesh->edges[of_g.edges[j]];
-      if (!box.overlaps(way_of(b, second[0], second[1]))) continue;
-      candidates.push_back({FeaturePair::edge_edge, false, of_f.edges[i], of_g.edges[j]});
-    }
-  }
-}
-
 }  // namespace
 
 void find_mesh_colliders(std::span<const ColliderState> colliders, double dt_s, std::vector<MeshCollider>& meshes) {
@@ -119,29 +86,7 @@ void MeshCandidateFinder::find(const MeshCollider& mesh, SurfacePair& pair, std:
     const Box box = way_box(soft_faces[f], soft.from, soft.to, soft.margin_m);
     if (box.overlaps(about)) near_soft_.push_back({f, box});
   }
-  for (std::vector<FaceBox>* near : {&near_soft_, &near_mesh_}) {
-    std::ranges::sort(*near, {}, [](const FaceBox& face) { return std::pair(face.box.low.x(), face.face); });
-  }
-  // Sort and sweep of two lists: what begins first meets what begins within it.
-  const auto sweep = [](const std::vector<FaceBox>& firsts, const std::vector<FaceBox>& seconds, bool with_equal,
-                        const auto& meet) {
-    std::size_t begin = 0;
-    for (const FaceBox& first : firsts) {
-      const double low = first.box.low.x();
-      while (begin < seconds.size() &&
-             (with_equal ? seconds[begin].box.low.x() < low : seconds[begin].box.low.x() <= low)) {
-        ++begin;
-      }
-      for (std::size_t k = begin; k < seconds.size() && seconds[k].box.low.x() <= first.box.high.x(); ++k) {
-        if (first.box.overlaps(seconds[k].box)) meet(first, seconds[k]);
-      }
-    }
-  };
-  const auto meet = [&](const FaceBox& f, const FaceBox& g) {
-    add_candidates(soft, f.face, f.box, surface, g.face, g.box, pair.candidates);
-  };
-  sweep(near_soft_, near_mesh_, true, meet);
-  sweep(near_mesh_, near_soft_, false, [&](const FaceBox& g, const FaceBox& f) { meet(f, g); });
+  finder_.find_among(pair, bodies, near_soft_, near_mesh_);
 }
 
 void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t second,

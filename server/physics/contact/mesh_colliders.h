@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/contact/candidates.h"
 #include "physics/contact/row.h"
 #include "physics/contact/surface_body.h"
 #include "physics/mesh/mesh_tree.h"
@@ -39,11 +40,8 @@ class MeshCandidateFinder {
   void find(const MeshCollider& mesh, SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
  private:
-  struct FaceBox {
-    std::uint32_t face = 0;
-    Box box;
-  };
-  std::vector<FaceBox> near_soft_, near_mesh_;
+  CandidateFinder finder_;
+  std::vector<CandidateFinder::FaceBox> near_soft_, near_mesh_;
 };
 
 /// Appends a row for each vertex of soft body `first` that is in the collider, a closed mesh and surface `second`, or
