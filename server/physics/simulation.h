@@ -91,36 +91,45 @@ class Simulation {
   Profile profile{};
 
  private:
-  [[nodiscard]] double dt_s() const { return period_s() / choice.substeps; }
-  [[nodiscard]] LaneSettings lane_settings() const {
-    return {choice.integrator, {scene.gravity, scene.atmosphere}, dt_s()};
-  }
-  [[nodiscard]] std::optional<StageAccuracy> first_order() const;
+  // The setting up, simulation.cpp.
   template <class Real>
   void make_tables(SoftBodies<Real>& bodies, std::span<const HeldMatrices> held_before);
+  void tie();
+  void collect_broken_joints();
+  void keep_driven_awake();
+  [[nodiscard]] bool is_at_rest() const;
+  void end_tick();
+
+  // A substep and its parts, substep.cpp.
+  [[nodiscard]] SubstepContext context_on(Workers& workers);
   template <class Real>
-  std::uint32_t step_freely(SoftBodies<Real>& bodies, Workers& workers);
+  [[nodiscard]] bool move_freely(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
-  void run_task(SoftBodies<Real>& bodies, const StepTask& task, LaneScratch<Real>& scratch, Workers* workers);
+  void meet(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
-  void step_closely(SoftBodies<Real>& bodies, std::size_t index);
+  void move(SoftBodies<Real>& bodies, const SubstepContext& context);
+  template <class Real>
+  void integrate(SoftBodies<Real>& bodies, const SubstepContext& context);
+  template <class Real>
+  [[nodiscard]] bool solve_part(SoftBodies<Real>& bodies, const SubstepContext& context);
+  template <class Real>
+  [[nodiscard]] std::uint32_t step_freely(SoftBodies<Real>& bodies, const SubstepContext& context);
+  template <class Real>
+  void run_task(SoftBodies<Real>& bodies, const StepTask& task, const SubstepContext& context,
+                LaneScratch<Real>& scratch);
+  template <class Real>
+  void step_closely(SoftBodies<Real>& bodies, std::size_t index, const SubstepContext& context);
   template <class Real>
   void begin_notes(SoftBodies<Real>& bodies) const;
   template <class Real>
-  void integrate(SoftBodies<Real>& bodies, Workers& workers);
+  [[nodiscard]] static std::span<const std::vector<Vec3<Real>>> coupled_start_m_s(const SoftBodies<Real>& bodies);
+  [[nodiscard]] std::optional<StageAccuracy> first_order() const;
   template <class Real>
-  bool solve_part(SoftBodies<Real>& bodies, Workers& workers);
+  [[nodiscard]] static LaneTables<Real> lanes_of(const SoftBodies<Real>& bodies, std::size_t index);
   template <class Real>
-  void end_substep(SoftBodies<Real>& bodies, Workers& workers);
-  [[nodiscard]] bool is_at_rest() const;
-  void end_tick();
+  [[nodiscard]] Profile* profile_of(SoftBodies<Real>& bodies, std::size_t index) const;
   template <class Real>
   void freeze_runaways(SoftBodies<Real>& bodies);
-  template <class Real>
-  void freeze(SoftState<Real>& body);
-  void collect_broken_joints();
-  void keep_driven_awake();
-  void tie();
   template <class Real>
   void collect_gas_events(SoftBodies<Real>& bodies);
   template <class Real>

@@ -40,35 +40,35 @@ double energy_j(const SoftState<Real>& body, bool moved, const Surroundings& sur
 }  // namespace
 
 template <class Real>
-void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile) {
+void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const SolveSettings& settings,
+                const SubstepContext& context, SolverScratch<Real>& scratch) {
+  const Surroundings& surroundings = context.surroundings;
   body.dr.resize(body.x.size());
-  if (method.integrator == Integrator::xpbd) return xpbd(body, surroundings, dt_s, scratch.xpbd, profile);
+  if (context.integrator == Integrator::xpbd) return xpbd(body, context, scratch.xpbd);
   if (!scratch.implicit) scratch.implicit.emplace();
   const bool is_driven = !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, surroundings.atmosphere);
-  if (method.integrator == Integrator::implicit_euler) {
-    const FirstGuess guess = is_driven ? FirstGuess::straight : method.guess;
-    body.solve_failed =
-        !implicit_euler(body, tables, method.accuracy, surroundings, dt_s, guess, *scratch.implicit, profile);
+  if (context.integrator == Integrator::implicit_euler) {
+    const FirstGuess guess = is_driven ? FirstGuess::straight : settings.guess;
+    body.solve_failed = !implicit_euler(body, tables, settings.accuracy, context, guess, *scratch.implicit);
   } else {
-    assert(method.integrator == Integrator::tr_bdf2);
-    StageAccuracy accuracy = method.accuracy;
+    assert(context.integrator == Integrator::tr_bdf2);
+    StageAccuracy accuracy = settings.accuracy;
     if (is_driven) accuracy.turned_iterations = tr_bdf2_turned_iterations;
-    const bool may_gain = method.guess == FirstGuess::turned && !is_driven;
+    const bool may_gain = settings.guess == FirstGuess::turned && !is_driven;
     if (may_gain) scratch.start_m_s = body.v;
     const double start_j = may_gain ? energy_j(body, false, surroundings, scratch.places) : 0.0;
-    body.solve_failed = !tr_bdf2(body, tables, accuracy, surroundings, dt_s, *scratch.implicit, profile);
+    body.solve_failed = !tr_bdf2(body, tables, accuracy, context, *scratch.implicit);
     if (!may_gain || body.solve_failed) return;
     const double gained_j = energy_j(body, true, surroundings, scratch.places) - start_j;
     if (gained_j <= gain_share_max * kinetic_j(body)) return;
     body.v = scratch.start_m_s;
-    body.solve_failed = !euler_again(body, tables, method.accuracy, surroundings, dt_s, *scratch.implicit);
+    body.solve_failed = !euler_again(body, tables, settings.accuracy, context, *scratch.implicit);
   }
 }
 
-template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const Method&, const Surroundings&, double,
-                                SolverScratch<float>&, Profile*);
-template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const Method&, const Surroundings&,
-                                 double, SolverScratch<double>&, Profile*);
+template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const SolveSettings&, const SubstepContext&,
+                                SolverScratch<float>&);
+template void solve_step<double>(SoftState<double>&, ImplicitTables<double>&, const SolveSettings&,
+                                 const SubstepContext&, SolverScratch<double>&);
 
 }  // namespace pneuma::physics

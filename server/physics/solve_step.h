@@ -26,18 +26,17 @@ struct SolverScratch {
   }
 };
 
-/// How a world's bodies are stepped; the integrator is none of the explicit ones.
-struct Method {
-  Integrator integrator = Integrator::implicit_euler;
+/// How a world's bodies are solved for.
+struct SolveSettings {
   StageAccuracy accuracy;
   FirstGuess guess = FirstGuess::straight;
 };
 
-/// Advances body.v by dt_s and sets body.dr to the move that belongs to it; body.x stays, for contact to cut the move
-/// first. Pinned particles keep still. XPBD needs nothing in the tables. Where an implicit solve fails, the body says
-/// so in solve_failed.
+/// By the context's integrator, which is none of the explicit ones: advances body.v by dt_s and sets body.dr to the
+/// move that belongs to it; body.x stays, for contact to cut the move first. Pinned particles keep still. XPBD needs
+/// nothing in the tables. Where an implicit solve fails, the body says so in solve_failed.
 template <class Real>
-void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Method& method,
-                const Surroundings& surroundings, double dt_s, SolverScratch<Real>& scratch, Profile* profile);
+void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const SolveSettings& settings,
+                const SubstepContext& context, SolverScratch<Real>& scratch);
 
 }  // namespace pneuma::physics

@@ -223,20 +223,21 @@ struct LooseBall {
     lanes.rings = physics::make_rings(*mesh);
     lanes.lengths_m = physics::ring_lengths_m<float>(*mesh, lanes.rings, kernels().slot_of_place);
     const BallCase ball;
-    settings.integrator = physics::Integrator::symplectic_euler;
-    settings.surroundings.gravity = {0.0, ball.gravity_m_s2, 0.0};
-    settings.dt_s = ball.dt_s / std::sqrt(static_cast<double>(state.x.size()) / 162.0);
+    context.integrator = physics::Integrator::symplectic_euler;
+    context.surroundings.gravity = {0.0, ball.gravity_m_s2, 0.0};
+    context.dt_s = ball.dt_s / std::sqrt(static_cast<double>(state.x.size()) / 162.0);
   }
   static const physics::LaneKernels<float>& kernels() { return physics::lane_kernels<float>(physics::isa_in_use()); }
   void step(physics::Workers* workers = nullptr) {
     std::array<physics::SoftState<float>*, 1> bodies{&state};
     std::array<std::uint8_t, 1> done{};
-    physics::step_freely<float>(bodies, lanes, kernels(), settings, substeps, scratch, workers, nullptr, done);
+    physics::step_freely<float>(bodies, {&lanes, &kernels()}, context.of_body(workers, nullptr), substeps, scratch,
+                                done);
   }
   std::shared_ptr<const physics::Mesh> mesh;
   physics::SoftState<float> state;
   physics::LaneMesh<float> lanes;
-  physics::LaneSettings settings;
+  physics::SubstepContext context;
   physics::LaneScratch<float> scratch;
 };
 

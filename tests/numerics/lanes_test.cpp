@@ -438,12 +438,11 @@ void expect_the_bits_of_one_abreast() {
     LaneMesh<Real> lanes;
     lanes.rings = make_rings(*mesh);
     lanes.lengths_m = ring_lengths_m<Real>(*mesh, lanes.rings, kernels.slot_of_place);
-    LaneSettings settings;
-    settings.dt_s = 1e-3;
+    const SubstepContext context{.dt_s = 1e-3};
     LaneScratch<Real> scratch;
     const std::array<SoftState<Real>*, 1> bodies{&state};
     std::array<std::uint8_t, 1> done{};
-    step_freely<Real>(bodies, lanes, kernels, settings, 20, scratch, nullptr, nullptr, done);
+    step_freely<Real>(bodies, {&lanes, &kernels}, context, 20, scratch, done);
     EXPECT_EQ(done[0], 1);
     return state;
   };

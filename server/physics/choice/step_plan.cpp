@@ -115,7 +115,7 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
 
 template <class Real>
 std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const SoftState<Real>> bodies,
-                                     const LaneSettings& settings) {
+                                     const SubstepContext& context) {
   std::vector<StepTask> tasks;
   const std::size_t width = plan.kernels->width;
   for (const StepGroup& group : plan.groups) {
@@ -124,11 +124,11 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
     const bool gas = has_lane_gas(first.body, rings);
     const bool weighed = !first.mass_shares.empty();
     const std::size_t fleet_bytes =
-        rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(settings.integrator, gas, weighed);
+        rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(context.integrator, gas, weighed);
     std::vector<std::uint32_t> abreast;
     for (const std::uint32_t i : group.members) {
       if (!bodies[i].is_awake()) continue;
-      if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, settings.surroundings.atmosphere)) {
+      if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, context.surroundings.atmosphere)) {
         tasks.push_back({group.mesh, {i}});
       } else {
         abreast.push_back(i);
@@ -151,8 +151,8 @@ template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>
 template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool, bool,
                                                  const StepPlan<double>&);
 template std::vector<StepTask> cut_into_tasks<float>(const StepPlan<float>&, std::span<const SoftState<float>>,
-                                                     const LaneSettings&);
+                                                     const SubstepContext&);
 template std::vector<StepTask> cut_into_tasks<double>(const StepPlan<double>&, std::span<const SoftState<double>>,
-                                                      const LaneSettings&);
+                                                      const SubstepContext&);
 
 }  // namespace pneuma::physics

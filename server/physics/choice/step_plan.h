@@ -46,6 +46,6 @@ struct StepTask {
 /// The bodies that are awake, cut into tasks for whole ticks: abreast where that is faster than one by one.
 template <class Real>
 [[nodiscard]] std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const SoftState<Real>> bodies,
-                                                   const LaneSettings& settings);
+                                                   const SubstepContext& context);
 
 }  // namespace pneuma::physics

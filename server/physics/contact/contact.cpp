@@ -53,139 +53,132 @@ bool is_in_reach(const Aabb<double>& swept, const Aabb<double>& reach) {
 
 template <class Real>
 template <class Work>
-void Contacts<Real>::for_each(Workers& workers, std::size_t count, const Work& work) {
-  if (workers.threads() > 1 && vertices_ >= parallel_vertices_min) {
-    workers.for_each(count, std::cref(work));
+void Contacts<Real>::for_each(const ContactWorld<Real>& world, std::size_t count, const Work& work) {
+  Workers* workers = world.substep.workers;
+  if (workers != nullptr && workers->threads() > 1 && vertices_ >= parallel_vertices_min) {
+    workers->for_each(count, std::cref(work));
     return;
   }
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
 
 template <class Real>
-void Contacts<Real>::resolve(const ContactWorld<Real>& world, Workers& workers, Profile* profile) {
-  const std::span<SoftState<Real>> soft = world.soft;
-  const std::span<RigidState> rigid = world.rigid;
-  const std::span<const ColliderState> colliders = world.colliders;
+void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
+  const Meetings may(world);
+  if (!may.any) return;
+  const bool vertex_by_vertex = !world.is_implicit();  // the others meet all in one
+  notes_ = world.notes;
+  if (may.joints) hold_joints(world);
+  find_bounds(world);
+  forget_touches(world);
+  if (may.surfaces) take_meshes(world);
+  if (may.surfaces && vertex_by_vertex) meet_surfaces(world);
+  if (may.pairs) meet_bounding_volumes(world);
+  if (!vertex_by_vertex) meet_coupled(world);
+  wake_hit_pairs(world);
+  if (may.solids && vertex_by_vertex) meet_solids(world);
+  meet_rigid_bodies(world);
+  if (may.surfaces && vertex_by_vertex) filter_moves(world);
+  if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
+}
+
+template <class Real>
+Contacts<Real>::Meetings::Meetings(const ContactWorld<Real>& world) {
+  const auto is_awake = [](const auto& body) { return body.is_awake(); };
+  if (std::ranges::none_of(world.soft, is_awake) && std::ranges::none_of(world.rigid, is_awake)) return;
   const auto meets_soft = [](const SoftState<Real>& body) {
     return !body.frozen && body.body.collision.soft != SoftCollision::none;
   };
-  const auto is_awake = [](const auto& body) { return body.is_awake(); };
-  if (std::ranges::none_of(soft, is_awake) && std::ranges::none_of(rigid, is_awake)) return;
-  const bool solids = !rigid.empty() || !colliders.empty();
-  const bool pairs = std::ranges::count_if(soft, meets_soft) > 1;
-  const bool self =
-      std::ranges::any_of(soft, [](const auto& body) { return !body.frozen && body.body.collision.self; });
-  const bool joints = !world.joints.empty();
-  if (!solids && !pairs && !self && !joints) return;
-  const bool meshes = std::ranges::any_of(colliders, [](const ColliderState& state) { return state.tree != nullptr; });
-  const bool surfaces = pairs || self || (meshes && !soft.empty());
+  const auto meets_itself = [](const SoftState<Real>& body) { return !body.frozen && body.body.collision.self; };
+  const auto is_mesh = [](const ColliderState& state) { return state.tree != nullptr; };
+  solids = !world.rigid.empty() || !world.colliders.empty();
+  pairs = std::ranges::count_if(world.soft, meets_soft) > 1;
+  joints = !world.joints.empty();
+  const bool self = std::ranges::any_of(world.soft, meets_itself);
+  surfaces = pairs || self || (std::ranges::any_of(world.colliders, is_mesh) && !world.soft.empty());
+  any = solids || surfaces || joints;
+}
 
-  const SubstepPhysics physics = SubstepPhysics::of(world.surroundings.gravity, world.dt_s);
-  notes_ = world.notes;
-  if (joints) hold_joints(world, profile);
-  if (!soft.empty()) {
-    const StageTimer timer(profile, Stage::bounds);
-    bounds_.resize(soft.size());
-    vertices_ = 0;
-    for (const SoftState<Real>& body : soft) {
-      if (body.is_awake()) vertices_ += body.x.size();
-    }
-    for_each(workers, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
-    swept_.resize(soft.size());
-    for (std::size_t i = 0; i < soft.size(); ++i) swept_[i] = swept_by(soft[i], bounds_[i]);
+template <class Real>
+void Contacts<Real>::find_bounds(const ContactWorld<Real>& world) {
+  const std::span<SoftState<Real>> soft = world.soft;
+  if (soft.empty()) return;
+  const StageTimer timer(world.substep.profile, Stage::bounds);
+  bounds_.resize(soft.size());
+  vertices_ = 0;
+  for (const SoftState<Real>& body : soft) {
+    if (body.is_awake()) vertices_ += body.x.size();
   }
+  for_each(world, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+  swept_.resize(soft.size());
+  for (std::size_t i = 0; i < soft.size(); ++i) swept_[i] = swept_by(soft[i], bounds_[i]);
+}
+
+// What a joint ties is touched.
+template <class Real>
+void Contacts<Real>::forget_touches(const ContactWorld<Real>& world) {
   pairs_.clear();
-  soft_touched_.assign(soft.size(), 0);
-  rigid_touched_.assign(rigid.size(), 0);
-  for (std::size_t r = 0; joints && r < rigid.size(); ++r) {
-    if (rigid[r].tie != 0 && rigid[r].is_awake()) rigid_touched_[r] = 1;
+  soft_touched_.assign(world.soft.size(), 0);
+  rigid_touched_.assign(world.rigid.size(), 0);
+  if (world.joints.empty()) return;
+  for (std::size_t r = 0; r < world.rigid.size(); ++r) {
+    if (world.rigid[r].tie != 0 && world.rigid[r].is_awake()) rigid_touched_[r] = 1;
   }
-  if (surfaces) surfaces_.take_meshes(colliders, physics.dt_s, physics.resting_m_s);
-  if (surfaces && !world.is_implicit()) {
-    const StageTimer timer(profile, Stage::soft_contact);
-    meet_surfaces(world, physics);
-  }
-  if (pairs) meet_bounding_volumes(world, physics, workers, profile);
-  if (world.is_implicit()) {
-    const StageTimer timer(profile, Stage::soft_contact);
-    meet_coupled(world, physics);
-  }
-  wake_hit_pairs(soft, rigid, physics);
-  if (solids && !soft.empty() && !world.is_implicit()) {
-    const StageTimer timer(profile, Stage::solid_contact);
-    meet_solids(world, physics, workers);
-  }
-  if (!rigid.empty()) {
-    const StageTimer timer(profile, Stage::rigid);
-    wake_near_rigid(soft, rigid, physics);
-    rigid_solver_.solve(rigid, colliders, rigid_touched_, world.surroundings.gravity, world.dt_s);
-  }
-  if (surfaces && !world.is_implicit()) {
-    const StageTimer timer(profile, Stage::soft_contact);
-    refit_stale(soft);
-    surfaces_.cut({soft, bounds_, world.dt_s, world.is_first_of_tick});
-  }
-  if (surfaces) surfaces_.part(soft, world.dt_s);
+}
+
+template <class Real>
+void Contacts<Real>::take_meshes(const ContactWorld<Real>& world) {
+  surfaces_.take_meshes(world.colliders, world.substep.dt_s, world.physics().resting_m_s);
 }
 
 // An implicit step solves for its soft bodies' joints together with their contacts.
 template <class Real>
-void Contacts<Real>::hold_joints(const ContactWorld<Real>& world, Profile* profile) {
-  const StageTimer timer(profile, Stage::joints);
-  joints_.answer(world.joints, world.is_implicit(), world.soft, world.rigid, world.colliders, world.dt_s);
+void Contacts<Real>::hold_joints(const ContactWorld<Real>& world) {
+  const StageTimer timer(world.substep.profile, Stage::joints);
+  joints_.answer(world.joints, world.is_implicit(), world.soft, world.rigid, world.colliders, world.substep.dt_s);
 }
 
 template <class Real>
-void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
-  surfaces_.answer({world.soft, bounds_, physics.dt_s, world.is_first_of_tick}, notes_, soft_touched_);
+void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world) {
+  const StageTimer timer(world.substep.profile, Stage::soft_contact);
+  const SubstepContext& substep = world.substep;
+  surfaces_.answer({world.soft, bounds_, substep.dt_s, substep.is_first_of_tick}, notes_, soft_touched_);
   for (std::size_t i = 0; i < bounds_.size(); ++i) bounds_[i].stale = bounds_[i].stale || soft_touched_[i] != 0;
 }
 
 template <class Real>
-void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics) {
-  refit_stale(world.soft);
-  coupled_.run({.soft = world.soft,
-                .tables = world.tables,
-                .start_m_s = world.start_m_s,
-                .bounds = bounds_,
-                .rigid = world.rigid,
-                .colliders = world.colliders,
-                .surroundings = world.surroundings,
-                .resting_m_s = physics.resting_m_s,
-                .dt_s = physics.dt_s,
-                .first_order = world.first_order,
-                .joints = world.joints,
-                .notes = notes_,
-                .soft_touched = soft_touched_,
-                .rigid_touched = rigid_touched_},
-               surfaces_);
+void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
+  const StageTimer timer(world.substep.profile, Stage::soft_contact);
+  const SubstepPhysics physics = world.physics();
+  refit_stale(world);
+  coupled_.run({world, bounds_, soft_touched_, rigid_touched_}, surfaces_);
   for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
     if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
   }
 }
 
 template <class Real>
-void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world, const SubstepPhysics& physics,
-                                           Workers& workers, Profile* profile) {
+void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world) {
+  const SubstepPhysics physics = world.physics();
   const std::span<SoftState<Real>> soft = world.soft;
   const HitResponse response = world.is_implicit() ? HitResponse::whole : HitResponse::vertices;
   {
-    const StageTimer timer(profile, Stage::broad_phase);
+    const StageTimer timer(world.substep.profile, Stage::broad_phase);
     find_soft_pairs<Real>(soft, bounds_, order_, pairs_);
     std::erase_if(pairs_,
                   [&](const SoftPair& pair) { return SurfaceContacts<Real>::asks_for(soft[pair.a], soft[pair.b]); });
   }
   if (pairs_.empty()) return;
 
-  const StageTimer timer(profile, Stage::soft_contact);
+  const StageTimer timer(world.substep.profile, Stage::soft_contact);
   near_.resize(std::min(pairs_.size(), pairs_at_once));
-  for_each(workers, bounds_.size(), [&](std::size_t i) {
+  for_each(world, bounds_.size(), [&](std::size_t i) {
     const bool is_paired = std::ranges::binary_search(pairs_, static_cast<std::uint32_t>(i), {}, &SoftPair::a);
     if (is_paired) fit_means(soft[i], bounds_[i]);
   });
   for (std::size_t first = 0; first < pairs_.size(); first += pairs_at_once) {
     const auto some = std::span(pairs_).subspan(first, std::min(pairs_at_once, pairs_.size() - first));
-    for_each(workers, some.size(), [&](std::size_t p) {
+    for_each(world, some.size(), [&](std::size_t p) {
       const std::uint32_t a = some[p].a;
       const std::uint32_t b = some[p].b;
       near_[p].clear();
@@ -207,13 +200,16 @@ void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world, cons
 
 // Colliders last: they do not give way, so what a rigid body pushed into them must come back.
 template <class Real>
-void Contacts<Real>::meet_solids(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers) {
+void Contacts<Real>::meet_solids(const ContactWorld<Real>& world) {
+  if (world.soft.empty()) return;
+  const StageTimer timer(world.substep.profile, Stage::solid_contact);
+  const SubstepPhysics physics = world.physics();
   const std::span<SoftState<Real>> soft = world.soft;
   const std::span<RigidState> rigid = world.rigid;
   const std::span<const ColliderState> colliders = world.colliders;
   for (std::uint32_t r = 0; r < rigid.size(); ++r) {
     if (!is_active(rigid[r])) continue;
-    refit_stale(soft);
+    refit_stale(world);
     Aabb<double> reach = reach_of(rigid[r], physics.dt_s);
     for (std::size_t i = 0; i < soft.size(); ++i) {
       if (!is_in_reach(swept_[i], reach)) continue;
@@ -226,18 +222,36 @@ void Contacts<Real>::meet_solids(const ContactWorld<Real>& world, const SubstepP
     }
   }
   if (colliders.empty()) return;
-  refit_stale(soft);
+  refit_stale(world);
   collider_moves_.clear();
   for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
   const auto meet = [&](std::size_t i) {
     if (!bounds_[i].active || !soft[i].is_awake()) return;
     meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, notes_of(i));
   };
-  for_each(workers, bounds_.size(), meet);
+  for_each(world, bounds_.size(), meet);
 }
 
 template <class Real>
-void Contacts<Real>::refit_stale(std::span<SoftState<Real>> soft) {
+void Contacts<Real>::meet_rigid_bodies(const ContactWorld<Real>& world) {
+  if (world.rigid.empty()) return;
+  const StageTimer timer(world.substep.profile, Stage::rigid);
+  wake_near_rigid(world);
+  rigid_solver_.solve(world.rigid, world.colliders, rigid_touched_, world.substep.surroundings.gravity,
+                      world.substep.dt_s);
+}
+
+// After solids have met the vertices, the surfaces look once more that no move crosses one.
+template <class Real>
+void Contacts<Real>::filter_moves(const ContactWorld<Real>& world) {
+  const StageTimer timer(world.substep.profile, Stage::soft_contact);
+  refit_stale(world);
+  surfaces_.cut({world.soft, bounds_, world.substep.dt_s, world.substep.is_first_of_tick});
+}
+
+template <class Real>
+void Contacts<Real>::refit_stale(const ContactWorld<Real>& world) {
+  const std::span<SoftState<Real>> soft = world.soft;
   for (std::size_t i = 0; i < soft.size(); ++i) {
     if (!bounds_[i].active || !bounds_[i].stale) continue;
     fit_boxes(soft[i], bounds_[i]);
@@ -255,27 +269,28 @@ void Contacts<Real>::fit(const SoftState<Real>& body, BodyBounds& bounds) const 
 }
 
 template <class Real>
-void Contacts<Real>::wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                                    const SubstepPhysics& physics) {
+void Contacts<Real>::wake_hit_pairs(const ContactWorld<Real>& world) {
+  const SubstepPhysics physics = world.physics();
   for (const SoftPair& pair : pairs_) {
     if (!pair.hit) continue;
-    wake_touched(soft, rigid, pair.a, physics);
-    wake_touched(soft, rigid, pair.b, physics);
+    wake_touched(world.soft, world.rigid, pair.a, physics);
+    wake_touched(world.soft, world.rigid, pair.b, physics);
   }
   for (std::size_t i = 0; i < soft_touched_.size(); ++i) {
-    if (soft_touched_[i] != 0) wake_touched(soft, rigid, i, physics);
+    if (soft_touched_[i] != 0) wake_touched(world.soft, world.rigid, i, physics);
   }
 }
 
 template <class Real>
-void Contacts<Real>::wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid,
-                                     const SubstepPhysics& physics) {
+void Contacts<Real>::wake_near_rigid(const ContactWorld<Real>& world) {
+  const SubstepPhysics physics = world.physics();
+  const std::span<RigidState> rigid = world.rigid;
   for (std::uint32_t b = 0; b < rigid.size(); ++b) {
     for (std::uint32_t a = 0; a < rigid.size() && rigid[b].rest.asleep; ++a) {
       if (!rigid[a].is_awake() || !is_active(rigid[a])) continue;
       rigid_near_.clear();
       find_rigid_contacts(rigid, a, b, physics.dt_s, rigid_near_);
-      if (!rigid_near_.empty()) wake_touched(soft, rigid, soft.size() + b, physics);
+      if (!rigid_near_.empty()) wake_touched(world.soft, rigid, world.soft.size() + b, physics);
     }
   }
 }

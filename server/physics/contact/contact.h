@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "physics/contact/contact_note.h"
 #include "physics/contact/contact_soft.h"
 #include "physics/contact/contact_solid.h"
+#include "physics/contact/contact_world.h"
 #include "physics/contact/coupled_step.h"
 #include "physics/contact/joint_contacts.h"
 #include "physics/contact/surface_contacts.h"
@@ -22,26 +22,6 @@
 
 namespace pneuma::physics {
 
-/// The world of one substep, between its bodies' free motion and their moves.
-template <class Real>
-struct ContactWorld {
-  std::span<SoftState<Real>> soft;
-  std::span<RigidState> rigid;
-  std::span<const ColliderState> colliders;
-  Surroundings surroundings;
-  double dt_s = 0.0;
-  bool is_first_of_tick = true;  // the substep: it starts from nothing
-  // Where the method is implicit, one a soft body: its tables, and its velocities before the substep (of sleepers
-  // none).
-  std::span<ImplicitTables<Real>> tables = {};
-  std::span<const std::vector<Vec3<Real>>> start_m_s = {};
-  std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
-  std::span<JointState> joints = {};              // those that break are marked
-  std::span<ContactNotes> notes = {};             // one a soft body, to which what was answered is appended; or none
-
-  [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
-};
-
 /// Finds and answers the contacts of one world. It holds nothing but scratch between substeps, so that a steady world
 /// allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
 template <class Real>
@@ -52,7 +32,7 @@ class Contacts {
   /// accelerate_rigid_bodies before it and move_solids after it. Same bits for any number of workers. Frozen bodies are
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
   /// with nobody awake, nothing is computed.
-  void resolve(const ContactWorld<Real>& world, Workers& workers, Profile* profile);
+  void resolve(const ContactWorld<Real>& world);
 
   /// What the rows of all substeps so far came to.
   [[nodiscard]] RowCounts row_counts() const { return surfaces_.counts() + coupled_.counts() + joints_.counts(); }
@@ -60,20 +40,36 @@ class Contacts {
   void add_bytes(Profile& profile) const;
 
  private:
+  /// What a substep has to look for at all.
+  struct Meetings {
+    explicit Meetings(const ContactWorld<Real>& world);
+    bool solids = false;
+    bool pairs = false;     // of soft bodies
+    bool surfaces = false;  // of soft bodies, with each other, themselves or meshes
+    bool joints = false;
+    bool any = false;
+  };
+
   void fit(const SoftState<Real>& body, BodyBounds& bounds) const;
-  void meet_surfaces(const ContactWorld<Real>& world, const SubstepPhysics& physics);
-  void meet_bounding_volumes(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers,
-                             Profile* profile);
-  void meet_solids(const ContactWorld<Real>& world, const SubstepPhysics& physics, Workers& workers);
-  void meet_coupled(const ContactWorld<Real>& world, const SubstepPhysics& physics);
-  void hold_joints(const ContactWorld<Real>& world, Profile* profile);
+  // In the order of the substep.
+  void hold_joints(const ContactWorld<Real>& world);
+  void find_bounds(const ContactWorld<Real>& world);
+  void forget_touches(const ContactWorld<Real>& world);
+  void take_meshes(const ContactWorld<Real>& world);
+  void meet_surfaces(const ContactWorld<Real>& world);
+  void meet_bounding_volumes(const ContactWorld<Real>& world);
+  void meet_coupled(const ContactWorld<Real>& world);
+  void wake_hit_pairs(const ContactWorld<Real>& world);
+  void meet_solids(const ContactWorld<Real>& world);
+  void meet_rigid_bodies(const ContactWorld<Real>& world);
+  void filter_moves(const ContactWorld<Real>& world);
+
   [[nodiscard]] ContactNotes* notes_of(std::size_t body) const { return notes_.empty() ? nullptr : &notes_[body]; }
-  void refit_stale(std::span<SoftState<Real>> soft);
-  void wake_hit_pairs(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
-  void wake_near_rigid(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, const SubstepPhysics& physics);
+  void refit_stale(const ContactWorld<Real>& world);
+  void wake_near_rigid(const ContactWorld<Real>& world);
   /// Calls work(0) to work(count - 1): on the workers where there is enough to do.
   template <class Work>
-  void for_each(Workers& workers, std::size_t count, const Work& work);
+  void for_each(const ContactWorld<Real>& world, std::size_t count, const Work& work);
 
   std::vector<BodyBounds> bounds_;          // one a soft body; sleepers keep theirs
   std::vector<Aabb<double>> swept_;         // likewise, their swept boxes side by side

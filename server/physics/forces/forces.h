@@ -3,16 +3,10 @@
 
 #include <span>
 
-#include "physics/machine/profile.h"
 #include "physics/state/state.h"
+#include "physics/state/substep_context.h"
 
 namespace pneuma::physics {
-
-/// What acts on every body of a world alike.
-struct Surroundings {
-  Vec3d gravity = Vec3d::Zero();  // m/s^2
-  Atmosphere atmosphere;
-};
 
 /// The body's volume at positions `x`, by its own method. That of a body that is not flat is greater than 0 by every
 /// method, but for one turned inside out: by those that follow the skin it is not (gas.h takes it from there).

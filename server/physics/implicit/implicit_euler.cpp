@@ -55,8 +55,8 @@ void turn(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, st
 
 template <class Real>
 bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                    const Surroundings& surroundings, double dt_s, FirstGuess guess, ImplicitSolver<Real>& solver,
-                    Profile* profile) {
+                    const SubstepContext& context, FirstGuess guess, ImplicitSolver<Real>& solver) {
+  const double dt_s = context.dt_s;
   std::vector<Vec3d> x(body.x.size());
   std::vector<Vec3d> v(body.x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -65,7 +65,7 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
   }
   std::vector<Vec3d> u = v;
   if (guess == FirstGuess::turned) turn(body, x, dt_s, u);
-  if (!solver.solve(body, tables, {x, v, dt_s}, accuracy, surroundings, u, profile)) return false;
+  if (!solver.solve(body, tables, {x, v, dt_s}, accuracy, context, u)) return false;
   for (std::size_t i = 0; i < u.size(); ++i) {
     body.v[i] = u[i].cast<Real>();
     body.dr[i] = (dt_s * u[i]).template cast<Real>();
@@ -75,20 +75,21 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
 
 template <class Real>
 bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                 const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver) {
+                 const SubstepContext& context, ImplicitSolver<Real>& solver) {
   std::swap(tables.held.steps, tables.held.first_order);
-  const bool solved = implicit_euler(body, tables, accuracy, surroundings, dt_s, FirstGuess::turned, solver, nullptr);
+  const bool solved =
+      implicit_euler(body, tables, accuracy, context.of_body(nullptr, nullptr), FirstGuess::turned, solver);
   std::swap(tables.held.steps, tables.held.first_order);
   return solved;
 }
 
-template bool euler_again<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&, const Surroundings&,
-                                 double, ImplicitSolver<float>&);
-template bool euler_again<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&,
-                                  const Surroundings&, double, ImplicitSolver<double>&);
-template bool implicit_euler<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&,
-                                    const Surroundings&, double, FirstGuess, ImplicitSolver<float>&, Profile*);
-template bool implicit_euler<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&,
-                                     const Surroundings&, double, FirstGuess, ImplicitSolver<double>&, Profile*);
+#define PNEUMA_INSTANTIATE(Real)                                                                    \
+  template bool euler_again<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&,    \
+                                  const SubstepContext&, ImplicitSolver<Real>&);                    \
+  template bool implicit_euler<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&, \
+                                     const SubstepContext&, FirstGuess, ImplicitSolver<Real>&);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
 
 }  // namespace pneuma::physics

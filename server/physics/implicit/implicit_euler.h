@@ -13,12 +13,11 @@ enum class FirstGuess { straight, turned };
 /// Baraff and Witkin, "Large Steps in Cloth Simulation" (1998). False, and the body unmoved, where the solve failed.
 template <class Real>
 [[nodiscard]] bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                                  const Surroundings& surroundings, double dt_s, FirstGuess guess,
-                                  ImplicitSolver<Real>& solver, Profile* profile);
+                                  const SubstepContext& context, FirstGuess guess, ImplicitSolver<Real>& solver);
 
 /// The same for a body whose own method is another: from a turned guess, with a matrix of its own.
 template <class Real>
 [[nodiscard]] bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                               const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver);
+                               const SubstepContext& context, ImplicitSolver<Real>& solver);
 
 }  // namespace pneuma::physics

@@ -67,20 +67,20 @@ double spread(std::span<const Vec3d> points) {
 template <class Real>
 std::span<const Vec3d> ImplicitSolver<Real>::force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                                    std::span<const Vec3d> x, std::span<const Vec3d> v,
-                                                   const Surroundings& surroundings, Profile* profile) {
-  forces_.evaluate(body, tables.lanes, surroundings, x, v, profile);
+                                                   const SubstepContext& context) {
+  forces_.evaluate(body, tables.lanes, context, x, v);
   return forces_.force_n();
 }
 
 // Sets residual_ to M (u0 - u) + s f. False where it is not finite.
 template <class Real>
 bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables,
-                                         const ImplicitStage& stage, const Surroundings& surroundings,
-                                         std::span<const Vec3d> u, Profile* profile) {
+                                         const ImplicitStage& stage, const SubstepContext& context,
+                                         std::span<const Vec3d> u) {
   x_.resize(u.size());
   for (std::size_t i = 0; i < u.size(); ++i) x_[i] = stage.x0[i] + stage.s * u[i];
-  const std::span<const Vec3d> f = force(body, tables, x_, u, surroundings, profile);
-  const StageTimer timer(profile, Stage::integrate);
+  const std::span<const Vec3d> f = force(body, tables, x_, u, context);
+  const StageTimer timer(context.profile, Stage::integrate);
   const double mean_kg = static_cast<double>(body.vertex_mass_kg);
   residual_.resize(u.size());
   Vec3d sum = Vec3d::Zero();  // it is finite where all are
@@ -95,9 +95,8 @@ bool ImplicitSolver<Real>::find_residual(SoftState<Real>& body, const ImplicitTa
 
 template <class Real>
 bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                                 const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
-                                 Profile* profile) {
-  tables.matrices->update(tables.held.steps, body, surroundings, stage.s);
+                                 const StageAccuracy& accuracy, const SubstepContext& context, std::vector<Vec3d>& u) {
+  tables.matrices->update(tables.held.steps, body, context.surroundings, stage.s);
   if (!tables.held.steps) return false;
   const double length_m = static_cast<double>(body.length_m);
   const double guess_m = stage.s * spread(u);
@@ -111,36 +110,37 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
   const double settled_j = tables.held.steps->least_share * body.body.mass_kg * settled_m_s * settled_m_s;
   const double spacing_m = length_m / std::sqrt(static_cast<double>(u.size()));
 
-  if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
+  if (!find_residual(body, tables, stage, context, u)) return false;
   std::uint32_t iterations_max = accuracy.newton_iterations;
   for (std::uint32_t iteration = 1; iteration <= iterations_max; ++iteration) {
-    double slope = 0.0;
-    double spread_m = 0.0;
+    Correction correction;
     {
-      const StageTimer timer(profile, Stage::integrate);
-      slope = system_.solve(body, *tables.held.steps, surroundings, {x_, u, residual_, forces_.volume_gradient_m2()},
-                            {accuracy.error_target, settled_m_s}, step_);
-      spread_m = stage.s * spread(step_);
+      const StageTimer timer(context.profile, Stage::integrate);
+      correction.slope_j =
+          system_.solve(body, *tables.held.steps, context.surroundings,
+                        {x_, u, residual_, forces_.volume_gradient_m2()}, {accuracy.error_target, settled_m_s}, step_);
+      correction.spread_m = stage.s * spread(step_);
     }
-    if (!std::isfinite(slope) || !std::isfinite(spread_m)) return false;
-    if (turning_j(body, spread_m, spacing_m) > settled_j) {
+    if (!std::isfinite(correction.slope_j) || !std::isfinite(correction.spread_m)) return false;
+    if (turning_j(body, correction.spread_m, spacing_m) > settled_j) {
       iterations_max = std::max(iterations_max, accuracy.turned_iterations);
     }
-    if (spread_m > small_move * spacing_m) {
+    if (correction.spread_m > small_move * spacing_m) {
       // What nothing holds moves as a whole by the step of its centre of mass, exactly: that part is not to be
       // shortened.
-      const bool loose = body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, surroundings.atmosphere);
-      const Vec3d whole = loose ? mean_velocity(body, step_) : Vec3d::Zero();
-      if (!take_step(body, tables, stage, surroundings, slope, spread_m, whole, u, profile)) return false;
+      const bool loose =
+          body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, context.surroundings.atmosphere);
+      if (loose) correction.whole_m_s = mean_velocity(body, step_);
+      if (!take_step(body, tables, stage, context, correction, u)) return false;
       continue;
     }
     for (std::size_t i = 0; i < u.size(); ++i) u[i] += step_[i];
-    const bool last = iteration == iterations_max || slope <= settled_j;
+    const bool last = iteration == iterations_max || correction.slope_j <= settled_j;
     if (last) {
-      move_volume(body, stage, surroundings);
+      move_volume(body, stage, context);
       return true;
     }
-    if (!find_residual(body, tables, stage, surroundings, u, profile)) return false;
+    if (!find_residual(body, tables, stage, context, u)) return false;
   }
   return true;
 }
@@ -148,24 +148,26 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
 // From where the force was found to a step further.
 template <class Real>
 void ImplicitSolver<Real>::move_volume(SoftState<Real>& body, const ImplicitStage& stage,
-                                       const Surroundings& surroundings) const {
+                                       const SubstepContext& context) const {
   if (!body.gas) return;
   body.volume_m3 += stage.s * system_.volume_change_m3(step_);
-  body.pressure_pa = gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - surroundings.atmosphere.pressure_pa;
+  body.pressure_pa =
+      gas_pressure_pa(*body.gas, *body.body.gas, body.volume_m3) - context.surroundings.atmosphere.pressure_pa;
 }
 
 // Goes along step_ as far as is safe, and leaves the residual there.
 template <class Real>
 bool ImplicitSolver<Real>::take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables,
-                                     const ImplicitStage& stage, const Surroundings& surroundings, double slope,
-                                     double spread_m, const Vec3d& whole, std::vector<Vec3d>& u, Profile* profile) {
-  double share = std::min(1.0, static_cast<double>(body.length_m) / spread_m);
+                                     const ImplicitStage& stage, const SubstepContext& context,
+                                     const Correction& correction, std::vector<Vec3d>& u) {
+  double share = std::min(1.0, static_cast<double>(body.length_m) / correction.spread_m);
+  const Vec3d& whole = correction.whole_m_s;
   for (int shortening = 0; shortening <= shortenings_max; ++shortening, share *= 0.5) {
     trial_.resize(u.size());
     for (std::size_t i = 0; i < u.size(); ++i) trial_[i] = u[i] + whole + share * (step_[i] - whole);
-    if (!find_residual(body, tables, stage, surroundings, trial_, profile)) continue;
+    if (!find_residual(body, tables, stage, context, trial_)) continue;
     // Of a potential that is convex along the step, this bounds where it may end to no more than where it began.
-    const bool safe = dot(residual_, step_) >= -slope;
+    const bool safe = dot(residual_, step_) >= -correction.slope_j;
     if (safe || shortening == shortenings_max) {
       u.swap(trial_);
       return true;

@@ -44,13 +44,12 @@ class ImplicitSolver {
   /// Improves the guess `u`. False where no finite answer was found. Leaves the body's volume and pressure at what they
   /// are at x0 + s u.
   [[nodiscard]] bool solve(SoftState<Real>& body, ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                           const StageAccuracy& accuracy, const Surroundings& surroundings, std::vector<Vec3d>& u,
-                           Profile* profile);
+                           const StageAccuracy& accuracy, const SubstepContext& context, std::vector<Vec3d>& u);
 
   /// f(x, v), N; zero on pinned particles. Until the next call of either.
   [[nodiscard]] std::span<const Vec3d> force(SoftState<Real>& body, const ImplicitTables<Real>& tables,
                                              std::span<const Vec3d> x, std::span<const Vec3d> v,
-                                             const Surroundings& surroundings, Profile* profile);
+                                             const SubstepContext& context);
 
   /// Of the last force(); empty without gas.
   [[nodiscard]] std::span<const Vec3d> volume_gradient_m2() const { return forces_.volume_gradient_m2(); }
@@ -58,13 +57,19 @@ class ImplicitSolver {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  bool find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                     const Surroundings& surroundings, std::span<const Vec3d> u, Profile* profile);
-  bool take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
-                 const Surroundings& surroundings, double slope, double spread_m, const Vec3d& whole,
-                 std::vector<Vec3d>& u, Profile* profile);
+  /// Newton's, in step_.
+  struct Correction {
+    double slope_j = 0.0;
+    double spread_m = 0.0;
+    Vec3d whole_m_s = Vec3d::Zero();  // what of it is not to be shortened
+  };
 
-  void move_volume(SoftState<Real>& body, const ImplicitStage& stage, const Surroundings& surroundings) const;
+  bool find_residual(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                     const SubstepContext& context, std::span<const Vec3d> u);
+  bool take_step(SoftState<Real>& body, const ImplicitTables<Real>& tables, const ImplicitStage& stage,
+                 const SubstepContext& context, const Correction& correction, std::vector<Vec3d>& u);
+
+  void move_volume(SoftState<Real>& body, const ImplicitStage& stage, const SubstepContext& context) const;
 
   ImplicitSystem system_;
   BodyForces<Real> forces_;

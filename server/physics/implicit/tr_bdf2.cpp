@@ -24,7 +24,8 @@ constexpr double throw_max = 0.25;
 
 template <class Real>
 bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-             const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver, Profile* profile) {
+             const SubstepContext& context, ImplicitSolver<Real>& solver) {
+  const double dt_s = context.dt_s;
   const double s = 0.5 * part * dt_s;
   const double mean_kg = static_cast<double>(body.vertex_mass_kg);
   const std::size_t count = body.x.size();
@@ -34,7 +35,7 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
     x[i] = body.x[i].template cast<double>();
     v[i] = body.v[i].template cast<double>();
   }
-  const std::span<const Vec3d> f = solver.force(body, tables, x, v, surroundings, profile);
+  const std::span<const Vec3d> f = solver.force(body, tables, x, v, context);
   std::vector<Vec3d> x0(count);
   std::vector<Vec3d> u0(count);
   body.with_mass_shares([&](auto share) {
@@ -44,11 +45,11 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
     }
   });
   if (!(s * spread(u0) <= throw_max * static_cast<double>(body.length_m))) {
-    return implicit_euler(body, tables, accuracy, surroundings, dt_s, FirstGuess::straight, solver, profile);
+    return implicit_euler(body, tables, accuracy, context, FirstGuess::straight, solver);
   }
   const StageAccuracy tight{accuracy.newton_iterations, tightening * accuracy.error_target, accuracy.turned_iterations};
   std::vector<Vec3d> u = v;
-  if (!solver.solve(body, tables, {x0, u0, s}, tight, surroundings, u, profile)) return false;
+  if (!solver.solve(body, tables, {x0, u0, s}, tight, context, u)) return false;
 
   std::vector<Vec3d> move(count);  // from x to x1
   for (std::size_t i = 0; i < count; ++i) {
@@ -56,7 +57,7 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
     x0[i] = x[i] + late * move[i];
     u0[i] = late * u[i] - early * v[i];
   }
-  if (!solver.solve(body, tables, {x0, u0, s}, tight, surroundings, u, profile)) return false;
+  if (!solver.solve(body, tables, {x0, u0, s}, tight, context, u)) return false;
   for (std::size_t i = 0; i < count; ++i) {
     body.v[i] = u[i].cast<Real>();
     body.dr[i] = (late * move[i] + s * u[i]).template cast<Real>();
@@ -64,9 +65,9 @@ bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAcc
   return true;
 }
 
-template bool tr_bdf2<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&, const Surroundings&,
-                             double, ImplicitSolver<float>&, Profile*);
-template bool tr_bdf2<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&, const Surroundings&,
-                              double, ImplicitSolver<double>&, Profile*);
+template bool tr_bdf2<float>(SoftState<float>&, ImplicitTables<float>&, const StageAccuracy&, const SubstepContext&,
+                             ImplicitSolver<float>&);
+template bool tr_bdf2<double>(SoftState<double>&, ImplicitTables<double>&, const StageAccuracy&, const SubstepContext&,
+                              ImplicitSolver<double>&);
 
 }  // namespace pneuma::physics

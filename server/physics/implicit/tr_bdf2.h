@@ -13,7 +13,6 @@ namespace pneuma::physics {
 /// failed.
 template <class Real>
 [[nodiscard]] bool tr_bdf2(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
-                           const Surroundings& surroundings, double dt_s, ImplicitSolver<Real>& solver,
-                           Profile* profile);
+                           const SubstepContext& context, ImplicitSolver<Real>& solver);
 
 }  // namespace pneuma::physics

@@ -37,8 +37,9 @@ void to_points(std::span<const Vec3d> from, const Vec3d& origin, std::vector<Vec
 }  // namespace
 
 template <class Real>
-void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& lanes, const Surroundings& surroundings,
-                                std::span<const Vec3d> x, std::span<const Vec3d> v, Profile* profile) {
+void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
+                                std::span<const Vec3d> x, std::span<const Vec3d> v) {
+  const Surroundings& surroundings = context.surroundings;
   const Rings& rings = lanes.mesh->rings;
   const Springs& springs = body.body.springs;
   const bool gas = has_lane_gas(body.body, rings);
@@ -46,15 +47,15 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
   // Seen from the body itself, so that one far from its origin loses no digits: a grab alone asks for the place itself.
   const Vec3d origin = body.grabs.empty() ? x[0] : Vec3d(Vec3d::Zero());
   if (sprung) {
-    const StageTimer timer(profile, Stage::springs);
+    const StageTimer timer(context.profile, Stage::springs);
     pass_over_rings(body, lanes, gas, x, v, origin);
   }
   if (gas) {
-    const StageTimer timer(profile, Stage::pressure);
+    const StageTimer timer(context.profile, Stage::pressure);
     update_pressure(body, surroundings.atmosphere.pressure_pa);
   }
   {
-    const StageTimer timer(profile, Stage::integrate);
+    const StageTimer timer(context.profile, Stage::integrate);
     const double sixth_pa = body.pressure_pa / 6.0;
     const Vec3d weight = static_cast<double>(body.vertex_mass_kg) * surroundings.gravity;
     force_.assign(x.size(), weight);
@@ -72,7 +73,7 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
     to_points<Real>(x, origin, other_x_);
     to_points<Real>(v, Vec3d::Zero(), other_v_);
     other_force_.assign(x.size(), Vec3<Real>::Zero());
-    add_other_forces<Real>(body, other_x_, other_v_, surroundings, 0.0, !gas, other_force_, profile);
+    add_other_forces<Real>(body, other_x_, other_v_, surroundings, 0.0, !gas, other_force_, context.profile);
     for (std::size_t i = 0; i < x.size(); ++i) force_[i] += other_force_[i].template cast<double>();
     if (body.gas && !gas) find_volume_gradient(*body.body.mesh, x);
   }

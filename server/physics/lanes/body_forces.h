@@ -9,21 +9,14 @@
 
 namespace pneuma::physics {
 
-/// What the kernels need of a body's mesh, and the kernels.
-template <class Real>
-struct LaneTables {
-  const LaneMesh<Real>* mesh = nullptr;
-  const LaneKernels<Real>* kernels = nullptr;
-};
-
 /// Springs and gas by the lane kernels' ring pass, in the scalar that the body steps in; what they do not know by
 /// forces.h. Room for one body at a time.
 template <class Real>
 class BodyForces {
  public:
   /// Leaves the body's volume and pressure at what they are at x. A grab may be as stiff as it was asked to be.
-  void evaluate(SoftState<Real>& body, const LaneTables<Real>& lanes, const Surroundings& surroundings,
-                std::span<const Vec3d> x, std::span<const Vec3d> v, Profile* profile);
+  void evaluate(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
+                std::span<const Vec3d> x, std::span<const Vec3d> v);
 
   // Of the last evaluation; 0 on pinned particles.
   [[nodiscard]] std::span<const Vec3d> force_n() const { return force_; }

@@ -36,28 +36,26 @@ bool is_last(Substage substage) {
 template <class Real>
 class LaneStep {
  public:
-  LaneStep(std::span<SoftState<Real>* const> bodies, LaneLayout layout, const LaneMesh<Real>& mesh,
-           const LaneKernels<Real>& kernels, const LaneSettings& settings, bool advance, LaneScratch<Real>& scratch,
-           const Membership<Real>& membership, Profile* profile)
-      : layout_(layout),
-        width_(layout == LaneLayout::fleet ? kernels.width : 1),
-        mesh_(mesh),
-        kernels_(kernels),
-        settings_(settings),
+  LaneStep(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes, const SubstepContext& context,
+           bool advance, LaneScratch<Real>& scratch, const Membership<Real>& membership)
+      : layout_(bodies.size() == 1 ? LaneLayout::alone : LaneLayout::fleet),
+        width_(layout_ == LaneLayout::fleet ? lanes.kernels->width : 1),
+        mesh_(*lanes.mesh),
+        kernels_(*lanes.kernels),
+        context_(context),
         advance_(advance),
         scratch_(scratch),
         team_(membership.team),
         member_(membership.member),
         first_scratch_(*membership.first),
-        bodies_(bodies, layout, width_, mesh, scratch, membership.blocks),
-        profile_(profile),
+        bodies_(bodies, layout_, width_, mesh_, scratch, membership.blocks),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
-        gas_(has_lane_gas(bodies[0]->body, mesh.rings)),
-        scaled_(!mesh.stiffness_scales.empty()),
-        pulled_(layout == LaneLayout::fleet && !mesh.edges.lengths_m.empty()),
+        gas_(has_lane_gas(bodies[0]->body, mesh_.rings)),
+        scaled_(!mesh_.stiffness_scales.empty()),
+        pulled_(layout_ == LaneLayout::fleet && !mesh_.edges.lengths_m.empty()),
         weighed_(!bodies[0]->mass_shares.empty()),
         sprung_(damped_ || gas_ || has_stiffness(bodies)),
-        other_forces_(has_other_forces(*bodies[0], mesh.rings, settings.surroundings.atmosphere)) {
+        other_forces_(has_other_forces(*bodies[0], mesh_.rings, context.surroundings.atmosphere)) {
     make_room();
     set_constants();
     bodies_.load(gas_, weighed_);
@@ -70,7 +68,7 @@ class LaneStep {
     const auto from_stage = [&](Substage substage) {
       evaluate_and_update(scratch_.x_stage, scratch_.v_stage, substage);
     };
-    switch (settings_.integrator) {
+    switch (context_.integrator) {
       case Integrator::explicit_euler:
         return from_start(Substage::euler);
       case Integrator::symplectic_euler:
@@ -97,7 +95,7 @@ class LaneStep {
       if (bursts(body) || inverts(body)) eventful_[lane] = 1;
       if (!flows(*body.body.gas)) continue;
       flow_gas(*body.gas, *body.body.gas, body.volume_m3, body.pressure_pa,
-               settings_.surroundings.atmosphere.pressure_pa, settings_.dt_s);
+               context_.surroundings.atmosphere.pressure_pa, context_.dt_s);
     }
   }
 
@@ -146,8 +144,8 @@ class LaneStep {
 
   // What the method moves.
   void resize_moving(LaneScratch<Real>& scratch, std::size_t size) const {
-    const bool rk4 = settings_.integrator == Integrator::rk4;
-    const bool staged = rk4 || settings_.integrator == Integrator::midpoint;
+    const bool rk4 = context_.integrator == Integrator::rk4;
+    const bool staged = rk4 || context_.integrator == Integrator::midpoint;
     scratch.x.resize(size);
     scratch.v.resize(size);
     if (!advance_) scratch.move.resize(size);
@@ -220,9 +218,9 @@ class LaneStep {
     point_at(scratch_, update_);
     update_.begin = bodies_.slots_begin();
     update_.end = bodies_.slots_end();
-    update_.dt_s = static_cast<Real>(settings_.dt_s);
+    update_.dt_s = static_cast<Real>(context_.dt_s);
     for (std::size_t c = 0; c < 3; ++c) {
-      update_.gravity_m_s2[c] = static_cast<Real>(settings_.surroundings.gravity[static_cast<Eigen::Index>(c)]);
+      update_.gravity_m_s2[c] = static_cast<Real>(context_.surroundings.gravity[static_cast<Eigen::Index>(c)]);
     }
     for (std::size_t lane = 0; lane < pack_slots; ++lane) {
       const SoftState<Real>& body = bodies_.of_lane(lane);
@@ -236,7 +234,7 @@ class LaneStep {
 
   void evaluate_and_update(const LaneArray<Real>& x, const LaneArray<Real>& v, Substage substage) {
     if (sprung_) {
-      const StageTimer timer(profile_, Stage::springs);
+      const StageTimer timer(context_.profile, Stage::springs);
       pass_over_rings(x, v);
     }
     if (team_ == nullptr) {
@@ -247,7 +245,7 @@ class LaneStep {
     }
     if (other_forces_) add_others();
 
-    const StageTimer timer(profile_, Stage::integrate);
+    const StageTimer timer(context_.profile, Stage::integrate);
     if (weighed_) weigh(bodies_.at(bodies_.slots_begin(), 0, 0), bodies_.at(bodies_.slots_end(), 0, 0), weigh_);
     kernels_(layout_, substage, gas_, advance_, update_);
     if (!scratch_.pinned_slots.empty()) hold_pinned(substage, scratch_);
@@ -283,8 +281,8 @@ class LaneStep {
     if (!other_forces_) return;
     assert(layout_ == LaneLayout::alone);
     scratch_.other_force.assign(bodies_[0].x.size(), Vec3<Real>::Zero());
-    add_other_forces<Real>(bodies_[0], scratch_.other_x, scratch_.other_v, settings_.surroundings, settings_.dt_s,
-                           !gas_, scratch_.other_force, profile_);
+    add_other_forces<Real>(bodies_[0], scratch_.other_x, scratch_.other_v, context_.surroundings, context_.dt_s, !gas_,
+                           scratch_.other_force, context_.profile);
   }
 
   void share_forces(const LaneArray<Real>& x, const LaneArray<Real>& v) {
@@ -299,14 +297,14 @@ class LaneStep {
 
   void set_pressures() {
     {
-      const StageTimer timer(profile_, Stage::volume);
+      const StageTimer timer(context_.profile, Stage::volume);
       for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
         bodies_[lane].volume_m3 = (team_ == nullptr ? volume_18_m3(lane) : team_->volume_18_m3()) / 18.0;
       }
     }
-    const StageTimer timer(profile_, Stage::pressure);
+    const StageTimer timer(context_.profile, Stage::pressure);
     for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      update_pressure(bodies_[lane], settings_.surroundings.atmosphere.pressure_pa);
+      update_pressure(bodies_[lane], context_.surroundings.atmosphere.pressure_pa);
       update_.pressure_sixth_pa.lanes[lane] = static_cast<Real>(bodies_[lane].pressure_pa / 6.0);
     }
     if (layout_ == LaneLayout::alone) return;
@@ -393,14 +391,13 @@ class LaneStep {
   std::size_t width_;  // bodies abreast
   const LaneMesh<Real>& mesh_;
   const LaneKernels<Real>& kernels_;
-  const LaneSettings& settings_;
+  const SubstepContext& context_;
   bool advance_;  // x in every substep; otherwise the move is left for contact
   LaneScratch<Real>& scratch_;
   LaneTeam<Real>* team_;  // null: the step is by one thread
   std::size_t member_;
   LaneScratch<Real>& first_scratch_;  // with the lists of other forces
   LaneBodies<Real> bodies_;
-  Profile* profile_;
   bool damped_;
   bool gas_;
   bool scaled_;   // springs differ in stiffness
@@ -415,34 +412,31 @@ class LaneStep {
   UpdatePass<Real> halo_update_;
 };
 
-// Calls run(step) on the bodies, or for each thread of `workers` that is to share a single large one, at once.
+// Calls run(step) on the bodies, or for each thread of the workers that is to share a single large one, at once.
 template <class Real, class Run>
-void run_steps(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
-               const LaneSettings& settings, bool advance, LaneScratch<Real>& scratch, Workers* workers,
-               Profile* profile, const Run& run) {
-  const Rings& rings = mesh.rings;
+void run_steps(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes, const SubstepContext& context,
+               bool advance, LaneScratch<Real>& scratch, const Run& run) {
+  const Rings& rings = lanes.mesh->rings;
   const std::size_t blocks = block_count_of(rings);
-  const LaneLayout layout = bodies.size() == 1 ? LaneLayout::alone : LaneLayout::fleet;
-  if (has_other_forces(*bodies[0], rings, settings.surroundings.atmosphere)) {
+  if (has_other_forces(*bodies[0], rings, context.surroundings.atmosphere)) {
     scratch.other_x.resize(bodies[0]->x.size());
     scratch.other_v.resize(bodies[0]->x.size());
   }
   const bool is_large = bodies.size() == 1 && rings.slot_count() >= parallel_slots_min;
-  const std::size_t members = is_large && workers != nullptr ? std::min(workers->threads(), blocks) : 1;
+  const std::size_t members = is_large && context.workers != nullptr ? std::min(context.workers->threads(), blocks) : 1;
   if (members > 1 && (!scratch.team || !scratch.team->is_for(rings, members))) {
     scratch.team = std::make_unique<LaneTeam<Real>>(rings, members);
   }
   if (members == 1 || !scratch.team->should_share()) {
-    LaneStep<Real> step(bodies, layout, mesh, kernels, settings, advance, scratch,
-                        {.blocks = {0, blocks}, .first = &scratch}, profile);
+    LaneStep<Real> step(bodies, lanes, context, advance, scratch, {.blocks = {0, blocks}, .first = &scratch});
     return run(step);
   }
   LaneTeam<Real>& team = *scratch.team;
   // Who threw here would leave the others waiting for ever.
-  workers->for_each(members, [&](std::size_t member) noexcept {
-    LaneStep<Real> step(bodies, layout, mesh, kernels, settings, advance,
-                        member == 0 ? scratch : team.scratch_of(member),
-                        {&team, member, team.blocks_of(member), &scratch}, member == 0 ? profile : nullptr);
+  context.workers->for_each(members, [&](std::size_t member) noexcept {
+    const SubstepContext own = context.of_body(nullptr, member == 0 ? context.profile : nullptr);
+    LaneStep<Real> step(bodies, lanes, own, advance, member == 0 ? scratch : team.scratch_of(member),
+                        {&team, member, team.blocks_of(member), &scratch});
     run(step);
   });
 }
@@ -468,26 +462,25 @@ bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atm
 }
 
 template <class Real>
-void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
-                const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile) {
-  advance_gas(body, settings.surroundings.atmosphere.pressure_pa, settings.dt_s);  // it may lose its gas for good
+void step_alone(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
+                LaneScratch<Real>& scratch) {
+  advance_gas(body, context.surroundings.atmosphere.pressure_pa, context.dt_s);  // it may lose its gas for good
   const std::array<SoftState<Real>*, 1> bodies{&body};
-  run_steps<Real>(bodies, mesh, kernels, settings, false, scratch, workers, profile, [](LaneStep<Real>& step) {
+  run_steps<Real>(bodies, lanes, context, false, scratch, [](LaneStep<Real>& step) {
     step.substep();
     step.hand_back();
   });
 }
 
 template <class Real>
-void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
-                 const LaneSettings& settings, std::uint32_t substeps, LaneScratch<Real>& scratch, Workers* workers,
-                 Profile* profile, std::span<std::uint8_t> done) {
-  assert(bodies.size() <= kernels.width || bodies.size() == 1);
+void step_freely(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes, const SubstepContext& context,
+                 std::uint32_t substeps, LaneScratch<Real>& scratch, std::span<std::uint8_t> done) {
+  assert(bodies.size() <= lanes.kernels->width || bodies.size() == 1);
   std::array<GasBefore, pack_slots> before;
   for (std::size_t lane = 0; lane < bodies.size(); ++lane) {
     before[lane] = {bodies[lane]->gas, bodies[lane]->volume_m3, bodies[lane]->pressure_pa};
   }
-  run_steps<Real>(bodies, mesh, kernels, settings, true, scratch, workers, profile, [&](LaneStep<Real>& step) {
+  run_steps<Real>(bodies, lanes, context, true, scratch, [&](LaneStep<Real>& step) {
     for (std::uint32_t i = 0; i < substeps; ++i) {
       step.flow();
       step.substep();
@@ -502,13 +495,12 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>&
   }
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                                      \
-  template bool has_other_forces<Real>(const SoftState<Real>&, const Rings&, const Atmosphere&);                      \
-  template void step_alone<Real>(SoftState<Real>&, const LaneMesh<Real>&, const LaneKernels<Real>&,                   \
-                                 const LaneSettings&, LaneScratch<Real>&, Workers*, Profile*);                        \
-  template void step_freely<Real>(std::span<SoftState<Real>* const>, const LaneMesh<Real>&, const LaneKernels<Real>&, \
-                                  const LaneSettings&, std::uint32_t, LaneScratch<Real>&, Workers*, Profile*,         \
-                                  std::span<std::uint8_t>);
+#define PNEUMA_INSTANTIATE(Real)                                                                                     \
+  template bool has_other_forces<Real>(const SoftState<Real>&, const Rings&, const Atmosphere&);                     \
+  template void step_alone<Real>(SoftState<Real>&, const LaneTables<Real>&, const SubstepContext&,                   \
+                                 LaneScratch<Real>&);                                                                \
+  template void step_freely<Real>(std::span<SoftState<Real>* const>, const LaneTables<Real>&, const SubstepContext&, \
+                                  std::uint32_t, LaneScratch<Real>&, std::span<std::uint8_t>);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

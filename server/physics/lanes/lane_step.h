@@ -7,15 +7,15 @@
 #include "physics/forces/forces.h"
 #include "physics/lanes/lane_bodies.h"
 #include "physics/lanes/lane_kernels.h"
-#include "physics/machine/profile.h"
-#include "physics/machine/workers.h"
+#include "physics/state/substep_context.h"
 
 namespace pneuma::physics {
 
-struct LaneSettings {
-  Integrator integrator = Integrator::midpoint;
-  Surroundings surroundings;
-  double dt_s = 0.0;
+/// What the kernels need of a body's mesh, and the kernels.
+template <class Real>
+struct LaneTables {
+  const LaneMesh<Real>* mesh = nullptr;
+  const LaneKernels<Real>* kernels = nullptr;
 };
 
 /// Whether the kernels measure the body's volume and spread its pressure: exactly, and by faces.
@@ -26,18 +26,17 @@ template <class Real>
 [[nodiscard]] bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere);
 
 /// One substep of one body, up to contact: its gas advances (advance_gas), v advances by dt_s, dr is the move that
-/// belongs to it, and x stays. `workers` may be null; where the body is large they share it.
+/// belongs to it, and x stays. The context's workers share the body where it is large.
 template <class Real>
-void step_alone(SoftState<Real>& body, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
-                const LaneSettings& settings, LaneScratch<Real>& scratch, Workers* workers, Profile* profile);
+void step_alone(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
+                LaneScratch<Real>& scratch);
 
 /// As many substeps, x included, of bodies that touch nothing: up to kernels.width of one mesh, all with lane gas or
 /// all without, all damped or none, all with mass shares or none, the same vertices pinned; or a single one. Sets
 /// `done[i]` where the i-th body has surely stayed within the limits all the way, and its gas just flowed; the others
 /// are left as they were, dr aside.
 template <class Real>
-void step_freely(std::span<SoftState<Real>* const> bodies, const LaneMesh<Real>& mesh, const LaneKernels<Real>& kernels,
-                 const LaneSettings& settings, std::uint32_t substeps, LaneScratch<Real>& scratch, Workers* workers,
-                 Profile* profile, std::span<std::uint8_t> done);
+void step_freely(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes, const SubstepContext& context,
+                 std::uint32_t substeps, LaneScratch<Real>& scratch, std::span<std::uint8_t> done);
 
 }  // namespace pneuma::physics

@@ -240,16 +240,16 @@ void take_step(Xpbd<Real, OwnMasses> step, const Springs& springs, Profile* prof
 }  // namespace
 
 template <class Real>
-void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
-          Profile* profile) {
+void xpbd(SoftState<Real>& body, const SubstepContext& context, XpbdScratch<Real>& scratch) {
+  const Springs& springs = body.body.springs;
   if (body.mass_shares.empty()) {
-    take_step(Xpbd<Real, false>(body, surroundings, dt_s, scratch), body.body.springs, profile);
+    take_step(Xpbd<Real, false>(body, context.surroundings, context.dt_s, scratch), springs, context.profile);
   } else {
-    take_step(Xpbd<Real, true>(body, surroundings, dt_s, scratch), body.body.springs, profile);
+    take_step(Xpbd<Real, true>(body, context.surroundings, context.dt_s, scratch), springs, context.profile);
   }
 }
 
-template void xpbd<float>(SoftState<float>&, const Surroundings&, double, XpbdScratch<float>&, Profile*);
-template void xpbd<double>(SoftState<double>&, const Surroundings&, double, XpbdScratch<double>&, Profile*);
+template void xpbd<float>(SoftState<float>&, const SubstepContext&, XpbdScratch<float>&);
+template void xpbd<double>(SoftState<double>&, const SubstepContext&, XpbdScratch<double>&);
 
 }  // namespace pneuma::physics

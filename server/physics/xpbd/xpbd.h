@@ -28,7 +28,6 @@ struct XpbdScratch {
 /// square of the step (step_choice.cpp). The gas is one constraint whose multiplier meets P(V) exactly at the volume
 /// that it makes.
 template <class Real>
-void xpbd(SoftState<Real>& body, const Surroundings& surroundings, double dt_s, XpbdScratch<Real>& scratch,
-          Profile* profile);
+void xpbd(SoftState<Real>& body, const SubstepContext& context, XpbdScratch<Real>& scratch);
 
 }  // namespace pneuma::physics

@@ -28,7 +28,7 @@ inline std::vector<Vec3d> forces_at(SoftState<double>& body, const Surroundings&
                                     const std::vector<Vec3d>& x, const std::vector<Vec3d>& v) {
   const BodyTables<double> tables(body);
   BodyForces<double> forces;
-  forces.evaluate(body, tables.tables.lanes, surroundings, x, v, nullptr);
+  forces.evaluate(body, tables.tables.lanes, {.surroundings = surroundings}, x, v);
   return {forces.force_n().begin(), forces.force_n().end()};
 }
 inline std::vector<Vec3d> forces_on(SoftState<double>& body, const Surroundings& surroundings) {

@@ -87,9 +87,9 @@ struct Rig {
       }
     }
     accelerate_rigid_bodies(rigid, gravity_m_s2, dt_s);
-    contacts.resolve(
-        {.soft = soft, .rigid = rigid, .colliders = colliders, .surroundings = {gravity_m_s2, {}}, .dt_s = dt_s},
-        workers, &profile);
+    const SubstepContext substep{
+        .surroundings = {gravity_m_s2, {}}, .dt_s = dt_s, .workers = &workers, .profile = &profile};
+    contacts.resolve({.substep = substep, .soft = soft, .rigid = rigid, .colliders = colliders});
     for (SoftState<Real>& body : soft) {
       for (std::size_t i = 0; i < body.x.size(); ++i) body.x[i] += body.dr[i];
     }

@@ -79,7 +79,7 @@ std::vector<Vec3d> solve(SoftState<double>& state, const std::vector<Vec3d>& b, 
   BodyTables<double> body(state);
   body.tables.matrices->update(body.tables.held.steps, state, still, s);
   BodyForces<double> forces;
-  forces.evaluate(state, body.tables.lanes, still, state.x, state.v, nullptr);
+  forces.evaluate(state, body.tables.lanes, {.surroundings = still}, state.x, state.v);
   ImplicitSystem system;
   std::vector<Vec3d> step;
   system.solve(state, *body.tables.held.steps, still, {state.x, state.v, b, forces.volume_gradient_m2()},
@@ -298,7 +298,7 @@ TEST(SolveStep, SaysWhereASolveFindsNoFiniteAnswer) {
     state.x[0].x() = std::nan("");
     SolverScratch<double> scratch;
     BodyTables<double> body(state);
-    solve_step<double>(state, body.tables, {integrator, {}}, Surroundings{}, s, scratch, nullptr);
+    solve_step<double>(state, body.tables, {}, {.integrator = integrator, .dt_s = s}, scratch);
     EXPECT_TRUE(state.solve_failed);
     EXPECT_EQ(state.dr[1].norm(), 0.0) << "nothing moved";
   }

@@ -60,11 +60,9 @@ template <class Real>
 std::vector<Vec3d> forces_by_rings(SoftState<Real>& state) {
   const StepPlan<Real> plan = make_step_plan<Real>({&state, 1}, false, false, {});
   const std::vector<Vec3<Real>> v_before = state.v;
-  LaneSettings settings;
-  settings.integrator = Integrator::explicit_euler;
-  settings.dt_s = 1.0;
+  const SubstepContext context{.integrator = Integrator::explicit_euler, .dt_s = 1.0};
   LaneScratch<Real> scratch;
-  step_alone(state, plan.mesh_of(0), *plan.kernels, settings, scratch, nullptr, nullptr);
+  step_alone<Real>(state, {&plan.mesh_of(0), plan.kernels}, context, scratch);
   std::vector<Vec3d> forces;
   for (std::size_t i = 0; i < v_before.size(); ++i) {
     forces.push_back(static_cast<double>(state.vertex_mass_kg) * (state.v[i] - v_before[i]).template cast<double>());

@@ -1,0 +1,37 @@
+// What contact is given: the world of one substep, between its bodies' free motion and their moves.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/contact/contact_note.h"
+#include "physics/contact/contact_solid.h"
+#include "physics/contact/joint.h"
+#include "physics/implicit/implicit_solver.h"
+#include "physics/state/state.h"
+#include "physics/state/substep_context.h"
+
+namespace pneuma::physics {
+
+/// Spans are one a soft body, unless they are of others.
+template <class Real>
+struct ContactWorld {
+  SubstepContext substep;  // with workers
+  std::span<SoftState<Real>> soft;
+  std::span<RigidState> rigid;
+  std::span<const ColliderState> colliders;
+  // Where the method is implicit: the bodies' tables, and their velocities before the substep (of sleepers none).
+  std::span<ImplicitTables<Real>> tables = {};
+  std::span<const std::vector<Vec3<Real>>> start_m_s = {};
+  std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
+  std::span<JointState> joints = {};              // those that break are marked
+  std::span<ContactNotes> notes = {};             // what was answered is appended; or none
+
+  [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
+  [[nodiscard]] SubstepPhysics physics() const {
+    return SubstepPhysics::of(substep.surroundings.gravity, substep.dt_s);
+  }
+};
+
+}  // namespace pneuma::physics

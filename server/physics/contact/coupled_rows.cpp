@@ -1,0 +1,140 @@
+#include "physics/contact/coupled_rows.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "physics/rigid/rigid_motion.h"
+
+namespace pneuma::physics {
+namespace {
+
+// Of what two surfaces are nearer than they keep: what a pass parts them by. At once, the springs would be fed.
+constexpr double parted_share = 0.2;
+// A body that was put across a mesh is out of it within this time: what it then keeps is its speed on the way.
+constexpr double way_out_time_s = 0.3;
+
+template <class Real>
+EndPlace place_of(const CoupledWorld<Real>& world, const CoupledPasses& passes, const JointState& joint,
+                  std::size_t which) {
+  const JointEnd& end = joint.ends[which];
+  const auto fixed = static_cast<std::uint32_t>(passes.bodies.size() + passes.solids.size());
+  EndPlace place;
+  if (end.of == Anchor::Of::soft) {
+    const SoftState<Real>& state = world.soft[end.index];
+    place.support = end.support;
+    place.support.body = end.index;
+    place.yields = state.is_awake() && world.bounds[end.index].active;
+    if (place.yields) {
+      const SurfaceBody& surface = passes.surface(end.index);
+      place.at = mean_of(end.support, surface.from);
+      place.ahead_m = mean_of(end.support, surface.to) - place.at;
+    } else {
+      for (std::uint32_t i = 0; i < end.support.count; ++i) {
+        place.at += end.support.weights[i] * state.position_m(end.support.vertices[i]);
+      }
+      place.support.count = 0;
+      place.support.body = fixed;
+    }
+  } else if (end.of == Anchor::Of::world) {
+    place.at = joint.points_m[which];
+    place.support.body = fixed;
+  } else {
+    const bool is_rigid = end.of == Anchor::Of::rigid;
+    const bool yields = is_rigid && world.rigid[end.index].is_awake() && is_active(world.rigid[end.index]);
+    const SolidPlace& solid = passes.solids[is_rigid ? end.index : world.rigid.size() + end.index];
+    const bool moves = yields || !is_rigid;
+    const Vec3d still = Vec3d::Zero();
+    place = place_of_solid(joint, which, solid.at.origin, Quatd(solid.at.rotation), moves ? solid.ahead : still,
+                           moves ? solid.ahead_turning : still, world.substep.dt_s);
+    place.yields = yields;
+    place.support.body = yields ? solid.response : fixed;
+  }
+  place.kept_m = kept_of_end<Real>(joint, which, world.soft, world.rigid, world.colliders);
+  return place;
+}
+
+template <class Real>
+void find_joint_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
+  const bool begins = passes.joints_left_m.empty();
+  passes.joints_left_m.resize(world.joints.size());
+  for (std::uint32_t i = 0; i < world.joints.size(); ++i) {
+    const JointState& joint = world.joints[i];
+    if (!joint.has_soft) continue;
+    const EndPlace first = place_of(world, passes, joint, 0);
+    const EndPlace second = place_of(world, passes, joint, 1);
+    if (begins) passes.joints_left_m[i] = error_left_m(joint, first, second, world.substep.dt_s);
+    append_joint_rows(joint, i, first, second, passes.joints_left_m[i], world.substep.dt_s, passes.rows);
+  }
+}
+
+// A row of a mesh collider is one of a solid.
+void aim_mesh_row(const CoupledPasses& passes, const SolidPlace& solid, double dt_s, ContactRow& row) {
+  if (row.first.body >= passes.bodies.size()) {
+    std::swap(row.first, row.second);
+    row.normal = -row.normal;
+  }
+  const SurfaceBody& soft = passes.surface(row.first.body);
+  const Vec3d arm = mean_of(row.second, passes.surface(row.second.body).from) - solid.at.origin;
+  row.second = {.body = solid.response, .arm = arm};
+  const Vec3d end = mean_of(row.first, soft.to);
+  const Vec3d ahead_m = end - mean_of(row.first, soft.from) - dt_s * velocity_at(solid.ahead, solid.ahead_turning, arm);
+  const Vec3d way_m = end - mean_of(row.first, passes.bodies[row.first.body].start) -
+                      dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
+  aim_solid_row(row, ahead_m, way_m, dt_s);
+  if (!is_way_out(row)) return;
+  // Of the whole substep, or each pass would push it on.
+  const double gap_m = row.gap_m - (way_m - ahead_m).dot(row.normal);
+  row.free_m_s = way_m / dt_s;
+  row.least_m_s = -gap_m * (gap_m > 0.0 ? 1.0 : std::min(1.0, dt_s / way_out_time_s)) / dt_s;
+}
+
+// The way of a substep so far counts for friction; what is ahead of the pass, for the gap.
+template <class Real>
+void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshCollider> meshes, CoupledPasses& passes) {
+  const double dt_s = world.substep.dt_s;
+  for (ContactRow& row : passes.rows) {
+    const std::size_t last = std::max(row.first.body, row.second.body);
+    if (last >= passes.bodies.size()) {
+      aim_mesh_row(passes, passes.solids[world.rigid.size() + meshes[last - passes.bodies.size()].index], dt_s, row);
+      continue;
+    }
+    const CoupledBody& a = passes.bodies[row.first.body];
+    const CoupledBody& b = passes.bodies[row.second.body];
+    const SurfaceBody& at_a = passes.surface(row.first.body);
+    const SurfaceBody& at_b = passes.surface(row.second.body);
+    const Vec3d end = mean_of(row.first, at_a.to) - mean_of(row.second, at_b.to);
+    const Vec3d ahead = end - (mean_of(row.first, at_a.from) - mean_of(row.second, at_b.from));
+    const Vec3d way = end - (mean_of(row.first, a.start) - mean_of(row.second, b.start));
+    const Vec3d across = way - way.dot(row.normal) * row.normal;
+    row.free_m_s = (ahead.dot(row.normal) * row.normal + across) / dt_s;
+    row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -parted_share * row.gap_m) / dt_s;
+  }
+}
+
+}  // namespace
+
+template <class Real>
+void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces, CoupledPasses& passes) {
+  passes.rows.clear();
+  surfaces.find_rows(passes.rows);
+  surfaces.add_ways_out(passes.rows);
+  aim_surface_rows(world, surfaces.meshes(), passes);
+  for (std::uint32_t i = 0; i < passes.bodies.size(); ++i) {
+    if (!world.bounds[i].active) continue;
+    const SurfaceBody& body = surfaces.bodies()[i];
+    for (std::size_t k = 0; k < passes.solids.size(); ++k) {
+      const bool is_rigid = k < world.rigid.size();
+      if (is_rigid ? !is_active(world.rigid[k]) : !world.soft[i].is_awake()) continue;
+      if (is_rigid && !world.soft[i].is_awake() && !world.rigid[k].is_awake()) continue;
+      find_solid_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);
+      if (is_rigid)
+        find_corner_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);
+    }
+  }
+  find_joint_rows(world, passes);
+}
+
+template void find_coupled_rows(const CoupledWorld<float>&, SurfaceContacts<float>&, CoupledPasses&);
+template void find_coupled_rows(const CoupledWorld<double>&, SurfaceContacts<double>&, CoupledPasses&);
+
+}  // namespace pneuma::physics

@@ -1,0 +1,151 @@
+#include "physics/state/runaway.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/limits.h"
+
+namespace pneuma::physics {
+namespace {
+
+constexpr const char* not_finite = "its motion was no longer finite";
+constexpr const char* torn_apart = "it was torn apart: a particle moved past its own body in one step";
+constexpr const char* too_fast = "it went past the limit of speed";
+constexpr const char* too_far = "it went past the limit of place";
+constexpr const char* failed_reason = "its integrator found no finite answer";
+
+// Numbers of vectors that lie one after the other, by lanes: two of them are six, which a compiler keeps in registers.
+constexpr std::size_t flat_lanes = 6;
+
+// Whether every component is within its axis' limits. A number that is none is not.
+template <class Real, class Value>
+bool is_within(std::size_t vectors, const Vec3<Real>& low, const Vec3<Real>& high, const Value& value) {
+  std::array<Real, flat_lanes> lows;
+  std::array<Real, flat_lanes> highs;
+  std::array<int, flat_lanes> out{};
+  for (std::size_t k = 0; k < flat_lanes; ++k) {
+    lows[k] = low[static_cast<Eigen::Index>(k % 3)];
+    highs[k] = high[static_cast<Eigen::Index>(k % 3)];
+  }
+  const auto look = [&](std::size_t i, std::size_t k) {
+    const Real number = value(i);
+    out[k] |= static_cast<int>(!(number >= lows[k])) | static_cast<int>(!(number <= highs[k]));
+  };
+  const std::size_t count = 3 * vectors;
+  std::size_t i = 0;
+  for (; i + flat_lanes <= count; i += flat_lanes) {
+    for (std::size_t k = 0; k < flat_lanes; ++k) look(i + k, k);
+  }
+  for (std::size_t k = 0; i + k < count; ++k) look(i + k, k);
+  return std::ranges::all_of(out, [](int is_out) { return is_out == 0; });
+}
+
+// What every particle's place, move and velocity are to be within.
+template <class Real>
+struct WellLimits {
+  Vec3<Real> low, high;
+  Real speed_max_m_s = 0;
+  Real stray_max_m = 0;
+  Vec3<Real> mean_move = Vec3<Real>::Zero();
+
+  explicit WellLimits(const SoftState<Real>& body)
+      : low((-base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>()),
+        high((base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>()),
+        speed_max_m_s(static_cast<Real>(base::speed_max_m_s)),
+        stray_max_m(static_cast<Real>(base::runaway_body_lengths) * body.length_m) {
+    for (const Vec3<Real>& move : body.dr) mean_move += move;
+    mean_move /= static_cast<Real>(body.dr.size());
+  }
+};
+
+// By components, which is quick, and says no only where a length might be too great.
+template <class Real>
+bool is_surely_well(const SoftState<Real>& body, const WellLimits<Real>& limits) {
+  constexpr Real share = static_cast<Real>(0.57);  // below the root of 1/3
+  const Real* x = body.x.front().data();
+  const Real* dr = body.dr.front().data();
+  const Real* v = body.v.front().data();
+  const Vec3<Real> speed = Vec3<Real>::Constant(share * limits.speed_max_m_s);
+  const Vec3<Real> stray = Vec3<Real>::Constant(share * limits.stray_max_m);
+  const std::size_t count = body.x.size();
+  return is_within<Real>(count, -speed, speed, [v](std::size_t i) { return v[i]; }) &&
+         is_within<Real>(count, limits.mean_move - stray, limits.mean_move + stray,
+                         [dr](std::size_t i) { return dr[i]; }) &&
+         is_within<Real>(count, limits.low, limits.high, [x, dr](std::size_t i) { return x[i] + dr[i]; });
+}
+
+// What made the body no longer well; the first that holds, in the order from what says most.
+template <class Real>
+const char* runaway_reason(const SoftState<Real>& body) {
+  const auto speed_max = static_cast<Real>(base::speed_max_m_s);
+  const Real stray_max = static_cast<Real>(base::runaway_body_lengths) * body.length_m;
+  const auto any = [&body](const auto& holds) {
+    for (std::size_t i = 0; i < body.x.size(); ++i) {
+      if (holds(i)) return true;
+    }
+    return false;
+  };
+  if (any([&](std::size_t i) { return !body.v[i].allFinite() || !body.dr[i].allFinite(); })) return not_finite;
+  Vec3<Real> mean_move = Vec3<Real>::Zero();
+  for (const Vec3<Real>& move : body.dr) mean_move += move;
+  mean_move /= static_cast<Real>(body.dr.size());
+  if (any([&](std::size_t i) { return !((body.dr[i] - mean_move).squaredNorm() <= stray_max * stray_max); })) {
+    return torn_apart;
+  }
+  if (any([&](std::size_t i) { return !(body.v[i].squaredNorm() <= speed_max * speed_max); })) return too_fast;
+  return too_far;
+}
+
+const char* runaway_reason(const RigidState& body) {
+  if (!body.velocity.allFinite() || !body.angular_velocity.allFinite() || !body.position.allFinite()) return not_finite;
+  const bool fast = body.velocity.norm() > base::speed_max_m_s || body.angular_velocity.norm() > base::speed_max_m_s;
+  return fast ? too_fast : too_far;
+}
+
+}  // namespace
+
+// A comparison with NaN is false, so a NaN fails it.
+template <class Real>
+bool is_well(const SoftState<Real>& body) {
+  const WellLimits<Real> limits(body);
+  if (is_surely_well(body, limits)) return true;
+  const Real speed_max = limits.speed_max_m_s;
+  bool well = true;
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    const Vec3<Real> end = body.x[i] + body.dr[i];
+    well &= body.v[i].squaredNorm() <= speed_max * speed_max;
+    well &= (end.array() >= limits.low.array() && end.array() <= limits.high.array()).all();
+    well &= (body.dr[i] - limits.mean_move).squaredNorm() <= limits.stray_max_m * limits.stray_max_m;
+  }
+  return well;
+}
+
+template <class Real>
+const char* freeze(SoftState<Real>& body) {
+  const char* reason = body.solve_failed ? failed_reason : runaway_reason(body);
+  std::ranges::fill(body.v, Vec3<Real>::Zero());
+  std::ranges::fill(body.dr, Vec3<Real>::Zero());
+  body.frozen = true;
+  body.rest = {};
+  body.place.clear();
+  return reason;
+}
+
+const char* freeze(RigidState& body, const Vec3d& position, const Quatd& orientation) {
+  const char* reason = runaway_reason(body);
+  body.position = position;
+  body.orientation = orientation;
+  body.velocity.setZero();
+  body.angular_velocity.setZero();
+  body.frozen = true;
+  body.rest = {};
+  return reason;
+}
+
+template bool is_well(const SoftState<float>&);
+template bool is_well(const SoftState<double>&);
+template const char* freeze(SoftState<float>&);
+template const char* freeze(SoftState<double>&);
+
+}  // namespace pneuma::physics

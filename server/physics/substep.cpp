@@ -1,0 +1,295 @@
+// A substep: free motion, contact, the move. Where nothing can touch anything, bodies run through it by themselves.
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <utility>
+
+#include "physics/forces/gas.h"
+#include "physics/rigid/rigid_motion.h"
+#include "physics/simulation.h"
+#include "physics/state/runaway.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+std::size_t evaluations_of(Integrator integrator) {
+  return integrator == Integrator::rk4 ? 4 : integrator == Integrator::midpoint ? 2 : 1;
+}
+
+// Solves of this many vertices take about a millisecond: measured 0.06 (at rest) to 0.2 us a vertex.
+constexpr std::size_t solved_vertices_a_part = 8'192;
+
+// Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
+// vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
+// step.
+constexpr std::size_t coupled_vertices_max = 4'096;
+
+template <class Real>
+std::vector<std::uint32_t> awake_of(const SoftBodies<Real>& bodies) {
+  std::vector<std::uint32_t> awake;
+  for (std::uint32_t i = 0; i < bodies.states.size(); ++i) {
+    if (bodies.states[i].is_awake()) awake.push_back(i);
+  }
+  return awake;
+}
+
+// Calls work(task, scratch) for each task, on as many threads as there are.
+template <class Task, class Scratch, class Work>
+void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratch>& scratch, const Work& work) {
+  const std::size_t threads = std::min(workers.threads(), tasks.size());
+  if (scratch.size() < threads) scratch.resize(threads);
+  std::atomic<std::size_t> next{0};
+  workers.for_each(threads, [&](std::size_t thread) {
+    for (std::size_t i = next.fetch_add(1); i < tasks.size(); i = next.fetch_add(1)) work(tasks[i], scratch[thread]);
+  });
+}
+
+}  // namespace
+
+bool Simulation::substep(Workers& workers) {
+  const SubstepContext context = context_on(workers);
+  const std::uint32_t substeps_done = visit([&](auto& bodies) {
+    if (is_at_rest()) return choice.substeps - substep_index;
+    if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, context);
+    if (!move_freely(bodies, context)) return std::uint32_t{0};
+    meet(bodies, context);
+    move(bodies, context);
+    return std::uint32_t{1};
+  });
+  substep_index += substeps_done;
+  if (plan_is_stale_ && substeps_done > 0) make_plan();
+  if (substep_index < choice.substeps) return false;
+  end_tick();
+  return true;
+}
+
+SubstepContext Simulation::context_on(Workers& workers) {
+  return {.integrator = choice.integrator,
+          .surroundings = {scene.gravity, scene.atmosphere},
+          .dt_s = period_s() / choice.substeps,
+          .is_first_of_tick = substep_index == 0,
+          .workers = &workers,
+          .profile = profiling ? &profile : nullptr};
+}
+
+// Steps 1 to 4 of the paper's algorithm (section 2.4), a body at a time. True when it was the substep's last part.
+template <class Real>
+bool Simulation::move_freely(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  if (profiling) bodies.profiles.resize(bodies.states.size());
+  if (!is_explicit(context.integrator)) return solve_part(bodies, context);
+  integrate(bodies, context);
+  return true;
+}
+
+// Step 5, with all bodies. Who has run away is stopped before it meets others.
+template <class Real>
+void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  collect_gas_events(bodies);
+  freeze_runaways(bodies);
+  rigid_before.clear();
+  for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
+  accelerate_rigid_bodies(rigid, scene.gravity, context.dt_s);
+  bodies.contacts.resolve({.substep = context,
+                           .soft = bodies.states,
+                           .rigid = rigid,
+                           .colliders = colliders,
+                           .tables = bodies.tables,
+                           .start_m_s = coupled_start_m_s(bodies),
+                           .first_order = first_order(),
+                           .joints = joints,
+                           .notes = bodies.notes});
+  collect_broken_joints();
+  freeze_runaways(bodies);
+}
+
+// Step 6.
+template <class Real>
+void Simulation::move(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  const StageTimer timer(context.profile, Stage::move);
+  for (SoftState<Real>& body : bodies.states) {
+    if (!body.is_awake()) continue;
+    for (std::size_t i = 0; i < body.x.size(); ++i) body.x[i] += body.dr[i];
+  }
+  move_solids(rigid, colliders, context.dt_s);
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (rigid[i].frozen || is_active(rigid[i])) continue;
+    frozen.push_back({rigid[i].body.name, freeze(rigid[i], rigid_before[i].position, rigid_before[i].orientation)});
+  }
+}
+
+// Explicit methods: each body by itself, or one that the threads share.
+template <class Real>
+void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  begin_notes(bodies);
+  const std::vector<std::uint32_t> active = awake_of(bodies);
+  const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
+    step_alone(bodies.states[i], lanes_of(bodies, i), context.of_body(shared, profile_of(bodies, i)), scratch);
+  };
+  if (active.size() == 1) {
+    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
+    run(active[0], bodies.scratch[0], context.workers);
+  } else {
+    run_tasks(*context.workers, std::span<const std::uint32_t>(active), bodies.scratch,
+              [&](std::uint32_t i, LaneScratch<Real>& scratch) { run(i, scratch, nullptr); });
+  }
+}
+
+// Methods that solve for where a substep ends: as many bodies as take about a millisecond, once their matrices are
+// factored. True when these were the last.
+template <class Real>
+bool Simulation::solve_part(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  if (bodies.next_awake == 0) {
+    begin_notes(bodies);
+    bodies.awake = awake_of(bodies);
+    for (std::size_t i = 0; i < bodies.start_m_s.size(); ++i) {
+      if (!bodies.states[i].is_awake()) bodies.start_m_s[i].clear();
+    }
+  }
+  const std::size_t first = bodies.next_awake;
+  const std::size_t vertices_max = solved_vertices_a_part * context.workers->threads();
+  for (std::size_t vertices = 0; bodies.next_awake < bodies.awake.size() && vertices < vertices_max;) {
+    vertices += bodies.states[bodies.awake[bodies.next_awake++]].x.size();
+  }
+  const auto part = std::span(std::as_const(bodies.awake)).subspan(first, bodies.next_awake - first);
+  // A stiff body that rolls turns far in a step; one in flight does too, but nothing there feeds on what that adds.
+  const FirstGuess guess = bodies.start_m_s.empty() ? FirstGuess::straight : FirstGuess::turned;
+  const SolveSettings settings{{scene.stepping.newton_iterations, scene.stepping.error_target}, guess};
+  run_tasks(*context.workers, part, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
+    SoftState<Real>& body = bodies.states[i];
+    if (!bodies.start_m_s.empty()) bodies.start_m_s[i] = body.v;
+    advance_gas(body, context.surroundings.atmosphere.pressure_pa, context.dt_s);
+    solve_step(body, bodies.tables[i], settings, context.of_body(nullptr, profile_of(bodies, i)), scratch);
+  });
+  if (bodies.next_awake < bodies.awake.size()) return false;
+  bodies.next_awake = 0;
+  return true;
+}
+
+// Each body, or fleet of bodies, runs through its substeps by itself, and stays in cache. One call does about a
+// millisecond of that; a body that takes longer for its tick is given fewer substeps at a time. Returns how many all
+// bodies have done.
+template <class Real>
+std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  if (profiling) bodies.profiles.resize(bodies.states.size());
+  const std::size_t threads = context.workers->threads();
+  const std::size_t slots_max = bodies.plan.kernels->slots_per_ms / evaluations_of(context.integrator);
+  const auto slots_of = [&](const StepTask& task) {
+    const std::size_t lanes = task.bodies.size() == 1 ? 1 : bodies.plan.kernels->width;
+    return bodies.plan.meshes[task.mesh]->rings.slot_count() * lanes;
+  };
+  bodies.done.resize(bodies.states.size());
+  if (bodies.next_task == 0) {
+    bodies.tasks = cut_into_tasks<Real>(bodies.plan, bodies.states, context);
+    bodies.task_substeps = choice.substeps - substep_index;
+    const std::size_t threads_a_task = bodies.tasks.size() == 1 ? threads : 1;
+    for (const StepTask& task : bodies.tasks) {
+      const auto most =
+          static_cast<std::uint32_t>(std::max<std::size_t>(slots_max * threads_a_task / slots_of(task), 1));
+      bodies.task_substeps = std::min(bodies.task_substeps, most);
+    }
+  }
+  const std::size_t first = bodies.next_task;
+  for (std::size_t slots = 0; bodies.next_task < bodies.tasks.size() && slots < slots_max * threads;) {
+    slots += slots_of(bodies.tasks[bodies.next_task++]) * bodies.task_substeps;
+  }
+  const auto tasks = std::span(std::as_const(bodies.tasks)).subspan(first, bodies.next_task - first);
+  if (tasks.size() == 1) {
+    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
+    run_task(bodies, tasks[0], context, bodies.scratch[0]);
+  } else {
+    const SubstepContext alone = context.of_body(nullptr, context.profile);
+    run_tasks(*context.workers, tasks, bodies.scratch,
+              [&](const StepTask& task, LaneScratch<Real>& scratch) { run_task(bodies, task, alone, scratch); });
+  }
+  for (const StepTask& task : tasks) {
+    for (const std::uint32_t i : task.bodies) {
+      if (bodies.done[i] == 0) step_closely(bodies, i, context);
+    }
+  }
+  if (bodies.next_task < bodies.tasks.size()) return 0;
+  bodies.next_task = 0;
+  return bodies.task_substeps;
+}
+
+template <class Real>
+void Simulation::run_task(SoftBodies<Real>& bodies, const StepTask& task, const SubstepContext& context,
+                          LaneScratch<Real>& scratch) {
+  std::array<SoftState<Real>*, pack_slots> states{};
+  std::array<std::uint8_t, pack_slots> done{};
+  const std::size_t count = task.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) states[i] = &bodies.states[task.bodies[i]];
+  physics::step_freely<Real>(std::span(states).first(count), {bodies.plan.meshes[task.mesh].get(), bodies.plan.kernels},
+                             context.of_body(context.workers, profile_of(bodies, task.bodies[0])), bodies.task_substeps,
+                             scratch, done);
+  for (std::size_t i = 0; i < count; ++i) bodies.done[task.bodies[i]] = done[i];
+}
+
+// A body that may run away in the task's substeps, looked at in each.
+template <class Real>
+void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, const SubstepContext& context) {
+  SoftState<Real>& body = bodies.states[index];
+  for (std::uint32_t i = 0; i < bodies.task_substeps && !body.frozen; ++i) {
+    step_alone(body, lanes_of(bodies, index), context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
+    if (body.gas_event) report_gas(body);
+    if (!is_well(body)) frozen.push_back({body.body.name, freeze(body)});
+    for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];
+  }
+}
+
+// Who sleeps keeps the contacts it fell asleep with.
+template <class Real>
+void Simulation::begin_notes(SoftBodies<Real>& bodies) const {
+  if (!noting) return;
+  bodies.notes.resize(bodies.states.size());
+  for (std::size_t i = 0; i < bodies.notes.size(); ++i) {
+    if (!bodies.states[i].rest.asleep) bodies.notes[i].clear();
+  }
+}
+
+// None where contact comes after the step, by the masses of the vertices.
+template <class Real>
+std::span<const std::vector<Vec3<Real>>> Simulation::coupled_start_m_s(const SoftBodies<Real>& bodies) {
+  const auto is_small = [](const SoftState<Real>& body) { return body.x.size() <= coupled_vertices_max; };
+  if (!std::ranges::all_of(bodies.states, is_small)) return {};
+  return bodies.start_m_s;
+}
+
+std::optional<StageAccuracy> Simulation::first_order() const {
+  if (choice.integrator != Integrator::tr_bdf2) return {};
+  return StageAccuracy{scene.stepping.newton_iterations, scene.stepping.error_target};
+}
+
+template <class Real>
+LaneTables<Real> Simulation::lanes_of(const SoftBodies<Real>& bodies, std::size_t index) {
+  return {&bodies.plan.mesh_of(index), bodies.plan.kernels};
+}
+
+template <class Real>
+Profile* Simulation::profile_of(SoftBodies<Real>& bodies, std::size_t index) const {
+  return profiling ? &bodies.profiles[index] : nullptr;
+}
+
+template <class Real>
+void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
+  for (SoftState<Real>& body : bodies.states) {
+    if (body.is_awake() && (body.solve_failed || !is_well(body))) frozen.push_back({body.body.name, freeze(body)});
+  }
+}
+
+template <class Real>
+void Simulation::collect_gas_events(SoftBodies<Real>& bodies) {
+  for (SoftState<Real>& body : bodies.states) {
+    if (body.gas_event) report_gas(body);
+  }
+}
+
+template <class Real>
+void Simulation::report_gas(SoftState<Real>& body) {
+  const GasEvent event = *std::exchange(body.gas_event, std::nullopt);
+  plan_is_stale_ |= event.kind == GasEvent::Kind::burst;
+  gas_events.push_back({body.body.name, event});
+}
+
+}  // namespace pneuma::physics
