@@ -6,7 +6,7 @@
 #include "base/limits.h"
 #include "physics/mesh/picking.h"
 #include "physics/rigid/rigid_mass.h"
-#include "physics/scene/shape.h"
+#include "physics/scene/shape_parts.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {
@@ -37,14 +37,9 @@ std::optional<RayHit> meet(const SoftState<Real>& body, const RayPoint& ray) {
 std::optional<RayHit> meet(const RigidState& body, const RayPoint& ray) {
   const Quatd to_body = body.orientation.conjugate();
   const Ray local{to_body * (ray.origin - body.position), to_body * ray.direction};
-  std::optional<double> distance_m;
-  if (const auto* sphere = std::get_if<SphereShape>(&body.body.shape)) {
-    distance_m = hit_sphere_m(local, sphere->radius_m);
-  } else if (const auto* box = std::get_if<BoxShape>(&body.body.shape)) {
-    distance_m = hit_box_m(local, box->half_extents_m);
-  } else if (const auto* capsule = std::get_if<CapsuleShape>(&body.body.shape)) {
-    distance_m = hit_capsule_m(local, capsule->radius_m, capsule->half_height_m);
-  }
+  const auto distance_m =
+      of_rigid_shape(body.body.shape, std::optional<double>(),
+                     [&](const auto& rigid, const auto& shape) { return rigid.hit_m(shape, local); });
   if (!distance_m) return std::nullopt;
   return RayHit{*distance_m, ray.origin + *distance_m * ray.direction.stableNormalized()};
 }

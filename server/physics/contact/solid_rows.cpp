@@ -6,7 +6,7 @@
 #include "physics/contact/factored_response.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_motion.h"
-#include "physics/scene/shape_entry.h"
+#include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
 namespace {
@@ -78,7 +78,7 @@ void aim_solid_row(ContactRow& row, const Vec3d& ahead_m, const Vec3d& way_m, do
 
 void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                      const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows) {
-  if (std::holds_alternative<MeshShape>(*solid.shape)) return;  // its surface meets the body's (mesh_colliders.h)
+  if (is_surface(*solid.shape)) return;  // its surface meets the body's (mesh_colliders.h)
   const ContactSurface surface = combine(body.surface, *solid.surface);
   const double slack_m = solid_slack_share * body.spacing_m;
   const Frame end = moved(solid, dt_s);
@@ -109,42 +109,27 @@ void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<
 
 void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                       const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows) {
-  std::array<Vec3d, 8> corners;
-  std::size_t count = 0;
-  double radius_m = 0.0;
-  const auto* capsule = std::get_if<CapsuleShape>(solid.shape);
-  if (const auto* box = std::get_if<BoxShape>(solid.shape)) {
-    for (unsigned k = 0; k < 8; ++k) {
-      const Vec3d sides((k & 1U) != 0 ? 1.0 : -1.0, (k & 2U) != 0 ? 1.0 : -1.0, (k & 4U) != 0 ? 1.0 : -1.0);
-      corners[count++] = solid.at.to_world(sides.cwiseProduct(box->half_extents_m));
-    }
-  } else if (const auto* ball = std::get_if<SphereShape>(solid.shape)) {
-    corners[count++] = solid.at.origin;
-    radius_m = ball->radius_m;
-  } else if (capsule != nullptr) {
-    for (const double side : {-1.0, 1.0}) {
-      corners[count++] = solid.at.to_world(side * capsule->half_height_m * Vec3d::UnitY());
-    }
-    radius_m = capsule->radius_m;
-  }
+  Knobs knobs =
+      of_rigid_shape(*solid.shape, Knobs(), [](const auto& rigid, const auto& one) { return rigid.knobs(one); });
+  for (std::size_t k = 0; k < knobs.count; ++k) knobs.centres[k] = solid.at.to_world(knobs.centres[k]);
   const ContactSurface surface = combine(body.surface, *solid.surface);
   const Mesh& mesh = *body.topology->mesh;
   const double slack_m = solid_slack_share * body.spacing_m;
-  const double kept_m = radius_m + surface.thickness_m;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec3d arm = corners[k] - solid.at.origin;
+  const double kept_m = knobs.radius_m + surface.thickness_m;
+  for (std::size_t k = 0; k < knobs.count; ++k) {
+    const Vec3d arm = knobs.centres[k] - solid.at.origin;
     const Vec3d corner_m = dt_s * velocity_at(solid.ahead, solid.ahead_turning, arm);
     const Vec3d corner_way_m = dt_s * velocity_at(solid.velocity, solid.angular_velocity, arm);
     for (std::uint32_t f = 0; f < mesh.faces.size(); ++f) {
       const auto& [a, b, c] = mesh.faces[f];
       const double near_m = kept_m + 2.0 * body.spacing_m;
-      if ((body.from[a] - corners[k]).squaredNorm() > near_m * near_m * 4.0) continue;
-      const FacePoint nearest = nearest_of_face(corners[k], body.from[a], body.from[b], body.from[c]);
+      if ((body.from[a] - knobs.centres[k]).squaredNorm() > near_m * near_m * 4.0) continue;
+      const FacePoint nearest = nearest_of_face(knobs.centres[k], body.from[a], body.from[b], body.from[c]);
       if (nearest.corners() != 7) continue;
       const auto& w = nearest.weights;
       const auto mean = [&](const auto& of) -> Vec3d { return w[0] * of(a) + w[1] * of(b) + w[2] * of(c); };
       const Vec3d point = mean([&](std::uint32_t v) -> Vec3d { return body.from[v]; });
-      const Vec3d apart = point - corners[k];
+      const Vec3d apart = point - knobs.centres[k];
       if (!(nearest.distance_m > 0.0)) continue;
       ContactRow row;
       row.normal = apart / nearest.distance_m;
@@ -157,7 +142,7 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
       row.first.add(b, w[1]);
       row.first.add(c, w[2]);
       row.second.body = solid.response;
-      row.second.arm = arm + radius_m * row.normal;
+      row.second.arm = arm + knobs.radius_m * row.normal;
       row.friction = surface.friction;
       row.restitution = surface.restitution;
       const Vec3d way_m = mean([&](std::uint32_t v) -> Vec3d { return body.to[v] - start[v]; }) - corner_way_m;
@@ -165,15 +150,15 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
       rows.push_back(row);
     }
   }
-  if (capsule == nullptr) return;
+  if (!knobs.is_rod) return;
   // Its axis and the edges.
   for (std::uint32_t e = 0; e < mesh.edges.size(); ++e) {
     const auto& [a, b] = mesh.edges[e];
-    const EdgePoints nearest = nearest_of_edges(body.from[a], body.from[b], corners[0], corners[1]);
+    const EdgePoints nearest = nearest_of_edges(body.from[a], body.from[b], knobs.centres[0], knobs.centres[1]);
     if (!nearest.within_both || !(nearest.distance_m > 0.0)) continue;
     const double share = nearest.along_first;
     const auto mean = [&](const auto& of) -> Vec3d { return (1.0 - share) * of(a) + share * of(b); };
-    const Vec3d on_axis = corners[0] + nearest.along_second * (corners[1] - corners[0]);
+    const Vec3d on_axis = knobs.centres[0] + nearest.along_second * (knobs.centres[1] - knobs.centres[0]);
     const Vec3d arm = on_axis - solid.at.origin;
     ContactRow row;
     row.normal = (mean([&](std::uint32_t v) -> Vec3d { return body.from[v]; }) - on_axis) / nearest.distance_m;
@@ -186,7 +171,7 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
     row.first.add(a, 1.0 - share);
     row.first.add(b, share);
     row.second.body = solid.response;
-    row.second.arm = arm + radius_m * row.normal;
+    row.second.arm = arm + knobs.radius_m * row.normal;
     row.friction = surface.friction;
     row.restitution = surface.restitution;
     const Vec3d way_m = mean([&](std::uint32_t v) -> Vec3d { return body.to[v] - start[v]; }) -
@@ -197,7 +182,7 @@ void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span
 }
 
 void cut_at_solid(SurfaceBody& body, const SolidPlace& solid, double dt_s) {
-  if (std::holds_alternative<MeshShape>(*solid.shape)) return;
+  if (is_surface(*solid.shape)) return;
   const Frame end = moved(solid, dt_s);
   for (std::size_t i = 0; i < body.from.size(); ++i) {
     if (body.inverse_masses_1_kg[i] == 0.0) continue;

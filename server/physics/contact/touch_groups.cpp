@@ -1,9 +1,8 @@
 #include "physics/contact/touch_groups.h"
 
-#include <variant>
-
 #include "physics/contact/surface_shell.h"
 #include "physics/rigid/rigid_contacts.h"
+#include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
 namespace {
@@ -33,13 +32,10 @@ Extent extent_of(const SoftState<Real>& body) {
 
 Extent extent_of(const RigidState& body) {
   const double radius_m = radius_about_centre(body.body.shape);
-  Vec3d half = Vec3d::Constant(radius_m);
-  if (const auto* box = std::get_if<BoxShape>(&body.body.shape)) {
-    half = body.orientation.toRotationMatrix().cwiseAbs() * box->half_extents_m;
-  } else if (const auto* capsule = std::get_if<CapsuleShape>(&body.body.shape)) {
-    const Vec3d end = capsule->half_height_m * body.orientation.toRotationMatrix().col(1);
-    half = end.cwiseAbs().array() + capsule->radius_m;
-  }
+  const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
+  const Vec3d half = of_rigid_shape(body.body.shape, Vec3d(Vec3d::Zero()), [&](const auto& rigid, const auto& shape) {
+    return rigid.half_box_m(shape, rotation);
+  });
   return {.counts = true,
           .rigid = true,
           .tie = body.tie,

@@ -9,7 +9,7 @@
 #include "physics/rigid/rigid_mesh.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/rigid/sweep.h"
-#include "physics/scene/shape.h"
+#include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
 namespace {
@@ -256,9 +256,7 @@ void find_rigid_pairs(std::span<const RigidState> rigid, double dt_s, std::vecto
 }
 
 double radius_about_centre(const Shape& shape) {
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return sphere->radius_m;
-  if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule->half_height_m + capsule->radius_m;
-  return std::get<BoxShape>(shape).half_extents_m.norm();
+  return of_rigid_shape(shape, 0.0, [](const auto& rigid, const auto& one) { return rigid.radius_m(one); });
 }
 
 void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "physics/scene/shape_parts.h"
+
 namespace pneuma::physics {
 namespace {
 
@@ -9,26 +11,12 @@ bool any_of(const std::array<bool, 3>& locked) {
   return locked[0] || locked[1] || locked[2];
 }
 
-Vec3d capsule_inertia_kg_m2(const CapsuleShape& capsule, double mass_kg) {
-  const double r = capsule.radius_m;
-  const double h = capsule.half_height_m;
-  const double middle_kg = mass_kg * 2.0 * h / (2.0 * h + 4.0 / 3.0 * r);
-  const double ends_kg = mass_kg - middle_kg;
-  const double along = (0.5 * middle_kg + 0.4 * ends_kg) * r * r;
-  // A half ball's centre of mass is 3/8 r from its flat side.
-  const double across = middle_kg * (0.25 * r * r + h * h / 3.0) + ends_kg * (0.4 * r * r + h * h + 0.75 * h * r);
-  return {across, along, across};
-}
-
 }  // namespace
 
 Vec3d principal_inertia_kg_m2(const Shape& shape, double mass_kg) {
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-    return Vec3d::Constant(0.4 * mass_kg * sphere->radius_m * sphere->radius_m);
-  }
-  if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule_inertia_kg_m2(*capsule, mass_kg);
-  const Vec3d squares = std::get<BoxShape>(shape).half_extents_m.cwiseAbs2();
-  return mass_kg / 3.0 * (Vec3d::Constant(squares.sum()) - squares);
+  return of_rigid_shape(shape, Vec3d(Vec3d::Zero()), [&](const auto& rigid, const auto& one) {
+    return rigid.principal_inertia_kg_m2(one, mass_kg);
+  });
 }
 
 double inverse_mass_along_1_kg(const RigidState& body, const Vec3d& direction) {

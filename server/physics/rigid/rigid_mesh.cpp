@@ -5,35 +5,18 @@
 #include <cmath>
 #include <cstddef>
 
+#include "physics/scene/shape_parts.h"
+
 namespace pneuma::physics {
 namespace {
 
 // Halvings of a segment on the way to its deepest point.
 constexpr int segment_halvings_max = 40;
 
-/// What of a body meets faces: balls about points, of no radius for a box's corners.
-struct Knobs {
-  std::array<Vec3d, 8> centres;
-  std::size_t count = 0;
-  double radius_m = 0.0;
-};
-
 Knobs knobs_of(const ConvexPose& body) {
-  Knobs knobs;
-  const auto add = [&](const Vec3d& local) { knobs.centres[knobs.count++] = body.frame.to_world(local); };
-  if (const auto* ball = std::get_if<SphereShape>(&body.shape)) {
-    add(Vec3d::Zero());
-    knobs.radius_m = ball->radius_m;
-  } else if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape)) {
-    for (const double side : {-1.0, 1.0}) add(side * capsule->half_height_m * Vec3d::UnitY());
-    knobs.radius_m = capsule->radius_m;
-  } else {
-    const Vec3d& half = std::get<BoxShape>(body.shape).half_extents_m;
-    for (unsigned k = 0; k < 8; ++k) {
-      const Vec3d sides((k & 1U) != 0 ? 1.0 : -1.0, (k & 2U) != 0 ? 1.0 : -1.0, (k & 4U) != 0 ? 1.0 : -1.0);
-      add(sides.cwiseProduct(half));
-    }
-  }
+  Knobs knobs =
+      of_rigid_shape(body.shape, Knobs(), [](const auto& rigid, const auto& one) { return rigid.knobs(one); });
+  for (std::size_t i = 0; i < knobs.count; ++i) knobs.centres[i] = body.frame.to_world(knobs.centres[i]);
   return knobs;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/limits.h"
 #include "base/number_text.h"
+#include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
 namespace {
@@ -371,8 +372,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
 }
 
 void check_rigid_body(const RigidBody& body, Fields fields) {
-  if (!std::holds_alternative<SphereShape>(body.shape) && !std::holds_alternative<BoxShape>(body.shape) &&
-      !std::holds_alternative<CapsuleShape>(body.shape)) {
+  if (!may_be_rigid(body.shape)) {
     fields.fail("shape", "a rigid body is a sphere, a box or a capsule");
   }
   check_shape(body.shape, fields.in("shape"));
