@@ -27,14 +27,6 @@ constexpr double substeps_max = 24.0;
 // Of any motion at all.
 constexpr auto substeps_least = static_cast<std::uint32_t>(substeps_more) + 1;
 
-bool has_unknown_forces(const physics::SoftBody& body, bool has_gas, const physics::Atmosphere& atmosphere) {
-  const bool drags = atmosphere.density_kg_m3 > 0.0 && (body.drag.normal > 0.0 || body.drag.tangential > 0.0);
-  const bool presses_otherwise = has_gas && body.gas &&
-                                 (physics::flows(*body.gas) || body.volume.method != physics::VolumeMethod::exact ||
-                                  body.pressure_spread != physics::PressureSpread::faces);
-  return body.springs.bend_stiffness_n_m > 0.0 || drags || presses_otherwise;
-}
-
 std::vector<float> masses_kg(const physics::SoftBody& body) {
   const auto count = body.mesh->positions_m.size();
   const double mean_kg = body.mass_kg / static_cast<double>(count);
@@ -98,7 +90,7 @@ std::optional<codec::Mechanics> mechanics_of(const physics::World& world, std::s
                                              const codec::MeshOrder& order, MechanicsTerms& terms) {
   const physics::SoftBody& body = world.soft_body(soft_index);
   const auto& gas = world.gas(soft_index);  // it may have burst
-  if (!physics::is_explicit(world.integrator()) || has_unknown_forces(body, gas.has_value(), world.atmosphere())) {
+  if (!physics::is_explicit(world.integrator()) || !world.is_predictable(soft_index)) {
     return std::nullopt;
   }
   std::vector<codec::Mechanics::Plane> planes = planes_of(world, body.surface);

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "physics/forces/force_terms.h"
 #include "physics/forces/measures.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/implicit/tr_bdf2.h"
@@ -34,7 +35,7 @@ double energy_j(const SoftState<Real>& body, bool moved, const Surroundings& sur
     places[i] = body.x[i].template cast<double>();
     if (moved) places[i] += body.dr[i].template cast<double>();
   }
-  return kinetic_j(body) + potential_j<Real>(body, places, surroundings.atmosphere.pressure_pa, surroundings.gravity);
+  return kinetic_j(body) + potential_j<Real>(body, {.x = places}, surroundings);
 }
 
 }  // namespace
@@ -46,15 +47,15 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Solve
   body.dr.resize(body.x.size());
   if (context.integrator == Integrator::xpbd) return xpbd(body, context, scratch.xpbd);
   if (!scratch.implicit) scratch.implicit.emplace();
-  const bool is_driven = !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, surroundings.atmosphere);
+  const bool driven = is_driven(body, surroundings);
   if (context.integrator == Integrator::implicit_euler) {
-    const FirstGuess guess = is_driven ? FirstGuess::straight : settings.guess;
+    const FirstGuess guess = driven ? FirstGuess::straight : settings.guess;
     body.solve_failed = !implicit_euler(body, tables, settings.accuracy, context, guess, *scratch.implicit);
   } else {
     assert(context.integrator == Integrator::tr_bdf2);
     StageAccuracy accuracy = settings.accuracy;
-    if (is_driven) accuracy.turned_iterations = tr_bdf2_turned_iterations;
-    const bool may_gain = settings.guess == FirstGuess::turned && !is_driven;
+    if (driven) accuracy.turned_iterations = tr_bdf2_turned_iterations;
+    const bool may_gain = settings.guess == FirstGuess::turned && !driven;
     if (may_gain) scratch.start_m_s = body.v;
     const double start_j = may_gain ? energy_j(body, false, surroundings, scratch.places) : 0.0;
     body.solve_failed = !tr_bdf2(body, tables, accuracy, context, *scratch.implicit);

@@ -4,7 +4,6 @@
 
 #include <optional>
 
-#include "physics/forces/forces.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/implicit/implicit_solver.h"
 #include "physics/xpbd/xpbd.h"

@@ -7,6 +7,7 @@
 
 #include "physics/choice/step_choice.h"
 #include "physics/contact/distinct_contacts.h"
+#include "physics/forces/force_terms.h"
 #include "physics/forces/soft_setup.h"
 #include "physics/rest/sleep.h"
 #include "physics/scene/admission.h"
@@ -202,6 +203,12 @@ bool World::is_frozen(std::size_t soft_index) const {
   return simulation_->visit([&](const auto& bodies) { return bodies.states[soft_index].frozen; });
 }
 
+bool World::is_predictable(std::size_t soft_index) const {
+  return simulation_->visit([&](const auto& bodies) {
+    return physics::is_predictable(bodies.states[soft_index], {gravity_m_s2(), atmosphere()});
+  });
+}
+
 bool World::is_asleep(std::size_t soft_index) const {
   return simulation_->visit([&](const auto& bodies) { return bodies.states[soft_index].rest.asleep; });
 }
@@ -295,10 +302,9 @@ Profile World::profile() const {
     for (const auto& start_m_s : bodies.start_m_s)
       add_bytes(Stage::integrate, start_m_s.capacity() * sizeof(Vec3<Real>));
     for (const SoftState<Real>& state : bodies.states) {
-      add_bytes(Stage::bending, state.hinges.capacity() * sizeof(Hinge));
+      ForceTerms::for_each([&]<class Term>() { add_bytes(Term::stage, Term::bytes(state)); });
       add_bytes(Stage::integrate, state.pinned.capacity() + state.mass_shares.capacity() * sizeof(double));
       add_bytes(Stage::move, (state.x.capacity() + state.v.capacity() + state.dr.capacity()) * sizeof(Vec3<Real>));
-      add_bytes(Stage::grabs, state.grabs.capacity() * sizeof(Grab));
       add_bytes(Stage::sleep, state.place.capacity() * sizeof(Vec3<Real>));
     }
     bodies.contacts.add_bytes(sum);

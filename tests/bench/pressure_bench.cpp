@@ -9,8 +9,9 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/figures.h"
-#include "physics/forces/forces.h"
+#include "physics/forces/gas_force.h"
 #include "physics/forces/soft_setup.h"
+#include "physics/forces/volume.h"
 #include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::bench {

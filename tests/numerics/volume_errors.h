@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "physics/forces/forces.h"
+#include "physics/forces/volume.h"
 #include "physics/mesh/mesh_builders.h"
 #include "scene_io/load.h"
 #include "scene_io/translate.h"

@@ -22,7 +22,7 @@ bool makes_fleet(std::size_t bodies, std::size_t width) {
 template <class Real>
 bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings) {
   const auto damped = [](const SoftState<Real>& body) { return body.body.springs.damping_n_s_m > 0.0; };
-  return damped(a) == damped(b) && has_lane_gas(a.body, rings) == has_lane_gas(b.body, rings) &&
+  return damped(a) == damped(b) && has_lane_gas(a, rings) == has_lane_gas(b, rings) &&
          a.mass_shares.empty() == b.mass_shares.empty() && a.pinned == b.pinned;
 }
 
@@ -121,14 +121,14 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   for (const StepGroup& group : plan.groups) {
     const Rings& rings = plan.meshes[group.mesh]->rings;
     const SoftState<Real>& first = bodies[group.members.front()];
-    const bool gas = has_lane_gas(first.body, rings);
+    const bool gas = has_lane_gas(first, rings);
     const bool weighed = !first.mass_shares.empty();
     const std::size_t fleet_bytes =
         rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(context.integrator, gas, weighed);
     std::vector<std::uint32_t> abreast;
     for (const std::uint32_t i : group.members) {
       if (!bodies[i].is_awake()) continue;
-      if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, context.surroundings.atmosphere)) {
+      if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, context.surroundings)) {
         tasks.push_back({group.mesh, {i}});
       } else {
         abreast.push_back(i);

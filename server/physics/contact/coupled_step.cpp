@@ -7,7 +7,7 @@
 #include "physics/contact/coupled_rows.h"
 #include "physics/contact/filter.h"
 #include "physics/contact/rebound.h"
-#include "physics/forces/gas.h"
+#include "physics/forces/force_terms.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
@@ -29,11 +29,6 @@ constexpr double pass_settled_share = 1e-4;
 constexpr double stress_share = 2.0;
 // The edges' share of a pressure, as a stiffness that the springs do not have.
 constexpr double pressure_share = 0.5;
-
-template <class Real>
-bool is_held(const SoftState<Real>& body, const Atmosphere& atmosphere) {
-  return !body.pinned.empty() || !body.grabs.empty() || has_wind(body.body, atmosphere);
-}
 
 }  // namespace
 
@@ -82,7 +77,7 @@ void CoupledStep<Real>::load_bodies(const CoupledWorld<Real>& world) {
     body.in_contact = false;
     if (!world.bounds[i].active) continue;
     const std::size_t count = state.x.size();
-    body.is_free = !is_held(state, world.substep.surroundings.atmosphere);
+    body.is_free = !is_driven(state, world.substep.surroundings);
     for (std::vector<Vec3d>* points : {&body.start, &body.x0, &body.u0, &body.u}) points->resize(count);
     const bool awake = state.is_awake();
     for (std::size_t k = 0; k < count; ++k) {
@@ -191,7 +186,7 @@ bool CoupledStep<Real>::step_freely(const CoupledWorld<Real>& world, std::size_t
   }
   if (!sum.allFinite()) return false;
   const std::span<const Vec3d> gradient = solver_.volume_gradient_m2();
-  const double gas = state.gas ? s * s * gas_stiffness_pa_m3(*state.gas, *state.body.gas, state.volume_m3) : 0.0;
+  const double gas = s * s * volume_stiffness_pa_m3(state);
   body.metric.move_to({x_, gradient, gas, stress_share * stress_n_m}, residual_, body.step);
   if (body.is_free) {
     const Vec3d missing = (sum - weighted_sum(masses_kg, body.step)) / total(masses_kg);

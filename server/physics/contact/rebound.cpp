@@ -220,7 +220,7 @@ class Rebound {
     const CoupledBody& body = passes_.bodies[index];
     const Surroundings& surroundings = world_.substep.surroundings;
     const auto energy_j = [&](std::span<const Vec3d> x, std::span<const Vec3d> u) {
-      double sum = potential_j(state, x, surroundings.atmosphere.pressure_pa, surroundings.gravity);
+      double sum = potential_j(state, {.x = x}, surroundings);
       for (std::size_t i = 0; i < u.size(); ++i) sum += 0.5 * body.masses_kg()[i] * u[i].squaredNorm();
       return sum;
     };

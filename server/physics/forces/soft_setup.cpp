@@ -2,8 +2,8 @@
 
 #include <type_traits>
 
-#include "physics/forces/forces.h"
 #include "physics/forces/gas.h"
+#include "physics/forces/volume.h"
 #include "physics/state/bounds.h"
 #include "physics/state/origin.h"
 #include "physics/state/vertex_masses.h"

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "physics/forces/forces.h"
+#include "physics/forces/matrix_bounds.h"
 #include "physics/implicit/inverse_columns.h"
 #include "physics/implicit/sparse_cholesky.h"
 #include "physics/state/state.h"
@@ -18,15 +18,10 @@ namespace pneuma::physics {
 /// What the matrix of a step of length s depends on.
 struct ImplicitConstants {
   std::shared_ptr<const Mesh> mesh;
-  double s = 0.0;               // s
-  double vertex_mass_kg = 0.0;  // the mean
-  double stiffness_n_m = 0.0;
-  double damping_n_s_m = 0.0;
-  double bend_stiffness_n_m = 0.0;
+  double s = 0.0;                       // s
+  double vertex_mass_kg = 0.0;          // the mean
   double pressure_stiffness_n_m = 0.0;  // of every edge, beside its spring's
-  std::vector<double> vertex_stiffness_scale;
-  double drag_n_s_m3 = 0.0;   // times a vertex's area, of wind
-  std::vector<double> grabs;  // vertex, stiffness and damping of each
+  MatrixBounds bounds;                  // of the forces
   std::vector<std::uint8_t> pinned;
   std::vector<double> mass_shares;  // SoftState's
 
@@ -37,11 +32,10 @@ struct ImplicitConstants {
   bool operator==(const ImplicitConstants& other) const;
 };
 
-/// M + (s d + s^2 k) L with the graph Laplacian L (weighted, where springs differ), which is never less than the
-/// springs' tangent, and the like of bending, wind and grabs.
+/// M and what the forces bound their tangents by.
 struct ImplicitMatrix {
   ImplicitConstants constants;
-  std::vector<double> diagonal;                        // mass and grabs
+  std::vector<double> diagonal;                        // mass, and what holds single vertices
   double least_share = 1.0;                            // of the mean mass, of any vertex
   std::vector<std::array<std::uint32_t, 2>> opposite;  // opposite_vertices, of closed meshes
   SparseCholesky factor;

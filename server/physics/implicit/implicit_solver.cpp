@@ -128,9 +128,7 @@ bool ImplicitSolver<Real>::solve(SoftState<Real>& body, ImplicitTables<Real>& ta
     if (correction.spread_m > small_move * spacing_m) {
       // What nothing holds moves as a whole by the step of its centre of mass, exactly: that part is not to be
       // shortened.
-      const bool loose =
-          body.pinned.empty() && body.grabs.empty() && !has_wind(body.body, context.surroundings.atmosphere);
-      if (loose) correction.whole_m_s = mean_velocity(body, step_);
+      if (!is_driven(body, context.surroundings)) correction.whole_m_s = mean_velocity(body, step_);
       if (!take_step(body, tables, stage, context, correction, u)) return false;
       continue;
     }

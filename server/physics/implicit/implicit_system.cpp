@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/forces/gas.h"
+#include "physics/forces/force_terms.h"
 
 namespace pneuma::physics {
 
@@ -52,108 +52,11 @@ double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
   return sum.sum();
 }
 
-template <class Real>
-void ImplicitSystem::linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings,
-                                    const Problem& problem) {
-  linearise_edges(body, problem.x);
-  linearise_bending(body.hinges, problem.x);
-  drags_.clear();
-  if (matrix_->constants.drag_n_s_m3 > 0.0) linearise_wind(body.body, surroundings.atmosphere, problem.x, problem.v);
-}
-
-template <class Real>
-void ImplicitSystem::linearise_edges(const SoftState<Real>& body, std::span<const Vec3d> x) {
-  const ImplicitConstants& constants = matrix_->constants;
-  const double s = constants.s;
-  const double damping = s * constants.damping_n_s_m;
-  const double turn = body.gas ? s * s * body.pressure_pa : 0.0;
-  const std::vector<Edge>& edges = constants.mesh->edges;
-  const auto& opposite = matrix_->opposite;
-  edges_.resize(edges.size());
-  const auto linearise = [&](std::size_t i, double spring) {
-    const auto [a, b] = edges[i];
-    EdgeTangent& tangent = edges_[i];
-    tangent.direction = x[b] - x[a];
-    const double length = tangent.direction.norm();
-    const double per_length = length > 0.0 ? 1.0 / length : 0.0;
-    tangent.direction *= per_length;
-    tangent.along = length > 0.0 ? spring + damping : 0.0;
-    tangent.across = spring * std::max(0.0, 1.0 - static_cast<double>(body.rest_length_m(i)) * per_length);
-    tangent.turn = turn != 0.0 ? Vec3d(turn / 6.0 * (x[opposite[i][0]] - x[opposite[i][1]])) : Vec3d(Vec3d::Zero());
-  };
-  const double stiffness = s * s * constants.stiffness_n_m;
-  const Springs& springs = body.body.springs;
-  if (springs.vertex_stiffness_scale.empty()) {
-    for (std::size_t i = 0; i < edges_.size(); ++i) linearise(i, stiffness);
-  } else {
-    for (std::size_t i = 0; i < edges_.size(); ++i) linearise(i, stiffness * springs.stiffness_scale(edges[i]));
-  }
-}
-
-void ImplicitSystem::linearise_bending(std::span<const Hinge> hinges, std::span<const Vec3d> x) {
-  const ImplicitConstants& constants = matrix_->constants;
-  bends_.clear();
-  for (const Hinge& hinge : hinges) {
-    std::array<Vec3d, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) corners[i] = x[hinge.vertices[i]];
-    const auto angle = hinge_angle(corners);
-    if (!angle) continue;
-    bends_.push_back(
-        {hinge.vertices, angle->gradient, constants.s * constants.s * constants.bend_stiffness_n_m * hinge.weight});
-  }
-}
-
-// d/dv of 1/2 rho A (C_n |u.n| u.n n + C_t |u_t| u_t), shared by thirds as the force is, of the mean of three speeds.
-void ImplicitSystem::linearise_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3d> x,
-                                    std::span<const Vec3d> v) {
-  for (const auto& [a, b, c] : body.mesh->faces) {
-    Eigen::Matrix3d drag = Eigen::Matrix3d::Zero();
-    const Vec3d cross = (x[b] - x[a]).cross(x[c] - x[a]);
-    const double twice_area = cross.norm();
-    if (twice_area > 0.0) {
-      const Vec3d normal = cross / twice_area;
-      const Vec3d stream = atmosphere.wind - (v[a] + v[b] + v[c]) / 3.0;
-      const double through = stream.dot(normal);
-      const Vec3d along = stream - through * normal;
-      const double speed_along = along.norm();
-      drag = 2.0 * body.drag.normal * std::abs(through) * normal * normal.transpose();
-      if (speed_along > 0.0) {
-        drag += body.drag.tangential * (speed_along * (Eigen::Matrix3d::Identity() - normal * normal.transpose()) +
-                                        along * along.transpose() / speed_along);
-      }
-      drag *= matrix_->constants.s * 0.5 * atmosphere.density_kg_m3 * 0.5 * twice_area / 9.0;
-    }
-    drags_.push_back(drag);
-  }
-}
-
 void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const {
   const Mesh& mesh = *matrix_->constants.mesh;
   product.resize(u.size());
   for (std::size_t i = 0; i < u.size(); ++i) product[i] = matrix_->diagonal[i] * u[i];
-  for (std::size_t i = 0; i < edges_.size(); ++i) {
-    const auto [a, b] = mesh.edges[i];
-    const EdgeTangent& tangent = edges_[i];
-    const Vec3d du = u[b] - u[a];
-    const double stretch = (tangent.along - tangent.across) * tangent.direction.dot(du);
-    const Vec3d pull = stretch * tangent.direction + tangent.across * du;
-    // -P grad^2 V: what an edge does to both its ends is one and the same, as the ring around a vertex closes.
-    const Vec3d turned = du.cross(tangent.turn);
-    product[a] -= pull + turned;
-    product[b] += pull - turned;
-  }
-  for (const HingeTangent& bend : bends_) {
-    double angle = 0.0;
-    for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
-    for (std::size_t i = 0; i < 4; ++i) product[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
-  }
-  for (std::size_t i = 0; i < drags_.size(); ++i) {
-    const auto [a, b, c] = mesh.faces[i];
-    const Vec3d share = drags_[i] * (u[a] + u[b] + u[c]);
-    product[a] += share;
-    product[b] += share;
-    product[c] += share;
-  }
+  tangents_.add_product(mesh, u, product);
   if (has_gas()) {
     const double along = gas_stiffness_ * dot(volume_gradient_, u);
     for (std::size_t i = 0; i < u.size(); ++i) product[i] += along * volume_gradient_[i];
@@ -206,13 +109,14 @@ void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
 }
 
 template <class Real>
-void ImplicitSystem::begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Problem& problem) {
+void ImplicitSystem::begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
+                           const Problem& problem) {
   matrix_ = &matrix;
+  is_free_ = !is_driven(body, surroundings);
   volume_gradient_ = {};
   if (body.gas) {
     volume_gradient_ = problem.volume_gradient_m2;
-    gas_stiffness_ =
-        matrix.constants.s * matrix.constants.s * gas_stiffness_pa_m3(*body.gas, *body.body.gas, body.volume_m3);
+    gas_stiffness_ = matrix.constants.s * matrix.constants.s * volume_stiffness_pa_m3(body);
   }
 }
 
@@ -221,7 +125,7 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& 
                              const Surroundings& surroundings, const Problem& problem, const Tolerance& tolerance,
                              std::vector<Vec3d>& step) {
   const std::span<const Vec3d> b = problem.b;
-  begin(body, matrix, problem);
+  begin(body, matrix, surroundings, problem);
   if (has_gas()) {
     solve_with_gas(b, step);
   } else {
@@ -233,7 +137,7 @@ double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& 
   const double enough = enough_j(matrix, tolerance, decrease, b.size());
   if (!(decrease > enough)) return decrease;
 
-  linearise_rest(body, surroundings, problem);
+  linearise(body, {problem.x, problem.v, matrix.constants.s, surroundings, matrix.opposite}, tangents_);
   multiply(step, product_);
   residual_.resize(b.size());
   for (std::size_t i = 0; i < b.size(); ++i) residual_[i] = b[i] - product_[i];
@@ -247,9 +151,8 @@ void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
   double before = 0.0;
   // A body that nothing holds moves as a whole by b alone, which the first guess has in full. Left in, the rounding of
   // that motion grows with each iteration.
-  const bool is_free = constants.pinned.empty() && constants.grabs.empty() && drags_.empty();
   for (int iteration = 0; iteration < iterations_max; ++iteration) {
-    if (is_free) remove_sum(residual_, constants.mass_shares);
+    if (is_free_) remove_sum(residual_, constants.mass_shares);
     precondition(residual_, conditioned_);
     add_gas(conditioned_);
     const double now = dot(residual_, conditioned_);
@@ -281,8 +184,7 @@ double ImplicitSystem::volume_change_m3(std::span<const Vec3d> step) const {
 std::size_t ImplicitSystem::bytes() const {
   const std::size_t points = gas_answer_.capacity() + residual_.capacity() + direction_.capacity() +
                              product_.capacity() + conditioned_.capacity();
-  return points * sizeof(Vec3d) + edges_.capacity() * sizeof(EdgeTangent) + bends_.capacity() * sizeof(HingeTangent) +
-         drags_.capacity() * sizeof(Eigen::Matrix3d) + rows4_.capacity() * sizeof(rows4_[0]) +
+  return points * sizeof(Vec3d) + tangents_.bytes() + rows4_.capacity() * sizeof(rows4_[0]) +
          rows8_.capacity() * sizeof(rows8_[0]);
 }
 

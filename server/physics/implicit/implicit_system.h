@@ -1,8 +1,6 @@
-// The linear system of an implicit step of length s: (M + s D + s^2 K) du = b, with the tangents of springs, damping,
-// bending, gas, wind and grabs.
+// The linear system of an implicit step of length s: (M + s D + s^2 K) du = b, with the tangents of all forces.
 #pragma once
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -44,27 +42,9 @@ class ImplicitSystem {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct EdgeTangent {
-    Vec3d direction = Vec3d::Zero();
-    double along = 0.0;          // N s^2/m, of springs and damping
-    double across = 0.0;         // of stretched springs; a compressed one's is negative, and left out
-    Vec3d turn = Vec3d::Zero();  // of -P grad^2 V
-  };
-  struct HingeTangent {
-    std::array<std::uint32_t, 4> vertices{};
-    std::array<Vec3d, 4> gradient{};
-    double stiffness = 0.0;
-  };
-
   template <class Real>
-  void begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Problem& problem);
-  template <class Real>
-  void linearise_rest(const SoftState<Real>& body, const Surroundings& surroundings, const Problem& problem);
-  template <class Real>
-  void linearise_edges(const SoftState<Real>& body, std::span<const Vec3d> x);
-  void linearise_bending(std::span<const Hinge> hinges, std::span<const Vec3d> x);
-  void linearise_wind(const SoftBody& body, const Atmosphere& atmosphere, std::span<const Vec3d> x,
-                      std::span<const Vec3d> v);
+  void begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
+             const Problem& problem);
   void multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const;
   void precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z);
   void solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z);
@@ -78,11 +58,10 @@ class ImplicitSystem {
   std::span<const Vec3d> volume_gradient_;  // where there is gas
   double gas_stiffness_ = 0.0;              // s^2 times -dP/dV
   double gas_share_ = 0.0;
+  bool is_free_ = false;  // nothing holds the body
 
-  std::vector<EdgeTangent> edges_;
-  std::vector<Eigen::Matrix3d> drags_;  // a face, where there is wind
-  std::vector<HingeTangent> bends_;     // where there is bending
-  std::vector<Vec3d> gas_answer_;       // the preconditioner's to the gradient
+  Tangents tangents_;
+  std::vector<Vec3d> gas_answer_;  // the preconditioner's to the gradient
   std::vector<Vec3d> residual_, direction_, product_, conditioned_;
   std::vector<FactorRow<4>> rows4_;
   std::vector<FactorRow<8>> rows8_;

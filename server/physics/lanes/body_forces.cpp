@@ -41,9 +41,8 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
                                 std::span<const Vec3d> x, std::span<const Vec3d> v) {
   const Surroundings& surroundings = context.surroundings;
   const Rings& rings = lanes.mesh->rings;
-  const Springs& springs = body.body.springs;
-  const bool gas = has_lane_gas(body.body, rings);
-  const bool sprung = gas || springs.stiffness_n_m > 0.0 || springs.damping_n_s_m > 0.0;
+  const bool gas = has_lane_gas(body, rings);
+  const bool sprung = gas || SpringForce::is_present(body, surroundings);
   // Seen from the body itself, so that one far from its origin loses no digits: a grab alone asks for the place itself.
   const Vec3d origin = body.grabs.empty() ? x[0] : Vec3d(Vec3d::Zero());
   if (sprung) {
@@ -69,11 +68,13 @@ void BodyForces<Real>::evaluate(SoftState<Real>& body, const LaneTables<Real>& l
       volume_gradient_[i] = six_gradient / 6.0;
     }
   }
-  if (has_other_forces(body, rings, surroundings.atmosphere)) {
+  if (has_other_forces(body, rings, surroundings)) {
     to_points<Real>(x, origin, other_x_);
     to_points<Real>(v, Vec3d::Zero(), other_v_);
     other_force_.assign(x.size(), Vec3<Real>::Zero());
-    add_other_forces<Real>(body, other_x_, other_v_, surroundings, 0.0, !gas, other_force_, context.profile);
+    add_other_forces<Real>(body,
+                           {.x = other_x_, .v = other_v_, .surroundings = surroundings, .profile = context.profile},
+                           &rings, other_force_);
     for (std::size_t i = 0; i < x.size(); ++i) force_[i] += other_force_[i].template cast<double>();
     if (body.gas && !gas) find_volume_gradient(*body.body.mesh, x);
   }

@@ -50,12 +50,12 @@ class LaneStep {
         first_scratch_(*membership.first),
         bodies_(bodies, layout_, width_, mesh_, scratch, membership.blocks),
         damped_(bodies[0]->body.springs.damping_n_s_m > 0.0),
-        gas_(has_lane_gas(bodies[0]->body, mesh_.rings)),
+        gas_(has_lane_gas(*bodies[0], mesh_.rings)),
         scaled_(!mesh_.stiffness_scales.empty()),
         pulled_(layout_ == LaneLayout::fleet && !mesh_.edges.lengths_m.empty()),
         weighed_(!bodies[0]->mass_shares.empty()),
         sprung_(damped_ || gas_ || has_stiffness(bodies)),
-        other_forces_(has_other_forces(*bodies[0], mesh_.rings, context.surroundings.atmosphere)) {
+        other_forces_(has_other_forces(*bodies[0], mesh_.rings, context.surroundings)) {
     make_room();
     set_constants();
     bodies_.load(gas_, weighed_);
@@ -281,8 +281,13 @@ class LaneStep {
     if (!other_forces_) return;
     assert(layout_ == LaneLayout::alone);
     scratch_.other_force.assign(bodies_[0].x.size(), Vec3<Real>::Zero());
-    add_other_forces<Real>(bodies_[0], scratch_.other_x, scratch_.other_v, context_.surroundings, context_.dt_s, !gas_,
-                           scratch_.other_force, context_.profile);
+    add_other_forces<Real>(bodies_[0],
+                           {.x = scratch_.other_x,
+                            .v = scratch_.other_v,
+                            .surroundings = context_.surroundings,
+                            .explicit_dt_s = context_.dt_s,
+                            .profile = context_.profile},
+                           &mesh_.rings, scratch_.other_force);
   }
 
   void share_forces(const LaneArray<Real>& x, const LaneArray<Real>& v) {
@@ -418,7 +423,7 @@ void run_steps(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>&
                bool advance, LaneScratch<Real>& scratch, const Run& run) {
   const Rings& rings = lanes.mesh->rings;
   const std::size_t blocks = block_count_of(rings);
-  if (has_other_forces(*bodies[0], rings, context.surroundings.atmosphere)) {
+  if (has_other_forces(*bodies[0], rings, context.surroundings)) {
     scratch.other_x.resize(bodies[0]->x.size());
     scratch.other_v.resize(bodies[0]->x.size());
   }
@@ -449,17 +454,6 @@ struct GasBefore {
 };
 
 }  // namespace
-
-bool has_lane_gas(const SoftBody& body, const Rings& rings) {
-  return body.gas && body.volume.method == VolumeMethod::exact && body.pressure_spread == PressureSpread::faces &&
-         rings.encloses;
-}
-
-template <class Real>
-bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere) {
-  const bool other_gas = body.gas && !has_lane_gas(body.body, rings);
-  return other_gas || !body.hinges.empty() || has_wind(body.body, atmosphere) || !body.grabs.empty();
-}
 
 template <class Real>
 void step_alone(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
@@ -496,7 +490,6 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneTables<Real
 }
 
 #define PNEUMA_INSTANTIATE(Real)                                                                                     \
-  template bool has_other_forces<Real>(const SoftState<Real>&, const Rings&, const Atmosphere&);                     \
   template void step_alone<Real>(SoftState<Real>&, const LaneTables<Real>&, const SubstepContext&,                   \
                                  LaneScratch<Real>&);                                                                \
   template void step_freely<Real>(std::span<SoftState<Real>* const>, const LaneTables<Real>&, const SubstepContext&, \

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "physics/forces/forces.h"
+#include "physics/forces/force_terms.h"
 #include "physics/lanes/lane_bodies.h"
 #include "physics/lanes/lane_kernels.h"
 #include "physics/state/substep_context.h"
@@ -18,12 +18,11 @@ struct LaneTables {
   const LaneKernels<Real>* kernels = nullptr;
 };
 
-/// Whether the kernels measure the body's volume and spread its pressure: exactly, and by faces.
-[[nodiscard]] bool has_lane_gas(const SoftBody& body, const Rings& rings);
-/// Whether the body has forces that the kernels do not know: bending, wind, grabs, gas by another method. Such a body
-/// steps alone.
+/// Whether the kernels measure the volume of the body's gas and spread its pressure.
 template <class Real>
-[[nodiscard]] bool has_other_forces(const SoftState<Real>& body, const Rings& rings, const Atmosphere& atmosphere);
+[[nodiscard]] bool has_lane_gas(const SoftState<Real>& body, const Rings& rings) {
+  return body.gas && GasForce::is_in_rings(body, rings);
+}
 
 /// One substep of one body, up to contact: its gas advances (advance_gas), v advances by dt_s, dr is the move that
 /// belongs to it, and x stays. The context's workers share the body where it is large.

@@ -5,7 +5,7 @@
 
 #include "physics/contact/contact_solid.h"
 #include "physics/contact/touch_groups.h"
-#include "physics/forces/gas.h"
+#include "physics/forces/force_terms.h"
 #include "physics/forces/soft_setup.h"
 #include "physics/rigid/rigid_contacts.h"
 
@@ -29,13 +29,6 @@ double place_tolerance_m(double length_m, const Vec3d& gravity_m_s2) {
 }
 
 template <class Real>
-bool can_rest(const SoftState<Real>& body, const Atmosphere& atmosphere) {
-  const bool gas_flows = body.gas && flows(*body.body.gas);
-  const bool blown = has_wind(body.body, atmosphere) && !atmosphere.wind.isZero(0.0);
-  return body.body.springs.damping_n_s_m > 0.0 && !gas_flows && !blown && body.grabs.empty();
-}
-
-template <class Real>
 bool is_mostly_faster(const SoftState<Real>& body, double speed_m_s) {
   std::size_t fast = 0;
   for (std::size_t k = 0; k < samples; ++k) {
@@ -48,7 +41,7 @@ bool is_mostly_faster(const SoftState<Real>& body, double speed_m_s) {
 template <class Real>
 void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double period_s) {
   const double tolerance_m = place_tolerance_m(static_cast<double>(body.length_m), surroundings.gravity);
-  if (!can_rest(body, surroundings.atmosphere)) {
+  if (is_kept_awake(body, surroundings)) {
     body.rest = {};
   } else if (body.rest.ticks == 0) {
     if (!is_mostly_faster(body, tolerance_m / period_s)) {

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "physics/forces/forces.h"
 #include "physics/state/state.h"
+#include "physics/state/substep_context.h"
 
 namespace pneuma::physics {
 
@@ -19,8 +19,7 @@ inline constexpr double rest_place_share = 1e-4;
 inline constexpr double rest_speed_1_s = 0.1;
 
 /// At the end of a tick: notes which bodies keep their places, lets groups at rest fall asleep, and wakes what a moving
-/// collider may reach in the next tick. These do not rest: a soft body without damping, for it may go on for ever; one
-/// that a pump, a leak, the wind or a hand acts on.
+/// collider may reach in the next tick. A soft body that one of its forces keeps awake (force_term.h) does not rest.
 template <class Real>
 void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
             const Surroundings& surroundings, double period_s);

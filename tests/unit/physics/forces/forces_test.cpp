@@ -1,12 +1,12 @@
 // Shows that each force meets its law and that the inner ones leave total momentum and angular momentum alone, in both
 // precisions, on bodies whose particles were scattered at random.
-#include "physics/forces/forces.h"
-
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "physics/forces/force_terms.h"
 #include "physics/forces/soft_setup.h"
+#include "physics/forces/volume.h"
 #include "physics/mesh/mesh_builders.h"
 #include "unit/physics/body_tables.h"
 
@@ -177,7 +177,7 @@ TEST(GrabForce, IsADampedSpring) {
   state.grabs.push_back(
       {.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 0.5, 0.0), .stiffness_n_m = 10.0, .damping_n_s_m = 2.0});
   std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
-  add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
+  add_other_forces<double>(state, {.x = state.x, .v = state.v, .explicit_dt_s = 0.01}, nullptr, force);
   EXPECT_TRUE(force[5].isApprox(Vec3d(-2.0, 5.0, 0.0), 1e-12));
 }
 
@@ -195,7 +195,7 @@ TEST(GrabForce, HandsOnOneVertexHoldNoHarderTogetherThanAStepBears) {
     }
     state.grabs.push_back({.id = 99, .vertex = 7, .target = state.x[7] + away, .stiffness_n_m = 10.0});
     std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
-    add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
+    add_other_forces<double>(state, {.x = state.x, .v = state.v, .explicit_dt_s = 0.01}, nullptr, force);
     EXPECT_TRUE(force[5].isApprox(Vec3d(-50.0, 0.5 * 2500.0, 0.0), 1e-12)) << hands;
     EXPECT_TRUE(force[7].isApprox(Vec3d(0.0, 5.0, 0.0), 1e-12)) << "another vertex has a share of its own";
   }
@@ -209,7 +209,7 @@ TEST(GrabForce, AHandPullsInProportionToItsStiffness) {
   state.grabs = {{.id = 1, .vertex = 5, .target = state.x[5] + Vec3d(1.0, 0.0, 0.0), .stiffness_n_m = 3e6},
                  {.id = 2, .vertex = 5, .target = state.x[5] + Vec3d(0.0, 1.0, 0.0), .stiffness_n_m = 1e6}};
   std::vector<Vec3d> force(state.x.size(), Vec3d::Zero());
-  add_other_forces<double>(state, state.x, state.v, {}, 0.01, true, force, nullptr);
+  add_other_forces<double>(state, {.x = state.x, .v = state.v, .explicit_dt_s = 0.01}, nullptr, force);
   EXPECT_TRUE(force[5].isApprox(2500.0 * Vec3d(0.75, 0.25, 0.0), 1e-12));
 }
 

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/forces/forces.h"
+#include "physics/forces/volume.h"
 #include "physics/mesh/mesh_builders.h"
 
 namespace pneuma::physics {

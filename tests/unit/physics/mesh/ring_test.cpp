@@ -86,7 +86,7 @@ std::vector<Vec3<Real>> forces_by_edges(SoftState<Real>& state) {
     force[a] += tension / length * along;
     force[b] -= tension / length * along;
   }
-  add_other_forces<Real>(state, state.x, state.v, {}, 1.0, true, force, nullptr);
+  add_other_forces<Real>(state, {.x = state.x, .v = state.v}, nullptr, force);
   return force;
 }
 
