@@ -1,14 +1,12 @@
 #include "physics/choice/stability.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
 #include "base/limits.h"
-#include "physics/forces/gas.h"
-#include "physics/mesh/hinge.h"
+#include "physics/forces/force_terms.h"
 #include "physics/state/vertex_masses.h"
 
 namespace pneuma::physics {
@@ -87,33 +85,19 @@ Points breathing_of_softest(const Mesh& mesh, const Springs& springs, const Shar
   return u;
 }
 
-// Of each spring, along it and across. Across is the share k (1 - L0 / L) of one that is stretched at the start; a
-// slack one pushes its ends aside, which makes no motion faster.
-struct SpringTerms {
-  double along = 0.0;
-  double across = 0.0;
-  const Springs* scaled_by = nullptr;  // null: all springs are alike
-
-  [[nodiscard]] double scale(const Edge& edge) const {
-    return scaled_by == nullptr ? 1.0 : scaled_by->stiffness_scale(edge);
-  }
-};
-
-SpringTerms stiffness_of(const Springs& springs) {
-  return {springs.stiffness_n_m, springs.stiffness_n_m * std::max(0.0, 1.0 - springs.rest_scale), &springs};
-}
-
-SpringTerms damping_of(const Springs& springs) {
-  return {.along = springs.damping_n_s_m};
-}
-
 // K u of a skin at the start, in coordinates in which every vertex has the mean mass: sum over edges of
 // (k n n^T + k (1 - L0 / L) (1 - n n^T)) (u_a - u_b), and bending.
 class SkinStiffness {
  public:
   SkinStiffness(const Mesh& mesh, const Springs& springs, const Shares& shares) : mesh_(mesh), shares_(shares) {
-    if (springs.bend_stiffness_n_m > 0.0) add_hinges(springs.bend_stiffness_n_m);
+    ForceTerms::for_each([&]<class Term>() {
+      if constexpr (!term_parts::NoSkin<Term>) Term::add_to_skin(mesh, springs, skin_);
+    });
   }
+
+  [[nodiscard]] const SpringTerms& stiffness() const { return skin_.stiffness; }
+  [[nodiscard]] const SpringTerms& damping() const { return skin_.damping; }
+  [[nodiscard]] bool bends() const { return !skin_.undamped_bends.empty(); }
 
   enum class Part { springs, bending, both };
 
@@ -154,9 +138,9 @@ class SkinStiffness {
     return 2.0 * spring.along * largest_over_mass(scale_sums);
   }
   [[nodiscard]] double bending_bound() const {
-    if (bends_.empty()) return 0.0;
+    if (!bends()) return 0.0;
     std::vector<double> stiffness_n_m(mesh_.positions_m.size(), 0.0);
-    for (const BendStiffness& bend : bends_) {
+    for (const FourPointTangent& bend : skin_.undamped_bends) {
       double squares = 0.0;
       for (const Vec3d& gradient : bend.gradient) squares += gradient.squaredNorm();
       for (const std::uint32_t vertex : bend.vertices) stiffness_n_m[vertex] += bend.stiffness * squares;
@@ -165,12 +149,6 @@ class SkinStiffness {
   }
 
  private:
-  struct BendStiffness {
-    std::array<std::uint32_t, 4> vertices{};
-    std::array<Vec3d, 4> gradient{};
-    double stiffness = 0.0;
-  };
-
   void add_springs(const Points& u, const SpringTerms& spring, Points& result) const {
     for (const Edge& edge : mesh_.edges) {
       const auto [a, b] = edge;
@@ -183,7 +161,7 @@ class SkinStiffness {
   }
 
   void add_bending(const Points& u, Points& result) const {
-    for (const BendStiffness& bend : bends_) {
+    for (const FourPointTangent& bend : skin_.undamped_bends) {
       double angle = 0.0;
       for (std::size_t i = 0; i < 4; ++i) angle += bend.gradient[i].dot(u[bend.vertices[i]]);
       for (std::size_t i = 0; i < 4; ++i) result[bend.vertices[i]] += bend.stiffness * angle * bend.gradient[i];
@@ -196,24 +174,13 @@ class SkinStiffness {
     return largest;
   }
 
-  void add_hinges(double stiffness_n_m) {
-    for (const Hinge& hinge : make_hinges(mesh_)) {
-      std::array<Vec3d, 4> corners;
-      for (std::size_t i = 0; i < 4; ++i) corners[i] = mesh_.positions_m[hinge.vertices[i]];
-      if (const auto angle = hinge_angle(corners)) {
-        bends_.push_back({hinge.vertices, angle->gradient, stiffness_n_m * hinge.weight});
-      }
-    }
-  }
-
   const Mesh& mesh_;
   const Shares& shares_;
-  std::vector<BendStiffness> bends_;
+  SkinMotion skin_;
 };
 
-// How a vertex's drag grows with its speed: the derivative rho C A |u| of 1/2 rho C A u |u|, where the area around it
-// is largest for its share of the mass.
-double wind_drag_n_s_m(const SoftBody& body, const Shares& shares, const Atmosphere& atmosphere) {
+// How a vertex's drag grows with its speed, where the area around it is largest for its share of the mass.
+double drag_n_s_m(const SoftBody& body, const Shares& shares, const Atmosphere& atmosphere) {
   std::vector<double> areas_m2(body.mesh->positions_m.size(), 0.0);
   for (const Face& face : body.mesh->faces) {
     const auto [a, b, c] = face;
@@ -221,10 +188,13 @@ double wind_drag_n_s_m(const SoftBody& body, const Shares& shares, const Atmosph
     const double area_m2 = 0.5 * (x[b] - x[a]).cross(x[c] - x[a]).norm();
     for (const std::uint32_t vertex : face) areas_m2[vertex] += area_m2 / 3.0;
   }
-  const double drag = std::max(body.drag.normal, body.drag.tangential);
   double largest_m2 = 0.0;
   for (std::size_t i = 0; i < areas_m2.size(); ++i) largest_m2 = std::max(largest_m2, areas_m2[i] / shares.of(i));
-  return atmosphere.density_kg_m3 * drag * largest_m2 * atmosphere.wind.norm();
+  double sum_n_s_m = 0.0;
+  ForceTerms::for_each([&]<class Term>() {
+    if constexpr (!term_parts::NoDragAtRest<Term>) sum_n_s_m += Term::drag_at_rest_n_s_m(body, atmosphere, largest_m2);
+  });
+  return sum_n_s_m;
 }
 
 double mean_mass_kg(const SoftBody& body) {
@@ -245,20 +215,20 @@ double lacking_damping_n_s_m(const Mesh& mesh, const Springs& springs, const Ski
 }
 
 SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& shares) {
-  const SkinStiffness stiffness(mesh, springs, shares);
+  const SkinStiffness skin(mesh, springs, shares);
   using Part = SkinStiffness::Part;
   SkinModes modes;
   modes.volume_m3 = signed_volume_m3(mesh.positions_m, mesh.faces);
-  modes.fastest_n_m = stiffness.largest_eigenvalue(stiffness_of(springs), Part::both);
-  modes.damping_n_s_m = stiffness.largest_eigenvalue(damping_of(springs), Part::springs);
-  if (springs.bend_stiffness_n_m > 0.0) modes.bending_n_m = stiffness.largest_eigenvalue({}, Part::bending);
+  modes.fastest_n_m = skin.largest_eigenvalue(skin.stiffness(), Part::both);
+  modes.damping_n_s_m = skin.largest_eigenvalue(skin.damping(), Part::springs);
+  if (skin.bends()) modes.bending_n_m = skin.largest_eigenvalue({}, Part::bending);
   const Points gradient = shares.over_roots(volume_gradient_m2(mesh));
-  const Points pull = stiffness.apply(gradient, stiffness_of(springs), Part::both);
+  const Points pull = skin.apply(gradient, skin.stiffness(), Part::both);
   modes.gradient_m4 = sum_of_products(gradient, gradient);
   modes.gradient_n_m3 = sum_of_products(gradient, pull);
   modes.gradient_n2_m2 = sum_of_products(pull, pull);
   const auto quotient_n_m = [&](const Points& u) {
-    return sum_of_products(u, stiffness.apply(u, stiffness_of(springs), Part::both)) / sum_of_products(u, u);
+    return sum_of_products(u, skin.apply(u, skin.stiffness(), Part::both)) / sum_of_products(u, u);
   };
   Points scaling = shares.times_roots(breathing(mesh, shares));
   if (!springs.vertex_stiffness_scale.empty()) {
@@ -267,14 +237,18 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& sha
     if (quotient_n_m(of_softest) < quotient_n_m(scaling)) scaling = std::move(of_softest);
   }
   modes.scaling_m2 = sum_of_products(scaling, scaling);
-  modes.scaling_j = sum_of_products(scaling, stiffness.apply(scaling, stiffness_of(springs), Part::both));
-  modes.scaling_j_s = sum_of_products(scaling, stiffness.apply(scaling, damping_of(springs), Part::springs));
+  modes.scaling_j = sum_of_products(scaling, skin.apply(scaling, skin.stiffness(), Part::both));
+  modes.scaling_j_s = sum_of_products(scaling, skin.apply(scaling, skin.damping(), Part::springs));
   modes.scaling_m3 = sum_of_products(scaling, gradient);
   return modes;
 }
 
-double gas_stiffness_pa_m3(const SoftBody& body, double volume_m3) {
-  return body.gas ? gas_stiffness_pa_m3(make_gas_state(*body.gas, volume_m3), *body.gas, volume_m3) : 0.0;
+double volume_stiffness_pa_m3(const SoftBody& body, double volume_m3) {
+  double sum = 0.0;
+  ForceTerms::for_each([&]<class Term>() {
+    if constexpr (!term_parts::NoRestVolumeStiffness<Term>) sum += Term::rest_volume_stiffness_pa_m3(body, volume_m3);
+  });
+  return sum;
 }
 
 // The largest eigenvalue of A + c g g^T, from above. It solves 1 = c g^T (x - A)^-1 g, and the Gauss-Radau rule with a
@@ -298,10 +272,10 @@ double largest_with_gas_n_m(const SkinModes& modes, double gas_pa_m3) {
 Frequencies frequencies_of(const SoftBody& body, const Shares& shares, const Atmosphere& atmosphere,
                            const SkinModes& modes) {
   const double vertex_kg = mean_mass_kg(body);
-  const double gas_pa_m3 = gas_stiffness_pa_m3(body, modes.volume_m3);
+  const double gas_pa_m3 = volume_stiffness_pa_m3(body, modes.volume_m3);
   Frequencies result;
   result.fastest_rad_s = std::sqrt(largest_with_gas_n_m(modes, gas_pa_m3) / vertex_kg);
-  result.fastest_decay_1_s = (modes.damping_n_s_m + wind_drag_n_s_m(body, shares, atmosphere)) / vertex_kg;
+  result.fastest_decay_1_s = (modes.damping_n_s_m + drag_n_s_m(body, shares, atmosphere)) / vertex_kg;
   result.decay_lacking_1_s = modes.lacking_n_s_m / vertex_kg;
   result.bending_rad_s = std::sqrt(modes.bending_n_m / vertex_kg);
   result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
@@ -354,17 +328,16 @@ std::vector<Frequencies> FrequencyTable::estimate(std::span<const SoftBody> bodi
 
 Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere) {
   const Shares shares(mass_shares(body));
-  const SkinStiffness stiffness(*body.mesh, body.springs, shares);
+  const SkinStiffness skin(*body.mesh, body.springs, shares);
   const double vertex_mass = mean_mass_kg(body);
-  const double bending = stiffness.bending_bound();
+  const double bending = skin.bending_bound();
   const Points gradient = shares.over_roots(volume_gradient_m2(*body.mesh));
   const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
-  const double gas = gas_stiffness_pa_m3(body, volume_m3) * sum_of_products(gradient, gradient);
-  const double all = stiffness.spring_bound(stiffness_of(body.springs)) + bending + gas;
+  const double gas = volume_stiffness_pa_m3(body, volume_m3) * sum_of_products(gradient, gradient);
+  const double all = skin.spring_bound(skin.stiffness()) + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);
-  result.fastest_decay_1_s =
-      (stiffness.spring_bound(damping_of(body.springs)) + wind_drag_n_s_m(body, shares, atmosphere)) / vertex_mass;
+  result.fastest_decay_1_s = (skin.spring_bound(skin.damping()) + drag_n_s_m(body, shares, atmosphere)) / vertex_mass;
   result.gas_rad_s = std::sqrt(gas / vertex_mass);
   result.bending_rad_s = std::sqrt(bending / vertex_mass);
   result.breathing_rad_s = result.fastest_rad_s;

@@ -55,6 +55,15 @@ void BendingForce::stiffen(const SoftState<Real>& body, const Bound& bound, cons
   }
 }
 
+void BendingForce::add_to_skin(const Mesh& mesh, const Springs& springs, SkinMotion& skin) {
+  if (!(springs.bend_stiffness_n_m > 0.0)) return;
+  for (const Hinge& hinge : make_hinges(mesh)) {
+    if (const auto angle = hinge_angle(corners_of(hinge, mesh.positions_m))) {
+      skin.undamped_bends.push_back({hinge.vertices, angle->gradient, springs.bend_stiffness_n_m * hinge.weight});
+    }
+  }
+}
+
 template <class Real>
 void BendingForce::Xpbd<Real>::pass(const XpbdPlace<Real>& place, XpbdWay way) {
   if (turns.empty()) return;

@@ -43,6 +43,10 @@ struct BendingForce {
   template <class Real>
   static void stiffen(const SoftState<Real>& body, const Bound& bound, const MatrixPlace& at, MatrixEntries& entries);
 
+  static void add_to_skin(const Mesh& mesh, const Springs& springs, SkinMotion& skin);
+  static constexpr None rest_volume_stiffness_pa_m3{"angles do not know the volume"};
+  static constexpr None drag_at_rest_n_s_m{"nothing damps it"};
+
   /// One constraint a hinge.
   template <class Real>
   struct Xpbd : XpbdNoPush, XpbdNoneBetween, XpbdNoDamping {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "physics/forces/body_measures.h"
+#include "physics/forces/skin_motion.h"
 #include "physics/forces/tangents.h"
 #include "physics/forces/xpbd_part.h"
 #include "physics/machine/none.h"
@@ -107,6 +108,33 @@ concept Adding =
       { Term::add(body, at, force) } -> std::same_as<void>;
     };
 
+// What the choice of steps asks of it, of a body at rest. None: it makes no motion faster.
+template <class Term>
+concept NoSkin = requires {
+  { Term::add_to_skin } -> std::same_as<const None&>;
+};
+template <class Term>
+concept Skin = NoSkin<Term> || requires(const Mesh& mesh, const Springs& springs, SkinMotion& skin) {
+  { Term::add_to_skin(mesh, springs, skin) } -> std::same_as<void>;  // whatever the body's mass and gas
+};
+template <class Term>
+concept NoRestVolumeStiffness = requires {
+  { Term::rest_volume_stiffness_pa_m3 } -> std::same_as<const None&>;
+};
+template <class Term>
+concept RestVolumeStiffness = NoRestVolumeStiffness<Term> || requires(const SoftBody& body, double volume_m3) {
+  { Term::rest_volume_stiffness_pa_m3(body, volume_m3) } -> std::same_as<double>;  // -dP/dV
+};
+template <class Term>
+concept NoDragAtRest = requires {
+  { Term::drag_at_rest_n_s_m } -> std::same_as<const None&>;
+};
+template <class Term>
+concept DragAtRest =
+    NoDragAtRest<Term> || requires(const SoftBody& body, const Atmosphere& atmosphere, double area_m2) {
+      { Term::drag_at_rest_n_s_m(body, atmosphere, area_m2) } -> std::same_as<double>;  // of a vertex with that area
+    };
+
 // The energy whose gradient is minus the force, and the sum of BodyMeasures that it goes into. None: it has no energy
 // to give back.
 template <class Term, class Real>
@@ -164,6 +192,7 @@ concept ForceTermIn =
 
 /// A force on soft bodies, with all its parts.
 template <class Term>
-concept ForceTerm = ForceTermIn<Term, float> && ForceTermIn<Term, double>;
+concept ForceTerm = ForceTermIn<Term, float> && ForceTermIn<Term, double> && term_parts::Skin<Term> &&
+                    term_parts::RestVolumeStiffness<Term> && term_parts::DragAtRest<Term>;
 
 }  // namespace pneuma::physics

@@ -48,6 +48,12 @@ struct GasForce {
   }
   static constexpr None stiffen{"what goes along the volume's gradient is added by Sherman, Morrison and Woodbury"};
 
+  static constexpr None add_to_skin{"a gas is the body's, and skins are kept from body to body"};
+  [[nodiscard]] static double rest_volume_stiffness_pa_m3(const SoftBody& body, double volume_m3) {
+    return body.gas ? gas_stiffness_pa_m3(make_gas_state(*body.gas, volume_m3), *body.gas, volume_m3) : 0.0;
+  }
+  static constexpr None drag_at_rest_n_s_m{"it damps nothing"};
+
   /// One constraint, whose multiplier meets P(V) exactly at the volume that it makes.
   template <class Real>
   struct Xpbd : XpbdNoPush, XpbdNoConstraints, XpbdNoDamping {

@@ -48,6 +48,10 @@ struct GrabForce {
     }
   }
 
+  static constexpr None add_to_skin{"a hand comes later; explicit steps bound how stiff it may be"};
+  static constexpr None rest_volume_stiffness_pa_m3{"hands do not know the volume"};
+  static constexpr None drag_at_rest_n_s_m{"a hand comes later; explicit steps bound how much it damps"};
+
   /// One constraint a hand.
   template <class Real>
   struct Xpbd : XpbdNoPush, XpbdNoneBetween, XpbdNoDamping {

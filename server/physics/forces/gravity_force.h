@@ -37,6 +37,10 @@ struct GravityForce {
   static constexpr None volume_stiffness_pa_m3{"gravity does not know the volume"};
   static constexpr None stiffen{"nothing to bound"};
 
+  static constexpr None add_to_skin{"a force that is the same everywhere makes nothing swing"};
+  static constexpr None rest_volume_stiffness_pa_m3{"gravity does not know the volume"};
+  static constexpr None drag_at_rest_n_s_m{"it damps nothing"};
+
   template <class Real>
   struct Xpbd : XpbdNoConstraints, XpbdNoneBetween, XpbdNoDamping, XpbdNoRoom {
     static void push(const XpbdPlace<Real>& place, std::span<Vec3<Real>> velocities_m_s) {

@@ -60,6 +60,13 @@ void SpringForce::stiffen(const SoftState<Real>&, const Bound& bound, const Matr
   }
 }
 
+// Across is the share k (1 - L0 / L) of a spring that is stretched at the start; a slack one pushes its ends aside,
+// which makes no motion faster.
+void SpringForce::add_to_skin(const Mesh&, const Springs& springs, SkinMotion& skin) {
+  skin.stiffness = {springs.stiffness_n_m, springs.stiffness_n_m * std::max(0.0, 1.0 - springs.rest_scale), &springs};
+  skin.damping = {.along = springs.damping_n_s_m};
+}
+
 template <class Real>
 void SpringForce::Xpbd<Real>::begin(const XpbdPlace<Real>& place) {
   const SoftBody& body = place.body.body;

@@ -46,6 +46,10 @@ struct SpringForce {
   template <class Real>
   static void stiffen(const SoftState<Real>& body, const Bound& bound, const MatrixPlace& at, MatrixEntries& entries);
 
+  static void add_to_skin(const Mesh&, const Springs& springs, SkinMotion& skin);
+  static constexpr None rest_volume_stiffness_pa_m3{"springs do not know the volume"};
+  static constexpr None drag_at_rest_n_s_m{"their damping is in the skin"};
+
   /// One constraint an edge. Damping comes after the move: in one constraint with the spring, as XPBD's paper has it, a
   /// damping with h d / m far past 1 takes the springs' share of the pass and leaves the gas's, and the body grows.
   template <class Real>

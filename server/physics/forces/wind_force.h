@@ -1,6 +1,8 @@
 // The drag of the air on the faces.
 #pragma once
 
+#include <algorithm>
+
 #include "physics/forces/force_term.h"
 
 namespace pneuma::physics {
@@ -40,6 +42,14 @@ struct WindForce {
   [[nodiscard]] static Bound bound(const SoftState<Real>& body, const Surroundings& surroundings);
   template <class Real>
   static void stiffen(const SoftState<Real>& body, const Bound& bound, const MatrixPlace& at, MatrixEntries& entries);
+
+  static constexpr None add_to_skin{"the air has no stiffness"};
+  static constexpr None rest_volume_stiffness_pa_m3{"drag does not know the volume"};
+  /// In a wind of the atmosphere's own speed: the derivative rho C A |u| of 1/2 rho C A u |u|.
+  [[nodiscard]] static double drag_at_rest_n_s_m(const SoftBody& body, const Atmosphere& atmosphere, double area_m2) {
+    return atmosphere.density_kg_m3 * std::max(body.drag.normal, body.drag.tangential) * area_m2 *
+           atmosphere.wind.norm();
+  }
 
   template <class Real>
   struct Xpbd : XpbdNoConstraints, XpbdNoneBetween, XpbdNoDamping {

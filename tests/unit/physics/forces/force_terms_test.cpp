@@ -47,6 +47,15 @@ struct LacksVolumeStiffness : GravityForce {
 struct LacksStiffening : GravityForce {
   static constexpr int stiffen = 0;
 };
+struct LacksSkin : GravityForce {
+  static constexpr int add_to_skin = 0;
+};
+struct LacksRestVolumeStiffness : GravityForce {
+  static constexpr int rest_volume_stiffness_pa_m3 = 0;
+};
+struct LacksDragAtRest : GravityForce {
+  static constexpr int drag_at_rest_n_s_m = 0;
+};
 struct LacksXpbd : GravityForce {
   template <class Real>
   struct Xpbd : XpbdNoConstraints, XpbdNoneBetween, XpbdNoDamping, XpbdNoRoom {};  // no push
@@ -62,9 +71,10 @@ struct LacksPredictable : GravityForce {
 };
 template <class... Terms>
 inline constexpr bool none_is_a_term = (!ForceTerm<Terms> && ...);
-static_assert(none_is_a_term<LacksStage, LacksPresence, LacksRings, LacksBytes, LacksAdding, LacksPotential,
-                             LacksMeasure, LacksTangent, LacksVolumeStiffness, LacksStiffening, LacksXpbd, LacksDrives,
-                             LacksKeepsAwake, LacksPredictable>);
+static_assert(
+    none_is_a_term<LacksStage, LacksPresence, LacksRings, LacksBytes, LacksAdding, LacksPotential, LacksMeasure,
+                   LacksTangent, LacksVolumeStiffness, LacksStiffening, LacksSkin, LacksRestVolumeStiffness,
+                   LacksDragAtRest, LacksXpbd, LacksDrives, LacksKeepsAwake, LacksPredictable>);
 
 /// A body on which one force acts, in places where its tangent leaves nothing out.
 struct Alone {
