@@ -43,6 +43,7 @@ void SpringForce::linearise(const SoftState<Real>& body, const TangentPlace& at,
     const double per_length = length > 0.0 ? 1.0 / length : 0.0;
     tangent.direction *= per_length;
     tangent.along = length > 0.0 ? spring + damping : 0.0;
+    tangent.turn.setZero();
     tangent.across = spring * std::max(0.0, 1.0 - static_cast<double>(body.rest_length_m(e)) * per_length);
   });
 }

@@ -5,7 +5,7 @@
 namespace pneuma::physics {
 
 void Tangents::clear(const Mesh& mesh) {
-  edges.assign(mesh.edges.size(), EdgeTangent{});
+  edges.resize(mesh.edges.size());  // springs, which come first, write them anew
   four_points.clear();
   faces.clear();
 }
