@@ -34,7 +34,8 @@ struct SoftBodies {
   // Of the substep under way, where the method solves: who is awake, and the first of them that is not solved for.
   std::vector<std::uint32_t> awake;
   std::size_t next_awake = 0;
-  std::vector<Profile> profiles;  // one a body, so that workers share none; empty while not profiling
+  std::vector<Profile> profiles;       // one a body, so that workers share none; empty while not profiling
+  std::vector<Extents<Real>> extents;  // one a body, of those that are awake: as last looked at
   Contacts<Real> contacts;
   std::vector<ContactNotes> notes;  // one a body, of the last substep that it was awake in; empty unless asked for
 };

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "physics/forces/gas.h"
+#include "physics/lanes/body_extents.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/simulation.h"
 #include "physics/state/runaway.h"
@@ -99,7 +100,8 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .start_m_s = coupled_start_m_s(bodies),
                            .first_order = first_order(),
                            .joints = joints,
-                           .notes = bodies.notes});
+                           .notes = bodies.notes,
+                           .extents = bodies.extents});
   collect_broken_joints();
   freeze_runaways(bodies);
 }
@@ -233,7 +235,7 @@ void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, const
   for (std::uint32_t i = 0; i < bodies.task_substeps && !body.frozen; ++i) {
     step_alone(body, lanes_of(bodies, index), context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
     if (body.gas_event) report_gas(body);
-    if (!is_well(body)) frozen.push_back({body.body.name, freeze(body)});
+    if (!is_well(body, extents_of(body))) frozen.push_back({body.body.name, freeze(body)});
     for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];
   }
 }
@@ -273,8 +275,12 @@ Profile* Simulation::profile_of(SoftBodies<Real>& bodies, std::size_t index) con
 
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
-  for (SoftState<Real>& body : bodies.states) {
-    if (body.is_awake() && (body.solve_failed || !is_well(body))) frozen.push_back({body.body.name, freeze(body)});
+  bodies.extents.resize(bodies.states.size());
+  for (std::size_t i = 0; i < bodies.states.size(); ++i) {
+    SoftState<Real>& body = bodies.states[i];
+    if (!body.is_awake()) continue;
+    bodies.extents[i] = extents_of(body);
+    if (body.solve_failed || !is_well(body, bodies.extents[i])) frozen.push_back({body.body.name, freeze(body)});
   }
 }
 

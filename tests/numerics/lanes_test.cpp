@@ -418,10 +418,10 @@ TEST_P(Lanes, GiveTheGoldenHashes) {
   const std::array<std::uint64_t, 8> golden =
       single ? std::array<std::uint64_t, 8>{0x4256f9a977fa03daU, 0x926736e7a741e646U, 0xe34d3a05cef915c8U,
                                             0x81b3443d3843a15aU, 0xd4b5fb31f9ab2668U, 0x7f21e96277746f6aU,
-                                            0x43307d0b749e7ee9U, 0x3b6752971296a63aU}
+                                            0x43307d0b749e7ee9U, 0xee3b97faf2eda294U}
              : std::array<std::uint64_t, 8>{0x0d58ed4603b729bfU, 0xc2d351185965f8a8U, 0x2ef9cdbbbdc94e2aU,
                                             0xd0fe041988acb08fU, 0xf5b161014e2f50bbU, 0x8e49c121c12e5089U,
-                                            0x8b7291eba0af6f64U, 0xdf3a49503b65631cU};
+                                            0x8b7291eba0af6f64U, 0x108afbe19ec8b0c2U};
   for (std::size_t i = 0; i < lane_integrators.size(); ++i) {
     EXPECT_EQ(hash_after(fleet(5, lane_integrators[i], GetParam()), 1), golden[i]) << "integrator " << i;
   }

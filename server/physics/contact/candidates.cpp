@@ -1,6 +1,7 @@
 #include "physics/contact/candidates.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace pneuma::physics {
 namespace {
@@ -77,7 +78,6 @@ void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, do
     const Box box = way_box(faces[f], ways.from, ways.to, ways.margin_m);
     if (box.overlaps(region)) near.push_back({f, box});
   }
-  sort_by_low(near);
 }
 
 void CandidateFinder::FeatureBoxes::fit(const Ways& ways, std::uint32_t face) {
@@ -105,7 +105,8 @@ void CandidateFinder::take_near_faces(const Ways& a, const Ways& b) {
 
 // Sort and sweep of two lists.
 template <class Visit>
-void CandidateFinder::for_near_faces(const Visit& visit) const {
+void CandidateFinder::for_near_faces(const Visit& visit) {
+  for (std::vector<FaceBox>* near : {&near_a_, &near_b_}) sort_by_low(*near);
   const auto sweep = [&](const std::vector<FaceBox>& firsts, const std::vector<FaceBox>& seconds, bool with_equal,
                          const auto& meet) {
     std::size_t begin = 0;
@@ -132,42 +133,91 @@ void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies
   find(pair, bodies, places_of(bodies[pair.first], 0.5 * reach_m), places_of(bodies[pair.second], 0.5 * reach_m));
 }
 
-// Of one face and another, what their owned features name.
-void CandidateFinder::meet(SurfacePair& pair, std::span<const SurfaceBody> bodies, const FaceBox& face_a,
-                           const FaceBox& face_b) const {
-  const SurfaceBody& a = bodies[pair.first];
-  const SurfaceBody& b = bodies[pair.second];
-  std::vector<Candidate>& candidates = pair.candidates;
-  const bool self = pair.first == pair.second;
-  const FeatureBoxes& boxes_a = boxes_a_;
-  const FeatureBoxes& boxes_b = self ? boxes_a_ : boxes_b_;
-  const Mesh& mesh_a = *a.topology->mesh;
-  const Mesh& mesh_b = *b.topology->mesh;
-  const auto& [f, box_f] = face_a;
-  const auto& [g, box_g] = face_b;
-  const SurfaceTopology::OwnedFeatures& of_f = a.topology->owned[f];
-  const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
-  for (std::uint8_t i = 0; i < of_f.vertex_count; ++i) {
-    const std::uint32_t vertex = of_f.vertices[i];
-    if (!boxes_a.vertices[vertex].overlaps(box_g) || (self && has(mesh_b.faces[g], vertex))) continue;
-    candidates.push_back({FeaturePair::vertex_face, false, vertex, g});
+void CandidateFinder::BoxList::clear() {
+  features.clear();
+  for (std::vector<double>& side : sides) side.clear();
+}
+
+void CandidateFinder::BoxList::add(std::uint32_t feature, const Box& box) {
+  features.push_back(feature);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sides[axis].push_back(box.low[static_cast<Eigen::Index>(axis)]);
+    sides[axis + 3].push_back(box.high[static_cast<Eigen::Index>(axis)]);
   }
-  for (std::uint8_t i = 0; i < of_g.vertex_count; ++i) {
-    const std::uint32_t vertex = of_g.vertices[i];
-    if (!boxes_b.vertices[vertex].overlaps(box_f) || (self && has(mesh_a.faces[f], vertex))) continue;
-    candidates.push_back({FeaturePair::vertex_face, !self, vertex, f});
+}
+
+// By boxes about nothing.
+void CandidateFinder::BoxList::pad() {
+  constexpr std::size_t width = FeatureBlock::width;
+  const std::size_t count = (features.size() + width - 1) / width * width;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    sides[axis].resize(count, std::numeric_limits<double>::infinity());
+    sides[axis + 3].resize(count, -std::numeric_limits<double>::infinity());
   }
+}
+
+BoxRows CandidateFinder::BoxList::rows() const {
+  BoxRows rows;
+  for (std::size_t i = 0; i < sides.size(); ++i) rows.sides[i] = sides[i].data();
+  rows.count = sides[0].size();
+  return rows;
+}
+
+void CandidateFinder::NearFeatures::take(const Ways& ways, std::span<const FaceBox> near) {
+  const SurfaceTopology& topology = *ways.body->topology;
+  for (BoxList* list : {&vertices, &edges, &faces}) list->clear();
+  for (const FaceBox& face : near) {
+    const SurfaceTopology::OwnedFeatures& owned = topology.owned[face.face];
+    faces.add(face.face, face.box);
+    for (std::uint8_t i = 0; i < owned.vertex_count; ++i) {
+      vertices.add(owned.vertices[i], ways.box(owned.vertices[i], owned.vertices[i]));
+    }
+    for (std::uint8_t i = 0; i < owned.edge_count; ++i) {
+      const auto [start, end] = topology.mesh->edges[owned.edges[i]];
+      edges.add(owned.edges[i], ways.box(start, end));
+    }
+  }
+  for (BoxList* list : {&vertices, &edges, &faces}) list->pad();
+}
+
+template <class Add>
+void CandidateFinder::for_overlapping(const BoxList& firsts, const BoxList& seconds, const Add& add) {
+  const BoxRows rows = seconds.rows();
+  if (overlapping_.size() < rows.count) overlapping_.resize(rows.count);
+  for (std::size_t i = 0; i < firsts.features.size(); ++i) {
+    const std::size_t found = kernels_->overlapping(firsts.box(i), rows, overlapping_.data());
+    for (std::size_t k = 0; k < found; ++k) add(firsts.features[i], seconds.features[overlapping_[k]]);
+  }
+}
+
+// Of one face of a body and another of its faces, what their owned features name.
+void CandidateFinder::meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body,
+                                std::vector<Candidate>& candidates) const {
+  const Mesh& mesh = *body.topology->mesh;
+  const auto meet_vertices = [&](std::uint32_t owner, std::uint32_t face) {
+    const SurfaceTopology::OwnedFeatures& owned = body.topology->owned[owner];
+    for (std::uint8_t i = 0; i < owned.vertex_count; ++i) {
+      const std::uint32_t vertex = owned.vertices[i];
+      if (!boxes_.vertices[vertex].overlaps(body.boxes.faces[face]) || has(mesh.faces[face], vertex)) continue;
+      const auto& [p, q, r] = mesh.faces[face];
+      candidates.push_back({FeaturePair::vertex_face, false, vertex, face, {vertex, p, q, r}});
+    }
+  };
+  meet_vertices(f, g);
+  meet_vertices(g, f);
+  const SurfaceTopology::OwnedFeatures& of_f = body.topology->owned[f];
+  const SurfaceTopology::OwnedFeatures& of_g = body.topology->owned[g];
   for (std::uint8_t i = 0; i < of_f.edge_count; ++i) {
-    const std::uint32_t first = of_f.edges[i];
-    const Box& box = boxes_a.edges[first];
-    if (!box.overlaps(box_g)) continue;
+    const Box& box = boxes_.edges[of_f.edges[i]];
+    if (!box.overlaps(body.boxes.faces[g])) continue;
     for (std::uint8_t j = 0; j < of_g.edge_count; ++j) {
-      const std::uint32_t second = of_g.edges[j];
-      if (!box.overlaps(boxes_b.edges[second])) continue;
-      const Edge& other = mesh_b.edges[second];
-      if (self && (has(mesh_a.edges[first], other[0]) || has(mesh_a.edges[first], other[1]))) continue;
-      const bool in_order = !self || first < second;
-      candidates.push_back({FeaturePair::edge_edge, false, in_order ? first : second, in_order ? second : first});
+      if (!box.overlaps(boxes_.edges[of_g.edges[j]])) continue;
+      const std::uint32_t first = std::min(of_f.edges[i], of_g.edges[j]);
+      const std::uint32_t second = std::max(of_f.edges[i], of_g.edges[j]);
+      const Edge& edge = mesh.edges[first];
+      const Edge& other = mesh.edges[second];
+      if (has(edge, other[0]) || has(edge, other[1])) continue;
+      candidates.push_back({FeaturePair::edge_edge, false, first, second, {edge[0], edge[1], other[0], other[1]}});
     }
   }
 }
@@ -175,32 +225,43 @@ void CandidateFinder::meet(SurfacePair& pair, std::span<const SurfaceBody> bodie
 void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
   if (pair.first != pair.second) {
     take_near_faces(ways_a, ways_b);
-    meet_near_faces(pair, bodies, ways_a, ways_b);
+    meet_near_faces(pair, ways_a, ways_b);
     return;
   }
   SurfaceBody& body = bodies[pair.first];
   pair.candidates.clear();
   body.boxes.fit(*body.topology, ways_a.from, ways_a.to, ways_a.margin_m);
-  for (std::uint32_t f = 0; f < body.boxes.faces.size(); ++f) boxes_a_.fit(ways_a, f);
-  body.boxes.for_pairs(*body.topology, [&](std::uint32_t f, std::uint32_t g) {
-    meet(pair, bodies, {f, body.boxes.faces[f]}, {g, body.boxes.faces[g]});
-  });
+  for (std::uint32_t f = 0; f < body.boxes.faces.size(); ++f) boxes_.fit(ways_a, f);
+  body.boxes.for_pairs(*body.topology,
+                       [&](std::uint32_t f, std::uint32_t g) { meet_self(f, g, body, pair.candidates); });
 }
 
 void CandidateFinder::find_among(SurfacePair& pair, std::span<const SurfaceBody> bodies,
                                  std::vector<FaceBox>& near_first, std::vector<FaceBox>& near_second) {
   near_a_.swap(near_first);
   near_b_.swap(near_second);
-  for (std::vector<FaceBox>* near : {&near_a_, &near_b_}) sort_by_low(*near);
-  meet_near_faces(pair, bodies, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
+  meet_near_faces(pair, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
 }
 
-void CandidateFinder::meet_near_faces(SurfacePair& pair, std::span<const SurfaceBody> bodies, const Ways& ways_a,
-                                      const Ways& ways_b) {
+void CandidateFinder::meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b) {
   pair.candidates.clear();
-  boxes_a_.fit(ways_a, near_a_);
-  boxes_b_.fit(ways_b, near_b_);
-  for_near_faces([&](const FaceBox& f, const FaceBox& g) { meet(pair, bodies, f, g); });
+  features_a_.take(ways_a, near_a_);
+  features_b_.take(ways_b, near_b_);
+  const Mesh& mesh_a = *ways_a.body->topology->mesh;
+  const Mesh& mesh_b = *ways_b.body->topology->mesh;
+  for_overlapping(features_a_.vertices, features_b_.faces, [&](std::uint32_t vertex, std::uint32_t face) {
+    const auto& [p, q, r] = mesh_b.faces[face];
+    pair.candidates.push_back({FeaturePair::vertex_face, false, vertex, face, {vertex, p, q, r}});
+  });
+  for_overlapping(features_b_.vertices, features_a_.faces, [&](std::uint32_t vertex, std::uint32_t face) {
+    const auto& [p, q, r] = mesh_a.faces[face];
+    pair.candidates.push_back({FeaturePair::vertex_face, true, vertex, face, {vertex, p, q, r}});
+  });
+  for_overlapping(features_a_.edges, features_b_.edges, [&](std::uint32_t first, std::uint32_t second) {
+    const Edge& edge = mesh_a.edges[first];
+    const Edge& other = mesh_b.edges[second];
+    pair.candidates.push_back({FeaturePair::edge_edge, false, first, second, {edge[0], edge[1], other[0], other[1]}});
+  });
 }
 
 bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {

@@ -1,12 +1,15 @@
 // The features of two surfaces, or of one, that may meet in a substep.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "physics/contact/closest.h"
+#include "physics/contact/feature_kernels.h"
 #include "physics/contact/surface_body.h"
+#include "physics/lanes/isa.h"
 
 namespace pneuma::physics {
 
@@ -50,25 +53,45 @@ class CandidateFinder {
     std::vector<Box> vertices, edges;
 
     void fit(const Ways& ways, std::uint32_t face);
-    void fit(const Ways& ways, std::span<const FaceBox> faces) {
-      for (const FaceBox& face : faces) fit(ways, face.face);
+  };
+  // Some features of one body and their boxes, side by side.
+  struct BoxList {
+    std::vector<std::uint32_t> features;
+    std::array<std::vector<double>, 6> sides;
+
+    void clear();
+    void add(std::uint32_t feature, const Box& box);
+    void pad();
+    [[nodiscard]] std::array<double, 6> box(std::size_t i) const {
+      return {sides[0][i], sides[1][i], sides[2][i], sides[3][i], sides[4][i], sides[5][i]};
     }
+    [[nodiscard]] BoxRows rows() const;
+  };
+  struct NearFeatures {
+    BoxList vertices, edges, faces;
+
+    void take(const Ways& ways, std::span<const FaceBox> near);
   };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
   static Ways places_of(const SurfaceBody& body, double margin_m);
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
   void take_near_faces(const Ways& a, const Ways& b);
   static void sort_by_low(std::vector<FaceBox>& faces);
-  void meet(SurfacePair& pair, std::span<const SurfaceBody> bodies, const FaceBox& face_a, const FaceBox& face_b) const;
-  void meet_near_faces(SurfacePair& pair, std::span<const SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b);
+  void meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body, std::vector<Candidate>& candidates) const;
+  void meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b);
+  template <class Add>
+  void for_overlapping(const BoxList& firsts, const BoxList& seconds, const Add& add);
   template <class Visit>
-  void for_near_faces(const Visit& visit) const;
+  void for_near_faces(const Visit& visit);
   static void take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                               std::vector<double>& heights_m, std::vector<FaceBox>& near);
 
   std::vector<double> heights_m_;
   std::vector<FaceBox> near_a_, near_b_;
-  FeatureBoxes boxes_a_, boxes_b_;
+  FeatureBoxes boxes_;  // of a body that meets itself
+  NearFeatures features_a_, features_b_;
+  std::vector<std::uint32_t> overlapping_;
+  const FeatureKernels* kernels_ = &feature_kernels(isa_in_use());
 };
 
 }  // namespace pneuma::physics

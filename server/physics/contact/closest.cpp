@@ -6,10 +6,6 @@
 namespace pneuma::physics {
 namespace {
 
-// Shares of a face or an edge below this are none: the point is on its border.
-constexpr double share_min = 1e-9;
-// Of the product of two edges' squared lengths: edges that are nearer to parallel than this meet at their ends.
-constexpr double parallel_share = 1e-12;
 // Of the margin: an advance that gains less than this has arrived.
 constexpr double advance_share_min = 0.05;
 // Halvings of the distance take a handful of rounds; a grazing pass takes more.
@@ -151,15 +147,6 @@ double edge_edge_bound_m(const Vec3d& a0, const Vec3d& a1, const Vec3d& b0, cons
 double distance_bound_m(FeaturePair pair, const FourPoints& at) {
   return pair == FeaturePair::vertex_face ? vertex_face_bound_m(at[0], at[1], at[2], at[3])
                                           : edge_edge_bound_m(at[0], at[1], at[2], at[3]);
-}
-
-double largest_relative_move_m(FeaturePair pair, const FourPoints& moves) {
-  double squared = 0.0;
-  const std::size_t first_count = pair == FeaturePair::vertex_face ? 1 : 2;
-  for (std::size_t i = 0; i < first_count; ++i) {
-    for (std::size_t j = first_count; j < 4; ++j) squared = std::max(squared, (moves[i] - moves[j]).squaredNorm());
-  }
-  return std::sqrt(squared);
 }
 
 double safe_share(FeaturePair pair, const FourPoints& start, const FourPoints& moves, double margin_m) {

@@ -1,7 +1,9 @@
 // Distances between the features of triangle meshes, and how far four points may move before two of them meet.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -14,6 +16,11 @@ enum class FeaturePair { vertex_face, edge_edge };
 
 /// Four points: a vertex and the three of a face, or the two ends of an edge and those of another.
 using FourPoints = std::array<Vec3d, 4>;
+
+/// Shares of a face or an edge below this are none: the point is on its border.
+inline constexpr double share_min = 1e-9;
+/// Of the product of two edges' squared lengths: edges that are nearer to parallel than this meet at their ends.
+inline constexpr double parallel_share = 1e-12;
 
 /// How much of each of a face's corners makes up a point of it; they sum to 1.
 struct FacePoint {
@@ -40,8 +47,18 @@ struct EdgePoints {
 [[nodiscard]] double distance_m(FeaturePair pair, const FourPoints& points);
 /// No more than the distance, nearly always little less, and found sooner.
 [[nodiscard]] double distance_bound_m(FeaturePair pair, const FourPoints& points);
-/// The furthest that a point of one of the two features moves as seen from one of the other.
-[[nodiscard]] double largest_relative_move_m(FeaturePair pair, const FourPoints& moves);
+/// The furthest that a point of one of the two features moves as seen from one of the other; squared.
+[[nodiscard]] inline double largest_relative_move_m2(FeaturePair pair, const FourPoints& moves) {
+  double squared = 0.0;
+  const std::size_t first_count = pair == FeaturePair::vertex_face ? 1 : 2;
+  for (std::size_t i = 0; i < first_count; ++i) {
+    for (std::size_t j = first_count; j < 4; ++j) squared = std::max(squared, (moves[i] - moves[j]).squaredNorm());
+  }
+  return squared;
+}
+[[nodiscard]] inline double largest_relative_move_m(FeaturePair pair, const FourPoints& moves) {
+  return std::sqrt(largest_relative_move_m2(pair, moves));
+}
 
 /// The share of the moves up to which the two features stay at least `margin_m` apart; 1: all of it. The points start
 /// at least that far apart. Conservative advancement: no point comes nearer by more than the largest relative move, so

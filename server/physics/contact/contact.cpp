@@ -5,6 +5,7 @@
 #include <ranges>
 
 #include "physics/contact/touch_groups.h"
+#include "physics/lanes/body_extents.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
@@ -109,7 +110,9 @@ void Contacts<Real>::find_bounds(const ContactWorld<Real>& world) {
   for (const SoftState<Real>& body : soft) {
     if (body.is_awake()) vertices_ += body.x.size();
   }
-  for_each(world, bounds_.size(), [&](std::size_t i) { fit(soft[i], bounds_[i]); });
+  const bool known = !world.extents.empty() && world.joints.empty();  // joints have changed the moves
+  for_each(world, bounds_.size(),
+           [&](std::size_t i) { fit(soft[i], known ? &world.extents[i] : nullptr, bounds_[i]); });
   swept_.resize(soft.size());
   for (std::size_t i = 0; i < soft.size(); ++i) swept_[i] = swept_by(soft[i], bounds_[i]);
 }
@@ -260,11 +263,11 @@ void Contacts<Real>::refit_stale(const ContactWorld<Real>& world) {
 }
 
 template <class Real>
-void Contacts<Real>::fit(const SoftState<Real>& body, BodyBounds& bounds) const {
+void Contacts<Real>::fit(const SoftState<Real>& body, const Extents<Real>* known, BodyBounds& bounds) const {
   if (body.rest.asleep && bounds.asleep) return;
   bounds = {};
   if (body.frozen) return;
-  fit_boxes(body, bounds);
+  fit_boxes(body, known != nullptr && body.is_awake() ? *known : extents_of(body), bounds);
   bounds.asleep = body.rest.asleep;
 }
 

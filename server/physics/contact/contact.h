@@ -50,7 +50,7 @@ class Contacts {
     bool any = false;
   };
 
-  void fit(const SoftState<Real>& body, BodyBounds& bounds) const;
+  void fit(const SoftState<Real>& body, const Extents<Real>* known, BodyBounds& bounds) const;
   // In the order of the substep.
   void hold_joints(const ContactWorld<Real>& world);
   void find_bounds(const ContactWorld<Real>& world);

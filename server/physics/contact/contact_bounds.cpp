@@ -5,37 +5,24 @@
 #include <cmath>
 
 #include "base/limits.h"
+#include "physics/lanes/body_extents.h"
 #include "physics/rigid/sweep.h"
 
 namespace pneuma::physics {
 namespace {
 
-// Minima and maxima of x and x + dr by lanes: two vertices are six numbers, which a compiler keeps in vector registers.
-constexpr std::size_t lanes = 6;
 // Below this share of its cube, an inertia's determinant is round-off: the vertices are on a line.
 constexpr double turning_share_min = 1e-12;
 
 template <class Real>
-struct Extremes {
-  std::array<Real, lanes> low;
-  std::array<Real, lanes> high;
-
-  explicit Extremes(const Vec3<Real>& first) {
-    for (std::size_t k = 0; k < lanes; ++k) low[k] = high[k] = first[static_cast<Eigen::Index>(k % 3)];
+Aabb<double> box_of(const Span<Real> (&spans)[3], const Vec3d& origin_m) {
+  Aabb<double> box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.min[static_cast<Eigen::Index>(k)] = static_cast<double>(spans[k].low);
+    box.max[static_cast<Eigen::Index>(k)] = static_cast<double>(spans[k].high);
   }
-  void take(std::size_t lane, Real value) {
-    low[lane] = value < low[lane] ? value : low[lane];
-    high[lane] = value > high[lane] ? value : high[lane];
-  }
-  [[nodiscard]] Aabb<double> box(const Vec3d& origin_m) const {
-    Aabb<double> b;
-    for (std::size_t k = 0; k < 3; ++k) {
-      b.min[static_cast<Eigen::Index>(k)] = static_cast<double>(std::min(low[k], low[k + 3]));
-      b.max[static_cast<Eigen::Index>(k)] = static_cast<double>(std::max(high[k], high[k + 3]));
-    }
-    return {origin_m + b.min, origin_m + b.max};
-  }
-};
+  return {origin_m + box.min, origin_m + box.max};
+}
 
 bool within_limits(const Aabb<double>& box) {
   return (box.min.array() >= -base::coordinate_max_m).all() && (box.max.array() <= base::coordinate_max_m).all();
@@ -49,25 +36,13 @@ bool overlap(const Aabb<double>& a, const Aabb<double>& b, double grown_m) {
 
 template <class Real>
 void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds) {
-  const std::size_t count = body.x.size();
-  const Real* x = body.x.front().data();
-  const Real* dr = body.dr.front().data();
-  Extremes<Real> start(body.x.front());
-  Extremes<Real> end(body.x.front() + body.dr.front());
-  for (std::size_t i = 0; i + lanes <= 3 * count; i += lanes) {
-    for (std::size_t k = 0; k < lanes; ++k) {
-      start.take(k, x[i + k]);
-      end.take(k, x[i + k] + dr[i + k]);
-    }
-  }
-  if (count % 2 != 0) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      start.take(k, x[3 * (count - 1) + k]);
-      end.take(k, x[3 * (count - 1) + k] + dr[3 * (count - 1) + k]);
-    }
-  }
-  bounds.moved = end.box(body.origin_m);
-  bounds.start = start.box(body.origin_m);
+  fit_boxes(body, extents_of(body), bounds);
+}
+
+template <class Real>
+void fit_boxes(const SoftState<Real>& body, const Extents<Real>& extents, BodyBounds& bounds) {
+  bounds.start = box_of(extents.x, body.origin_m);
+  bounds.moved = box_of(extents.end, body.origin_m);
   bounds.swept = {bounds.start.min.cwiseMin(bounds.moved.min), bounds.start.max.cwiseMax(bounds.moved.max)};
   bounds.active = within_limits(bounds.swept);
   bounds.stale = false;
@@ -183,6 +158,8 @@ void find_soft_pairs(std::span<const SoftState<Real>> soft, std::span<const Body
 
 template void fit_boxes(const SoftState<float>&, BodyBounds&);
 template void fit_boxes(const SoftState<double>&, BodyBounds&);
+template void fit_boxes(const SoftState<float>&, const Extents<float>&, BodyBounds&);
+template void fit_boxes(const SoftState<double>&, const Extents<double>&, BodyBounds&);
 template Vec3d mean_velocity(const SoftState<float>&);
 template Vec3d mean_velocity(const SoftState<double>&);
 template void fit_rigid(const SoftState<float>&, RigidPart&);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "physics/state/bounds.h"
+#include "physics/state/extents.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
@@ -47,6 +48,9 @@ struct SoftPair {
 
 template <class Real>
 void fit_boxes(const SoftState<Real>& body, BodyBounds& bounds);
+/// Likewise where the body's extents are known.
+template <class Real>
+void fit_boxes(const SoftState<Real>& body, const Extents<Real>& extents, BodyBounds& bounds);
 /// Of the centre of mass of the vertices that are not pinned; 0 where all are.
 template <class Real>
 [[nodiscard]] Vec3d mean_velocity(const SoftState<Real>& body);

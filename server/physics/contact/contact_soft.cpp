@@ -213,7 +213,8 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
     const double impact_m_s = pressed ? 0.0 : impact_speed(relative.dot(hit.normal), 0.0, resting_m_s);
     Eigen::Matrix3d inverse_mass_1_kg = masses.inverse_mass_1_kg(hit_mass_kg, arm);
     if (whole) inverse_mass_1_kg += turning_inverse_mass(own_arm, shares * own.inverse_inertia_1_kg_m2);
-    const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface, inverse_mass_1_kg);
+    const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface,
+                                              [&](const Vec3d& n) -> Vec3d { return inverse_mass_1_kg * n; });
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
     const Vec3d back = masses.moved_share(hit_mass_kg) * (stop_of(way, hit, after, dt_s) - way.end);

@@ -186,23 +186,31 @@ bool meet_collider(SoftState<Real>& body, const BodyBounds& bounds, const SolidM
   return touched;
 }
 
+/// What of a rigid body stays as it is while vertices meet it.
+struct RigidInverse {
+  Vec3d masses_1_kg;
+  Eigen::Matrix3d inertia_1_kg_m2;
+};
+
 /// A vertex and the point of a rigid body that it touches, as two masses.
 struct Touch {
   RigidState& rigid;
+  const RigidInverse& inverse;
   double inverse_vertex_mass_1_kg;
   Vec3d arm;
 
-  [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg() const {
-    const Vec3d inverse_masses = Vec3d::Constant(inverse_vertex_mass_1_kg) + inverse_masses_1_kg(rigid);
-    return Eigen::Matrix3d(inverse_masses.asDiagonal()) + turning_inverse_mass(arm, inverse_inertia_1_kg_m2(rigid));
-  }
   [[nodiscard]] Vec3d relative(const Vec3d& velocity) const {
     return velocity - velocity_at(rigid.velocity, rigid.angular_velocity, arm);
   }
+  /// Of the relative velocity.
+  [[nodiscard]] Vec3d change_m_s(const Vec3d& impulse_n_s) const {
+    const Vec3d turning = inverse.inertia_1_kg_m2 * arm.cross(impulse_n_s);
+    return inverse_vertex_mass_1_kg * impulse_n_s + inverse.masses_1_kg.cwiseProduct(impulse_n_s) + turning.cross(arm);
+  }
   void push(Vec3d& velocity, const Vec3d& impulse_n_s) const {
     velocity += inverse_vertex_mass_1_kg * impulse_n_s;
-    rigid.velocity -= inverse_masses_1_kg(rigid).cwiseProduct(impulse_n_s);
-    rigid.angular_velocity -= inverse_inertia_times(rigid, arm.cross(impulse_n_s));
+    rigid.velocity -= inverse.masses_1_kg.cwiseProduct(impulse_n_s);
+    rigid.angular_velocity -= inverse.inertia_1_kg_m2 * arm.cross(impulse_n_s);
   }
 };
 
@@ -278,6 +286,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
   if (!may_meet(bounds, solid, surface.thickness_m, physics.dt_s)) return false;
   const Tolerances tolerances = tolerances_of(body, bounds);
   Pressure<Real> pressure(body, tolerances.touching_m, physics.resting_m_s);
+  const RigidInverse inverse{inverse_masses_1_kg(rigid), inverse_inertia_1_kg_m2(rigid)};
   bool touched = false;
   for_near_vertices(body, solid, surface.thickness_m, [&](std::size_t i) {
     if (!within_speed(body.v[i])) return;
@@ -288,7 +297,7 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
     Vec3d velocity = body.v[i].template cast<double>();
     Vec3d push_m = Vec3d::Zero();
     const auto answer = [&](const Vec3d& normal, const Vec3d& arm, double gap_m, double) -> Vec3d {
-      const Touch touch{rigid, inverse_mass_1_kg, arm};
+      const Touch touch{rigid, inverse, inverse_mass_1_kg, arm};
       const Vec3d relative = touch.relative(velocity);
       const double impact_m_s = pressure.presses(normal, gap_m, velocity - relative)
                                     ? 0.0
@@ -297,7 +306,8 @@ bool meet_rigid(SoftState<Real>& body, BodyBounds& bounds, RigidState& rigid, st
         notes->push_back({static_cast<std::uint32_t>(i), VertexContact::Other::rigid, index, normal});
       }
       if (pinned) push_m = pin_push_share * std::min(gap_m, 0.0) * normal;
-      touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, touch.inverse_mass_1_kg()));
+      const auto by_impulse = [&](const Vec3d& impulse_n_s) { return touch.change_m_s(impulse_n_s); };
+      touch.push(velocity, contact_impulse(relative, normal, impact_m_s, surface, by_impulse));
       return touch.relative(velocity);
     };
     if (!stop_at(solid, surface.thickness_m, tolerances.skin_m, physics.dt_s, start, end, answer)) return;

@@ -9,6 +9,7 @@
 #include "physics/contact/contact_solid.h"
 #include "physics/contact/joint.h"
 #include "physics/implicit/implicit_solver.h"
+#include "physics/state/extents.h"
 #include "physics/state/state.h"
 #include "physics/state/substep_context.h"
 
@@ -27,6 +28,7 @@ struct ContactWorld {
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
   std::span<JointState> joints = {};              // those that break are marked
   std::span<ContactNotes> notes = {};             // what was answered is appended; or none
+  std::span<const Extents<Real>> extents = {};    // of those that are awake, where they are known already
 
   [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
   [[nodiscard]] SubstepPhysics physics() const {

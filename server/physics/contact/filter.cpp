@@ -70,12 +70,12 @@ class MoveFilter {
   void find_cuts(const SurfacePair& pair, std::uint32_t round) {
     const double kept_m = kept_distance_m(pair, bodies_);
     for (const Candidate& candidate : pair.candidates) {
-      const FeatureCorners corners = corners_of(pair, candidate, bodies_);
+      const FeatureCorners corners = corners_of(pair, candidate);
       if (round > 1 && !changed_in(corners, round - 1)) continue;
       const FourPoints moves = corners.moves(bodies_);
       const double margin_m = kept_share * kept_m;
-      const double apart_m = candidate.apart_m - pair.drifted_m;
-      if (apart_m - margin_m >= largest_relative_move_m(candidate.pair, moves)) continue;
+      const double free_m = candidate.apart_m - pair.drifted_m - margin_m;
+      if (free_m >= 0.0 && free_m * free_m >= largest_relative_move_m2(candidate.pair, moves)) continue;
       const FourPoints start = corners.start(bodies_);
       const bool is_measured = !candidate.apart.isZero(0.0) && pair.drifted_m == 0.0;
       const double distance = is_measured ? candidate.apart_m : distance_m(candidate.pair, start);

@@ -9,7 +9,7 @@ namespace {
 constexpr double moves_slack = 1.1;
 // A list is made for so many substeps of the moves that the bodies make now, but for no more than a share of the
 // spacing of their vertices: beyond it grows faster than it lasts.
-constexpr double substeps_ahead = 6.0;
+constexpr double substeps_ahead = 4.0;
 constexpr double reach_share_max = 0.3;
 // What is beyond this share of the reach is looked at in coarser steps.
 constexpr double near_steps = 4.0;
@@ -37,18 +37,29 @@ double PairWatch::drifted_m(const Drifts& since, std::span<const SurfaceBody> bo
                    {second.shift_m - since.second.shift_m, second.path_m - since.second.path_m});
 }
 
-void PairWatch::find(double reach_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureBounds& bounds) {
+void PairWatch::find(double reach_m, std::span<SurfaceBody> bodies, CandidateFinder& finder,
+                     FeatureMeasures& measures) {
   finder.find_near(pair_, bodies, reach_m);
-  bounds.set(pair_, pair_.candidates, bodies);
+  measures.measure(pair_, bodies);
   std::erase_if(pair_.candidates, [&](const Candidate& candidate) { return candidate.apart_m > reach_m; });
+  apart_m_.clear();
+  for (const Candidate& candidate : pair_.candidates) apart_m_.push_back(candidate.apart_m);
+  for (auto& list : near_) list.clear();
   found_ = drifts(bodies);
   come_m_ = 0.0;
   reach_m_ = reach_m;
-  near_count_ = 0;
   near_m_ = 0.0;
 }
 
-void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureBounds& bounds,
+void PairWatch::list_near(double within_m) {
+  near_m_ = within_m;
+  for (auto& list : near_) list.clear();
+  for (std::uint32_t i = 0; i < apart_m_.size(); ++i) {
+    if (apart_m_[i] <= within_m) near_[static_cast<std::size_t>(pair_.candidates[i].pair)].push_back(i);
+  }
+}
+
+void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureMeasures& measures,
                      SurfacePair& pair) {
   const double closing = closing_m(pair_, bodies);
   const double spacing = spacing_of(pair_, bodies);
@@ -61,30 +72,25 @@ void PairWatch::look(double within_m, std::span<SurfaceBody> bodies, CandidateFi
   if (!watched_) {
     reach_m_ = -1.0;
     finder.find(pair, bodies);
-    bounds.set(pair, pair.candidates, bodies);
+    measures.measure(pair, bodies);
     return;
   }
   if (reach_m_ < 0.0 || drifted_m(found_, bodies) + needed_m > reach_m_) {
-    find(needed_m + std::min(substeps_ahead * closing, reach_share_max * spacing), bodies, finder, bounds);
+    find(needed_m + std::min(substeps_ahead * closing, reach_share_max * spacing), bodies, finder, measures);
   }
   const double due_m = come_m_ + needed_m;
-  if (due_m > near_m_) {
-    near_m_ = std::min(reach_m_, due_m + reach_m_ / near_steps);
-    const auto far = pair_.candidates.begin() + static_cast<std::ptrdiff_t>(near_count_);
-    const auto end = std::partition(far, pair_.candidates.end(),
-                                    [&](const Candidate& candidate) { return candidate.apart_m <= near_m_; });
-    near_count_ = static_cast<std::size_t>(end - pair_.candidates.begin());
-  }
-  due_.clear();
-  for (std::uint32_t i = 0; i < near_count_; ++i) {
-    if (pair_.candidates[i].apart_m <= due_m) due_.push_back(i);
-  }
-  bounds.set(pair_, pair_.candidates, due_, bodies);
+  if (due_m > near_m_) list_near(due_m + reach_m_ / near_steps);
   pair.candidates.clear();
-  for (const std::uint32_t i : due_) {
-    Candidate& candidate = pair_.candidates[i];
-    if (candidate.apart_m <= needed_m) pair.candidates.push_back(candidate);
-    candidate.apart_m += come_m_;
+  for (const FeaturePair kind : {FeaturePair::vertex_face, FeaturePair::edge_edge}) {
+    auto& due = due_[static_cast<std::size_t>(kind)];
+    due.clear();
+    for (const std::uint32_t i : near_[static_cast<std::size_t>(kind)]) {
+      if (apart_m_[i] <= due_m) due.push_back(i);
+    }
+    measures.for_measured(kind, pair_, due, bodies, [&](std::uint32_t i, const Candidate& candidate) {
+      apart_m_[i] = candidate.apart_m + come_m_;
+      if (candidate.apart_m <= needed_m) pair.candidates.push_back(candidate);
+    });
   }
 }
 

@@ -2,13 +2,14 @@
 // the bodies have moved too far for the list.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "physics/contact/candidates.h"
-#include "physics/contact/feature_bounds.h"
+#include "physics/contact/feature_measures.h"
 #include "physics/contact/surface_body.h"
 
 namespace pneuma::physics {
@@ -20,7 +21,7 @@ class PairWatch {
   /// Sets the pair's candidates: all features that are, where the substep finds them, within `within_m` and the most
   /// that the substep may move them towards each other; with their bounds. What it keeps between calls saves work and
   /// shows in no result but the order.
-  void look(double within_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureBounds& bounds,
+  void look(double within_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureMeasures& measures,
             SurfacePair& pair);
   /// Whether the last look has all that are within that much of each other, or come there in the substep. Sets how far
   /// the pair has drifted since then.
@@ -28,7 +29,11 @@ class PairWatch {
 
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> bodies() const { return {pair_.first, pair_.second}; }
   [[nodiscard]] std::size_t bytes() const {
-    return pair_.candidates.capacity() * sizeof(Candidate) + due_.capacity() * sizeof(std::uint32_t);
+    std::size_t sum = pair_.candidates.capacity() * sizeof(Candidate) + apart_m_.capacity() * sizeof(double);
+    for (const auto* lists : {&near_, &due_}) {
+      for (const std::vector<std::uint32_t>& list : *lists) sum += list.capacity() * sizeof(std::uint32_t);
+    }
+    return sum;
   }
 
  private:
@@ -40,18 +45,22 @@ class PairWatch {
     return {bodies[pair_.first].drift, bodies[pair_.second].drift};
   }
   [[nodiscard]] double drifted_m(const Drifts& since, std::span<const SurfaceBody> bodies) const;
-  void find(double reach_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureBounds& bounds);
+  void find(double reach_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureMeasures& measures);
+  void list_near(double within_m);
 
-  // Of these, `apart_m` is how far the bodies may have come, look by look, before the two can touch.
+  // Indices of candidates by their kind.
+  using ByKind = std::array<std::vector<std::uint32_t>, 2>;
+
   SurfacePair pair_;
-  std::size_t near_count_ = 0;  // the first of them are looked at by each substep
-  double near_m_ = 0.0;         // the others are further apart
-  double reach_m_ = -1.0;       // as what is not listed
+  std::vector<double> apart_m_;  // one a candidate: how far the bodies may come, look by look, before the two can touch
+  ByKind near_;                  // these are looked at by each substep
+  double near_m_ = 0.0;          // the others are further apart
+  double reach_m_ = -1.0;        // as what is not listed
   Drifts found_, looked_;
   double come_m_ = 0.0;  // since the list was made: the way there, as bodies that part may come back
   double looked_m_ = 0.0;
   bool watched_ = false;
-  std::vector<std::uint32_t> due_;
+  ByKind due_;
 };
 
 }  // namespace pneuma::physics

@@ -52,15 +52,22 @@ struct SurfaceBody {
   }
 };
 
+struct SurfacePair;
+
 /// A vertex (or an edge) of one surface and a face (or an edge) of the other that may meet.
 struct Candidate {
   FeaturePair pair = FeaturePair::vertex_face;
   bool swapped = false;  // the first feature is of the pair's second body
   std::uint32_t first = 0;
   std::uint32_t second = 0;
-  double apart_m = 0.0;         // no less than this, where they were last measured
-  Vec3d apart = Vec3d::Zero();  // likewise: unit, from the second's nearest point to the first's; 0 where not known
+  std::array<std::uint32_t, 4> corners{};  // vertices: those of the first feature come first
+  // As last measured (FeatureMeasures).
+  double apart_m = 0.0;
+  Vec3d apart = Vec3d::Zero();     // unit, from the second's nearest point to the first's; 0 where they have none
+  std::array<double, 3> shares{};  // see NearestBlock
 };
+[[nodiscard]] Candidate make_candidate(FeaturePair kind, bool swapped, std::uint32_t first, std::uint32_t second,
+                                       const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
 /// Two bodies, or one and itself (`first == second`), and the features of theirs that may meet in this substep.
 struct SurfacePair {
@@ -78,11 +85,25 @@ struct FeatureCorners {
   std::array<std::uint32_t, 4> bodies{};
   std::array<std::uint32_t, 4> vertices{};
 
-  [[nodiscard]] FourPoints start(std::span<const SurfaceBody> all) const;
+  [[nodiscard]] FourPoints start(std::span<const SurfaceBody> all) const {
+    FourPoints points;
+    for (std::size_t i = 0; i < 4; ++i) points[i] = all[bodies[i]].from[vertices[i]];
+    return points;
+  }
   /// As far as the bodies' cuts allow.
-  [[nodiscard]] FourPoints moves(std::span<const SurfaceBody> all) const;
+  [[nodiscard]] FourPoints moves(std::span<const SurfaceBody> all) const {
+    FourPoints points;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const SurfaceBody& body = all[bodies[i]];
+      points[i] = body.cuts[vertices[i]] * body.move_m(vertices[i]);
+    }
+    return points;
+  }
 };
-[[nodiscard]] FeatureCorners corners_of(const SurfacePair& pair, const Candidate& candidate,
-                                        std::span<const SurfaceBody> bodies);
+[[nodiscard]] inline FeatureCorners corners_of(const SurfacePair& pair, const Candidate& candidate) {
+  const std::uint32_t first = candidate.swapped ? pair.second : pair.first;
+  const std::uint32_t second = candidate.swapped ? pair.first : pair.second;
+  return {{first, candidate.pair == FeaturePair::vertex_face ? second : first, second, second}, candidate.corners};
+}
 
 }  // namespace pneuma::physics

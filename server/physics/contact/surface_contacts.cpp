@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "physics/contact/filter.h"
-#include "physics/contact/surface_rows.h"
 #include "physics/contact/surface_shell.h"
 #include "physics/rigid/sweep.h"
 
@@ -23,10 +22,12 @@ constexpr double surface_overlap_time_s = 0.1;
 // In which bodies that were put into each other move by the smaller one's length.
 constexpr double parting_time_s = 0.3;
 // Each solve starts from the last one's impulses, so that most end sooner.
-constexpr std::uint32_t surface_sweeps_max = 8;
+constexpr std::uint32_t surface_sweeps_max = 5;
 // Of the largest approach: what a sweep may change and be the last. Ten times as much leaves a tremble that keeps piles
 // awake three times as long.
 constexpr double surface_enough_share = 2e-3;
+// Likewise of the way that is missing: what is left goes back in the next substep.
+constexpr double place_enough_share = 0.05;
 
 // Their mean, and the most beside it.
 SurfaceDrift drift_of(std::span<const Vec3d> moves_m) {
@@ -254,12 +255,12 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bo
     }
     if (second >= meshes_begin_) {
       mesh_finder_.find(meshes_[second - meshes_begin_], pair, bodies_);
-      feature_bounds_.set(pair, pair.candidates, bodies_);
+      measures_.measure(pair, bodies_);
       pair.drifted_m = 0.0;
     } else if (watched) {
       while (watches_[watch].bodies() != near_[at]) ++watch;
       const double slack_m = shell_slack_share * std::min(bodies_[first].shell_m, bodies_[second].shell_m);
-      watches_[watch].look(row_reach_m(pair, bodies_) + slack_m, bodies_, finder_, feature_bounds_, pair);
+      watches_[watch].look(row_reach_m(pair, bodies_) + slack_m, bodies_, finder_, measures_, pair);
     } else {
       finder_.find(pair, bodies_);
     }
@@ -287,8 +288,8 @@ void SurfaceContacts<Real>::keep_watches() {
 
 template <class Real>
 void SurfaceContacts<Real>::find_rows(std::vector<ContactRow>& rows) {
-  for (SurfacePair& pair : pairs_) feature_bounds_.set(pair, pair.candidates, bodies_);
-  find_surface_rows(pairs_, bodies_, rows);
+  for (SurfacePair& pair : pairs_) measures_.measure(pair, bodies_);
+  row_finder_.find(pairs_, bodies_, rows);
 }
 
 template <class Real>
@@ -309,7 +310,7 @@ void SurfaceContacts<Real>::answer(const Substep& substep, std::span<ContactNote
   load_ways(soft, substep.bounds, false);
   find_pairs(soft, true);
   rows_.clear();
-  find_surface_rows(pairs_, bodies_, rows_);
+  row_finder_.find(pairs_, bodies_, rows_);
   add_ways_out(rows_);
   counts_.rows += rows_.size();
   if (rows_.empty()) {
@@ -372,7 +373,7 @@ void SurfaceContacts<Real>::solve_places(std::span<SoftState<Real>> soft, double
     shortest_m_s = std::max(shortest_m_s, row.least_m_s - row.free_m_s.dot(row.normal));
   }
   if (shortest_m_s <= 0.0) return;
-  (void)solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = surface_enough_share * shortest_m_s},
+  (void)solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = place_enough_share * shortest_m_s},
                       false);
   solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
     if (body >= meshes_begin_ || change_m_s.isZero(0.0)) return;
@@ -503,7 +504,7 @@ void SurfaceContacts<Real>::cut(const Substep& substep) {
 template <class Real>
 std::size_t SurfaceContacts<Real>::bytes() const {
   std::size_t sum = pairs_.capacity() * sizeof(SurfacePair) + rows_.capacity() * sizeof(ContactRow) +
-                    warm_.capacity() * sizeof(WarmImpulse) + feature_bounds_.bytes() + solver_.bytes();
+                    warm_.capacity() * sizeof(WarmImpulse) + measures_.bytes() + row_finder_.bytes() + solver_.bytes();
   for (const PairWatch& watch : watches_) sum += sizeof(PairWatch) + watch.bytes();
   for (const SurfacePair& pair : pairs_) sum += pair.candidates.capacity() * sizeof(Candidate);
   for (const SurfaceBody& body : bodies_) sum += body.bytes();

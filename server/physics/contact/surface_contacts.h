@@ -11,12 +11,13 @@
 #include "physics/contact/candidates.h"
 #include "physics/contact/contact_bounds.h"
 #include "physics/contact/contact_note.h"
-#include "physics/contact/feature_bounds.h"
+#include "physics/contact/feature_measures.h"
 #include "physics/contact/lumped_solver.h"
 #include "physics/contact/mesh_colliders.h"
 #include "physics/contact/pair_watch.h"
 #include "physics/contact/row.h"
 #include "physics/contact/surface_body.h"
+#include "physics/contact/surface_rows.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
@@ -114,7 +115,8 @@ class SurfaceContacts {
   std::vector<std::vector<Vec3d>> places_m_;                      // scratch of carry()
   CandidateFinder finder_;
   MeshCandidateFinder mesh_finder_;
-  FeatureBounds feature_bounds_;
+  FeatureMeasures measures_;
+  RowFinder row_finder_;
   std::vector<ContactRow> rows_;
   std::vector<WarmImpulse> warm_;  // sorted
   LumpedSolver solver_;

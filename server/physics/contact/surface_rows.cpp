@@ -1,17 +1,14 @@
 #include "physics/contact/surface_rows.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <array>
 #include <tuple>
+#include <utility>
 
 #include "physics/rigid/contact_surface.h"
 
 namespace pneuma::physics {
 namespace {
-
-// Nearer than this, m, features have no direction apart.
-constexpr double distance_min_m = 1e-12;
 
 enum class RowKind : std::uint64_t { vertex_face, vertex_edge, vertex_vertex, edge_edge };
 
@@ -27,11 +24,11 @@ FeatureKey key_of(RowKind kind, std::uint32_t first, std::uint32_t second, const
 }
 
 // Of the corners that have a share, so that neighbouring faces name the edge or the vertex that they share alike.
-FeatureKey key_of_vertex(const FeatureCorners& corners, const FacePoint& nearest) {
+FeatureKey key_of_vertex(const FeatureCorners& corners, const std::array<double, 3>& weights) {
   std::array<std::uint64_t, 4> parts{corners.vertices[0], no_corner, no_corner, no_corner};
   std::size_t count = 1;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (nearest.weights[i] > 0.0) parts[count++] = corners.vertices[i + 1];
+    if (weights[i] > 0.0) parts[count++] = corners.vertices[i + 1];
   }
   if (parts[1] > parts[2]) std::swap(parts[1], parts[2]);  // those without a share come last
   if (parts[2] > parts[3]) std::swap(parts[2], parts[3]);
@@ -46,105 +43,84 @@ FeatureKey key_of_vertex(const FeatureCorners& corners, const FacePoint& nearest
   return key_of(kind, first, second, parts);
 }
 
-// Of rows of one key the nearest comes first. Two that are as near differ in what they call first, or by a last digit.
-bool comes_before(const ContactRow& a, const ContactRow& b) {
-  if (a.key != b.key) return a.key < b.key;
-  if (a.gap_m != b.gap_m) return a.gap_m < b.gap_m;
-  const auto parts = [](const ContactRow& row) {
-    return std::tie(row.first.body, row.first.vertices, row.first.weights, row.second.vertices, row.second.weights);
-  };
-  return parts(a) < parts(b);
+FeatureKey key_of(const Candidate& candidate, const FeatureCorners& corners) {
+  if (candidate.pair == FeaturePair::vertex_face) return key_of_vertex(corners, candidate.shares);
+  const auto& v = corners.vertices;
+  return key_of(RowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
 }
 
-class RowFinder {
- public:
-  RowFinder(std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows) : bodies_(bodies), rows_(rows) {}
+// Of each corner, in the way from the second feature's nearest point to the first's.
+std::array<double, 4> weights_of(const Candidate& candidate) {
+  const auto& [a, b, c] = candidate.shares;
+  if (candidate.pair == FeaturePair::vertex_face) return {1.0, -a, -b, -c};
+  return {1.0 - a, a, b - 1.0, -b};
+}
 
-  void find(SurfacePair& pair) {
-    kept_m_ = kept_distance_m(pair, bodies_);
-    surface_ = combine(bodies_[pair.first].surface, bodies_[pair.second].surface);
-    const double reach_m = (1.0 + row_slack_share) * kept_m_;
-    for (Candidate& candidate : pair.candidates) {
-      const FeatureCorners corners = corners_of(pair, candidate, bodies_);
-      const double move_m = largest_relative_move_m(candidate.pair, corners.moves(bodies_));
-      if (candidate.apart_m - move_m > reach_m) continue;
-      const FourPoints at = corners.start(bodies_);
-      if (candidate.pair == FeaturePair::vertex_face) {
-        add_vertex(candidate, corners, at);
-      } else {
-        add_edges(candidate, corners, at);
-      }
-    }
+// Where an end of an edge is nearest, the row of a vertex says so.
+bool has_point(const Candidate& candidate) {
+  return !candidate.apart.isZero(0.0) && (candidate.pair == FeaturePair::vertex_face || candidate.shares[2] > 0.0);
+}
+
+double closing_m(const Candidate& candidate, const FeatureCorners& corners, std::span<const SurfaceBody> bodies) {
+  const std::array<double, 4> weights = weights_of(candidate);
+  Vec3d closing = Vec3d::Zero();
+  for (std::size_t i = 0; i < 4; ++i) closing += weights[i] * bodies[corners.bodies[i]].move_m(corners.vertices[i]);
+  return closing.dot(candidate.apart);
+}
+
+}  // namespace
+
+void RowFinder::look(std::uint32_t index, std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies) {
+  const SurfacePair& pair = pairs[index];
+  const double kept_m = kept_distance_m(pair, bodies);
+  const double slack_m = row_slack_share * kept_m;
+  for (std::uint32_t i = 0; i < pair.candidates.size(); ++i) {
+    const Candidate& candidate = pair.candidates[i];
+    if (!has_point(candidate)) continue;
+    const double gap_m = candidate.apart_m - kept_m;
+    const FeatureCorners corners = corners_of(pair, candidate);
+    if (gap_m > slack_m && gap_m + closing_m(candidate, corners, bodies) > slack_m) continue;
+    found_.push_back({key_of(candidate, corners), gap_m, index, i});
   }
+}
 
- private:
-  void add_vertex(Candidate& candidate, const FeatureCorners& corners, const FourPoints& at) {
-    const FacePoint nearest = nearest_of_face(at[0], at[1], at[2], at[3]);
-    const auto& w = nearest.weights;
-    if (!measure(candidate, nearest.distance_m, at[0] - w[0] * at[1] - w[1] * at[2] - w[2] * at[3])) return;
-    add(candidate, corners, {1.0, -w[0], -w[1], -w[2]}, [&] { return key_of_vertex(corners, nearest); });
-  }
-
-  // Where an end is nearest, a row of a vertex says so.
-  void add_edges(Candidate& candidate, const FeatureCorners& corners, const FourPoints& at) {
-    const EdgePoints nearest = nearest_of_edges(at[0], at[1], at[2], at[3]);
-    const double s = nearest.along_first;
-    const double t = nearest.along_second;
-    if (!measure(candidate, nearest.distance_m, at[0] + s * (at[1] - at[0]) - at[2] - t * (at[3] - at[2]))) return;
-    if (!nearest.within_both) return;
-    add(candidate, corners, {1.0 - s, s, t - 1.0, -t}, [&] {
-      const auto& v = corners.vertices;
-      return key_of(RowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
-    });
-  }
-
-  static bool measure(Candidate& candidate, double distance_m, const Vec3d& apart) {
-    candidate.apart_m = distance_m;
-    if (!(distance_m > distance_min_m)) return false;
-    candidate.apart = apart / distance_m;
-    return true;
-  }
-
-  template <class Key>
-  void add(const Candidate& candidate, const FeatureCorners& corners, const std::array<double, 4>& weights,
-           const Key& key) {
-    ContactRow row;
+void RowFinder::find(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies,
+                     std::vector<ContactRow>& rows) {
+  found_.clear();
+  for (std::uint32_t i = 0; i < pairs.size(); ++i) look(i, pairs, bodies);
+  // Of those of one key the nearest comes first. Two that are as near differ in what they call first, or by a last
+  // digit; their features tell them apart, in whatever order they were found.
+  const auto features = [&](const Found& found) {
+    const Candidate& candidate = pairs[found.pair].candidates[found.candidate];
+    return std::tuple(candidate.pair, candidate.swapped, candidate.first, candidate.second);
+  };
+  std::ranges::sort(found_, [&](const Found& a, const Found& b) {
+    if (a.key != b.key) return a.key < b.key;
+    if (a.gap_m != b.gap_m) return a.gap_m < b.gap_m;
+    return features(a) < features(b);
+  });
+  const Found* last = nullptr;
+  for (const Found& found : found_) {
+    if (last != nullptr && last->key == found.key) continue;
+    last = &found;
+    const SurfacePair& pair = pairs[found.pair];
+    const Candidate& candidate = pair.candidates[found.candidate];
+    const FeatureCorners corners = corners_of(pair, candidate);
+    const ContactSurface surface = combine(bodies[pair.first].surface, bodies[pair.second].surface);
+    const std::array<double, 4> weights = weights_of(candidate);
+    ContactRow& row = rows.emplace_back();
+    row.key = found.key;
     row.normal = candidate.apart;
-    row.gap_m = candidate.apart_m - kept_m_;
-    Vec3d closing = Vec3d::Zero();
-    for (std::size_t i = 0; i < 4; ++i) {
-      if (weights[i] != 0.0) closing += weights[i] * bodies_[corners.bodies[i]].move_m(corners.vertices[i]);
-    }
-    const double slack_m = row_slack_share * kept_m_;
-    if (row.gap_m > slack_m && row.gap_m + closing.dot(row.normal) > slack_m) return;
-    row.key = key();
+    row.gap_m = found.gap_m;
     row.first.body = corners.bodies[0];
     row.second.body = corners.bodies[3];
     for (std::size_t i = 0; i < 4; ++i) {
       if (weights[i] > 0.0) row.first.add(corners.vertices[i], weights[i]);
       if (weights[i] < 0.0) row.second.add(corners.vertices[i], -weights[i]);
     }
-    row.friction = surface_.friction;
-    row.restitution = surface_.restitution;
-    rows_.push_back(row);
+    row.friction = surface.friction;
+    row.restitution = surface.restitution;
   }
-
-  std::span<const SurfaceBody> bodies_;
-  std::vector<ContactRow>& rows_;
-  double kept_m_ = 0.0;
-  ContactSurface surface_;
-};
-
-}  // namespace
-
-void find_surface_rows(std::span<SurfacePair> pairs, std::span<const SurfaceBody> bodies,
-                       std::vector<ContactRow>& rows) {
-  const auto first = static_cast<std::ptrdiff_t>(rows.size());
-  RowFinder finder(bodies, rows);
-  for (SurfacePair& pair : pairs) finder.find(pair);
-  std::sort(rows.begin() + first, rows.end(), comes_before);
-  const auto same = [](const ContactRow& a, const ContactRow& b) { return a.key == b.key; };
-  rows.erase(std::unique(rows.begin() + first, rows.end(), same), rows.end());
 }
 
 }  // namespace pneuma::physics

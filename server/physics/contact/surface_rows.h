@@ -1,6 +1,7 @@
 // The rows of surfaces against each other and themselves.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -12,10 +13,26 @@ namespace pneuma::physics {
 /// Of the kept distance: what comes no nearer than this much beyond it needs no row.
 inline constexpr double row_slack_share = 0.5;
 
-/// Appends a row for each pair of features that is within the kept distance, or would be where the substep ends; each
-/// once, in the order of the keys, with the bodies' indices for those of their responses. What the solver is to reach
-/// is left to the caller. The candidates know how far apart they are at least (FeatureBounds).
-void find_surface_rows(std::span<SurfacePair> pairs, std::span<const SurfaceBody> bodies,
-                       std::vector<ContactRow>& rows);
+class RowFinder {
+ public:
+  /// Appends a row for each pair of features that is within the kept distance, or would be where the substep ends; each
+  /// once, in the order of the keys, with the bodies' indices for those of their responses. What the solver is to reach
+  /// is left to the caller. The candidates are measured (FeatureMeasures).
+  void find(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows);
+
+  [[nodiscard]] std::size_t bytes() const { return found_.capacity() * sizeof(Found); }
+
+ private:
+  // Of a candidate that needs a row, before it is known whether another one names the same.
+  struct Found {
+    FeatureKey key;
+    double gap_m = 0.0;
+    std::uint32_t pair = 0;
+    std::uint32_t candidate = 0;
+  };
+  void look(std::uint32_t pair, std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies);
+
+  std::vector<Found> found_;
+};
 
 }  // namespace pneuma::physics

@@ -121,7 +121,7 @@ class LaneBodies {
   void load(bool gas, bool weighed) const;
   /// Hands back the bodies that `wanted` has: v, and x, or, where x did not `advance`, the move.
   void store(std::span<const std::uint8_t> wanted, bool advance) const;
-  /// Sets well[lane] where all substeps kept a body within what freezes it (is_well in simulation.cpp), by bounds that
+  /// Sets well[lane] where all substeps kept a body within what freezes it (is_well in runaway.h), by bounds that
   /// need no look at each vertex in each substep: the largest components of velocity and move, and where it ended. What
   /// once is not a number stays so to the end.
   void find_well(std::uint32_t substeps, const PerLane<Real>& v_max_m_s, const PerLane<Real>& move_max_m,

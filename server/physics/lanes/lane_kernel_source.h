@@ -1,6 +1,10 @@
 // The lane kernels' one source; see lane_kernels.h for what they do and lane_pack.h for who may include this.
 #pragma once
 
+#include <array>
+#include <cmath>
+#include <limits>
+
 #include "physics/lanes/lane_kernels.h"
 #include "physics/lanes/lane_pack.h"
 
@@ -410,6 +414,83 @@ void update_pass(UpdatePass<Real>& pass) {
   }
 }
 
+// Three packs at a time, so that a lane keeps its axis. Minima and maxima are the same in any order.
+template <class P, class Real>
+void extent_pass(const ExtentPass<Real>& pass) {
+  constexpr std::size_t packs = 3;
+  constexpr std::size_t span = packs * P::width;
+  struct Range {
+    P low = P::all(std::numeric_limits<Real>::infinity());
+    P high = P::all(-std::numeric_limits<Real>::infinity());
+
+    void take(const P& value) {
+      low = lower(value, low);
+      high = higher(value, high);
+    }
+  };
+  struct Ranges {
+    Range x, end, move;
+  };
+  std::array<Ranges, packs> ranges;
+  P v_max = P::all(0);
+  P not_finite = P::all(0);
+  const std::size_t whole = pass.numbers / span * span;
+  for (std::size_t at = 0; at < whole; at += span) {
+    for (std::size_t k = 0; k < packs; ++k) {
+      const std::size_t i = at + k * P::width;
+      const P x = P::load(pass.x + i);
+      const P move = P::load(pass.move + i);
+      const P v = P::load(pass.v + i);
+      const P end = x + move;
+      ranges[k].x.take(x);
+      ranges[k].end.take(end);
+      ranges[k].move.take(move);
+      v_max = largest(v_max, v);
+      not_finite = not_finite + (end - end) + (v - v);  // 0, or no number
+    }
+  }
+  Extents<Real>& extents = *pass.extents;
+  extents = {};
+  const auto take = [&](std::size_t axis, Real x, Real end, Real move) {
+    extents.x[axis].take(x);
+    extents.end[axis].take(end);
+    extents.move[axis].take(move);
+  };
+  // Folded in halves, each of whole vertices, down to one.
+  const auto fold = [&](Span<Real>(&of_axes)[3], const auto& range_of) {
+    Real low[span];
+    Real high[span];
+    for (std::size_t k = 0; k < packs; ++k) {
+      range_of(ranges[k]).low.store(low + k * P::width);
+      range_of(ranges[k]).high.store(high + k * P::width);
+    }
+    for (std::size_t half = span / 2; half >= 3; half /= 2) {
+      for (std::size_t i = 0; i < half; ++i) low[i] = low[i + half] < low[i] ? low[i + half] : low[i];
+      for (std::size_t i = 0; i < half; ++i) high[i] = high[i + half] > high[i] ? high[i + half] : high[i];
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) of_axes[axis] = {low[axis], high[axis]};
+  };
+  fold(extents.x, [](const Ranges& of) -> const Range& { return of.x; });
+  fold(extents.end, [](const Ranges& of) -> const Range& { return of.end; });
+  fold(extents.move, [](const Ranges& of) -> const Range& { return of.move; });
+  Real speeds[P::width];
+  Real lost[P::width];
+  v_max.store(speeds);
+  not_finite.store(lost);
+  Real lost_sum = 0;
+  for (std::size_t lane = 0; lane < P::width; ++lane) {
+    extents.v_max_m_s = speeds[lane] > extents.v_max_m_s ? speeds[lane] : extents.v_max_m_s;
+    lost_sum += lost[lane];
+  }
+  extents.finite = lost_sum == 0;
+  for (std::size_t i = whole; i < pass.numbers; ++i) {
+    const Real end = pass.x[i] + pass.move[i];
+    take(i % 3, pass.x[i], end, pass.move[i]);
+    extents.v_max_m_s = std::max(extents.v_max_m_s, std::abs(pass.v[i]));
+    extents.finite = extents.finite && end - end == 0 && pass.v[i] - pass.v[i] == 0;
+  }
+}
+
 template <class P, class Real, LaneLayout Layout>
 consteval void list_layout(LaneKernels<Real>& kernels) {
   using Access = typename AccessTo<P, Real, Layout>::Type;
@@ -454,6 +535,7 @@ consteval LaneKernels<typename P::Real> list_kernels() {
   kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, false, true>,
                           &ring_pass<P, Real, FleetAccess<P, Real>, false, false, true, true>};
   kernels.weighs = {&weigh_pass<P, Real, false>, &weigh_pass<P, Real, true>};
+  kernels.extents = &extent_pass<P, Real>;
   list_layout<P, Real, LaneLayout::fleet>(kernels);
   list_layout<P, Real, LaneLayout::alone>(kernels);
   return kernels;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "physics/mesh/ring_pack.h"
+#include "physics/state/extents.h"
 
 namespace pneuma::physics {
 
@@ -90,8 +91,20 @@ struct WeighPass {
   Real* gradient = nullptr;
 };
 
+/// Finds how far a body's vertices reach, as x, y, z one after the other: places, where their moves would end, and the
+/// moves themselves.
+template <class Real>
+struct ExtentPass {
+  const Real* x = nullptr;
+  const Real* move = nullptr;
+  const Real* v = nullptr;
+  std::size_t numbers = 0;  // three a vertex
+  Extents<Real>* extents = nullptr;
+};
+
 template <class Real>
 struct LaneKernels {
+  using Extent = void (*)(const ExtentPass<Real>&);
   using Ring = void (*)(RingPass<Real>&);
   using Weigh = void (*)(const WeighPass<Real>&);
   using Update = void (*)(UpdatePass<Real>&);
@@ -108,6 +121,7 @@ struct LaneKernels {
   std::array<std::array<Ring, 2>, 2> pulls{};
   std::array<Ring, 2> pulled_rings{};
   std::array<Weigh, 2> weighs{};  // [gas]
+  Extent extents = nullptr;
   // [layout][substage][gas][advance]; advance makes a difference to the last substage of a method only.
   std::array<std::array<std::array<std::array<Update, 2>, 2>, substage_count>, lane_layout_count> updates{};
 

@@ -120,6 +120,29 @@ struct Pack {
     for (std::size_t i = 0; i < W; ++i) r.lanes[i] = a.lanes[i] > 0 ? value.lanes[i] : 0;
     return r;
   }
+  /// `value` where a > 0, and `other` elsewhere.
+  friend Pack choose(const Pack& a, const Pack& value, const Pack& other) {
+    Pack r;
+    for (std::size_t i = 0; i < W; ++i) r.lanes[i] = a.lanes[i] > 0 ? value.lanes[i] : other.lanes[i];
+    return r;
+  }
+  /// One bit a lane, the first one lowest: a <= b.
+  friend std::uint32_t at_most(const Pack& a, const Pack& b) {
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < W; ++i) bits |= (a.lanes[i] <= b.lanes[i] ? 1U : 0U) << i;
+    return bits;
+  }
+  /// The one that is less, or more; `known` where a is not a number.
+  friend Pack lower(const Pack& a, const Pack& known) {
+    Pack r;
+    for (std::size_t i = 0; i < W; ++i) r.lanes[i] = a.lanes[i] < known.lanes[i] ? a.lanes[i] : known.lanes[i];
+    return r;
+  }
+  friend Pack higher(const Pack& a, const Pack& known) {
+    Pack r;
+    for (std::size_t i = 0; i < W; ++i) r.lanes[i] = a.lanes[i] > known.lanes[i] ? a.lanes[i] : known.lanes[i];
+    return r;
+  }
   /// The larger of `most` and |a|; `most` where a is not a number.
   friend Pack largest(const Pack& most, const Pack& a) {
     Pack r;
@@ -159,6 +182,12 @@ struct Pack {
   }                                                             \
   friend Type fnma(Type a, Type b, Type c) {                    \
     return {wide##_fnmadd_##suffix(a.lanes, b.lanes, c.lanes)}; \
+  }                                                             \
+  friend Type lower(Type a, Type known) {                       \
+    return {wide##_min_##suffix(a.lanes, known.lanes)};         \
+  }                                                             \
+  friend Type higher(Type a, Type known) {                      \
+    return {wide##_max_##suffix(a.lanes, known.lanes)};         \
   }                                                             \
   friend Type sqrt(Type a) {                                    \
     return {wide##_sqrt_##suffix(a.lanes)};                     \
@@ -200,6 +229,11 @@ struct Pack<float, 16> {
     const __mmask16 positive = _mm512_cmp_ps_mask(a.lanes, _mm512_setzero_ps(), _CMP_GT_OQ);
     return {_mm512_maskz_mov_ps(positive, value.lanes)};
   }
+  friend Pack choose(Pack a, Pack value, Pack other) {
+    const __mmask16 positive = _mm512_cmp_ps_mask(a.lanes, _mm512_setzero_ps(), _CMP_GT_OQ);
+    return {_mm512_mask_mov_ps(other.lanes, positive, value.lanes)};
+  }
+  friend std::uint32_t at_most(Pack a, Pack b) { return _mm512_cmp_ps_mask(a.lanes, b.lanes, _CMP_LE_OQ); }
   friend Pack largest(Pack most, Pack a) { return {_mm512_max_ps(_mm512_abs_ps(a.lanes), most.lanes)}; }
 
  private:
@@ -258,6 +292,11 @@ struct Pack<double, 8> {
     const __mmask8 positive = _mm512_cmp_pd_mask(a.lanes, _mm512_setzero_pd(), _CMP_GT_OQ);
     return {_mm512_maskz_mov_pd(positive, value.lanes)};
   }
+  friend Pack choose(Pack a, Pack value, Pack other) {
+    const __mmask8 positive = _mm512_cmp_pd_mask(a.lanes, _mm512_setzero_pd(), _CMP_GT_OQ);
+    return {_mm512_mask_mov_pd(other.lanes, positive, value.lanes)};
+  }
+  friend std::uint32_t at_most(Pack a, Pack b) { return _mm512_cmp_pd_mask(a.lanes, b.lanes, _CMP_LE_OQ); }
   friend Pack largest(Pack most, Pack a) { return {_mm512_max_pd(_mm512_abs_pd(a.lanes), most.lanes)}; }
 
  private:
@@ -316,6 +355,12 @@ struct Pack<float, 8> {
   friend Pack where_positive(Pack a, Pack value) {
     return {_mm256_and_ps(_mm256_cmp_ps(a.lanes, _mm256_setzero_ps(), _CMP_GT_OQ), value.lanes)};
   }
+  friend Pack choose(Pack a, Pack value, Pack other) {
+    return {_mm256_blendv_ps(other.lanes, value.lanes, _mm256_cmp_ps(a.lanes, _mm256_setzero_ps(), _CMP_GT_OQ))};
+  }
+  friend std::uint32_t at_most(Pack a, Pack b) {
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(a.lanes, b.lanes, _CMP_LE_OQ)));
+  }
   friend Pack largest(Pack most, Pack a) {
     return {_mm256_max_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0F), a.lanes), most.lanes)};
   }
@@ -373,6 +418,12 @@ struct Pack<double, 4> {
   }
   friend Pack where_positive(Pack a, Pack value) {
     return {_mm256_and_pd(_mm256_cmp_pd(a.lanes, _mm256_setzero_pd(), _CMP_GT_OQ), value.lanes)};
+  }
+  friend Pack choose(Pack a, Pack value, Pack other) {
+    return {_mm256_blendv_pd(other.lanes, value.lanes, _mm256_cmp_pd(a.lanes, _mm256_setzero_pd(), _CMP_GT_OQ))};
+  }
+  friend std::uint32_t at_most(Pack a, Pack b) {
+    return static_cast<std::uint32_t>(_mm256_movemask_pd(_mm256_cmp_pd(a.lanes, b.lanes, _CMP_LE_OQ)));
   }
   friend Pack largest(Pack most, Pack a) {
     return {_mm256_max_pd(_mm256_andnot_pd(_mm256_set1_pd(-0.0), a.lanes), most.lanes)};

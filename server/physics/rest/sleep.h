@@ -13,7 +13,7 @@ namespace pneuma::physics {
 /// A group sleeps when each of its bodies has kept its place for this long...
 inline constexpr double rest_time_s = 0.5;
 /// ...no vertex further from it than this share of the body's length...
-inline constexpr double rest_place_share = 1e-4;
+inline constexpr double rest_place_share = 1e-3;
 /// ...and has no more kinetic energy than at this speed, in its lengths a second: falling asleep takes away no more.
 /// The place decides. Vertices pressed on a floor with restitution go on trembling in place, at up to 0.07.
 inline constexpr double rest_speed_1_s = 0.1;

@@ -34,22 +34,6 @@ Vec3d respond(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
   return away_m_s * normal + scale * tangential;
 }
 
-Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s, const ContactSurface& surface,
-                      const Eigen::Matrix3d& inverse_mass_1_kg) {
-  const double approach_m_s = relative_m_s.dot(normal);
-  if (approach_m_s >= 0.0) return Vec3d::Zero();
-  const Vec3d by_normal = inverse_mass_1_kg * normal;
-  if (!(by_normal.dot(normal) > 0.0)) return Vec3d::Zero();  // neither gives way
-  const double normal_n_s = (-surface.restitution * impact_m_s - approach_m_s) / by_normal.dot(normal);
-  const Vec3d pressed = relative_m_s + normal_n_s * by_normal;
-  const Vec3d sliding = pressed - pressed.dot(normal) * normal;
-  const double speed_m_s = sliding.norm();
-  if (!(speed_m_s > 0.0)) return normal_n_s * normal;
-  const Vec3d direction = sliding / speed_m_s;
-  const double stopping_n_s = speed_m_s / direction.dot(inverse_mass_1_kg * direction);
-  return normal_n_s * normal - std::min(stopping_n_s, surface.friction * normal_n_s) * direction;
-}
-
 Eigen::Matrix3d turning_inverse_mass(const Vec3d& arm, const Eigen::Matrix3d& inverse_inertia_1_kg_m2) {
   Eigen::Matrix3d cross;
   cross << 0.0, -arm.z(), arm.y(), arm.z(), 0.0, -arm.x(), -arm.y(), arm.x(), 0.0;

@@ -1,6 +1,8 @@
 // What happens where two surfaces meet: their common coefficients, and the change of velocity.
 #pragma once
 
+#include <algorithm>
+
 #include "physics/scene/scene.h"
 
 namespace pneuma::physics {
@@ -33,11 +35,25 @@ inline constexpr double skin_share = 1e-10;
                             const ContactSurface& surface);
 
 /// The impulse (N s) that contact gives to the first of two things that meet, the second gets its opposite: restitution
-/// along the normal, then Coulomb's share of what stops the sliding. `inverse_mass_1_kg` turns an impulse into the
-/// change of `relative_m_s`, the velocity of the first seen from the second; symmetric. With a restitution of at most 1
+/// along the normal, then Coulomb's share of what stops the sliding. `by_impulse(n)` is the change of `relative_m_s`,
+/// the velocity of the first seen from the second, by an impulse: linear and symmetric. With a restitution of at most 1
 /// neither part adds energy. Nothing where the two do not give way along the normal.
+template <class ByImpulse>
 [[nodiscard]] Vec3d contact_impulse(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
-                                    const ContactSurface& surface, const Eigen::Matrix3d& inverse_mass_1_kg);
+                                    const ContactSurface& surface, const ByImpulse& by_impulse) {
+  const double approach_m_s = relative_m_s.dot(normal);
+  if (approach_m_s >= 0.0) return Vec3d::Zero();
+  const Vec3d by_normal = by_impulse(normal);
+  if (!(by_normal.dot(normal) > 0.0)) return Vec3d::Zero();  // neither gives way
+  const double normal_n_s = (-surface.restitution * impact_m_s - approach_m_s) / by_normal.dot(normal);
+  const Vec3d pressed = relative_m_s + normal_n_s * by_normal;
+  const Vec3d sliding = pressed - pressed.dot(normal) * normal;
+  const double speed_m_s = sliding.norm();
+  if (!(speed_m_s > 0.0)) return normal_n_s * normal;
+  const Vec3d direction = sliding / speed_m_s;
+  const double stopping_n_s = speed_m_s / direction.dot(by_impulse(direction));
+  return normal_n_s * normal - std::min(stopping_n_s, surface.friction * normal_n_s) * direction;
+}
 
 /// What turning adds to the inverse mass at the end of `arm` of a body that turns about the arm's start: [r]^T I^-1 [r]
 /// with [r] y = r x y.

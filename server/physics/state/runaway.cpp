@@ -15,64 +15,39 @@ constexpr const char* too_fast = "it went past the limit of speed";
 constexpr const char* too_far = "it went past the limit of place";
 constexpr const char* failed_reason = "its integrator found no finite answer";
 
-// Numbers of vectors that lie one after the other, by lanes: two of them are six, which a compiler keeps in registers.
-constexpr std::size_t flat_lanes = 6;
-
-// Whether every component is within its axis' limits. A number that is none is not.
-template <class Real, class Value>
-bool is_within(std::size_t vectors, const Vec3<Real>& low, const Vec3<Real>& high, const Value& value) {
-  std::array<Real, flat_lanes> lows;
-  std::array<Real, flat_lanes> highs;
-  std::array<int, flat_lanes> out{};
-  for (std::size_t k = 0; k < flat_lanes; ++k) {
-    lows[k] = low[static_cast<Eigen::Index>(k % 3)];
-    highs[k] = high[static_cast<Eigen::Index>(k % 3)];
-  }
-  const auto look = [&](std::size_t i, std::size_t k) {
-    const Real number = value(i);
-    out[k] |= static_cast<int>(!(number >= lows[k])) | static_cast<int>(!(number <= highs[k]));
-  };
-  const std::size_t count = 3 * vectors;
-  std::size_t i = 0;
-  for (; i + flat_lanes <= count; i += flat_lanes) {
-    for (std::size_t k = 0; k < flat_lanes; ++k) look(i + k, k);
-  }
-  for (std::size_t k = 0; i + k < count; ++k) look(i + k, k);
-  return std::ranges::all_of(out, [](int is_out) { return is_out == 0; });
-}
-
 // What every particle's place, move and velocity are to be within.
 template <class Real>
 struct WellLimits {
   Vec3<Real> low, high;
   Real speed_max_m_s = 0;
   Real stray_max_m = 0;
-  Vec3<Real> mean_move = Vec3<Real>::Zero();
 
   explicit WellLimits(const SoftState<Real>& body)
       : low((-base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>()),
         high((base::coordinate_max_m - body.origin_m.array()).matrix().template cast<Real>()),
         speed_max_m_s(static_cast<Real>(base::speed_max_m_s)),
-        stray_max_m(static_cast<Real>(base::runaway_body_lengths) * body.length_m) {
-    for (const Vec3<Real>& move : body.dr) mean_move += move;
-    mean_move /= static_cast<Real>(body.dr.size());
-  }
+        stray_max_m(static_cast<Real>(base::runaway_body_lengths) * body.length_m) {}
 };
 
-// By components, which is quick, and says no only where a length might be too great.
 template <class Real>
-bool is_surely_well(const SoftState<Real>& body, const WellLimits<Real>& limits) {
+Vec3<Real> mean_move_m(const SoftState<Real>& body) {
+  Vec3<Real> sum = Vec3<Real>::Zero();
+  for (const Vec3<Real>& move : body.dr) sum += move;
+  return sum / static_cast<Real>(body.dr.size());
+}
+
+// By components, which is quick, and says no only where a length might be too great. No move is further from their mean
+// than the furthest two are from each other.
+template <class Real>
+bool is_surely_well(const Extents<Real>& extents, const WellLimits<Real>& limits) {
   constexpr Real share = static_cast<Real>(0.57);  // below the root of 1/3
-  const Real* x = body.x.front().data();
-  const Real* dr = body.dr.front().data();
-  const Real* v = body.v.front().data();
-  const Vec3<Real> speed = Vec3<Real>::Constant(share * limits.speed_max_m_s);
-  const Vec3<Real> stray = Vec3<Real>::Constant(share * limits.stray_max_m);
-  const std::size_t count = body.x.size();
-  return is_within<Real>(count, -speed, speed, [v](std::size_t i) { return v[i]; }) &&
-         is_within<Real>(count, limits.mean_move - stray, limits.mean_move + stray,
-                         [dr](std::size_t i) { return dr[i]; }) &&
-         is_within<Real>(count, limits.low, limits.high, [x, dr](std::size_t i) { return x[i] + dr[i]; });
+  bool well = extents.finite && extents.v_max_m_s <= share * limits.speed_max_m_s;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    well &= extents.move[axis].high - extents.move[axis].low <= share * limits.stray_max_m;
+    well &= extents.end[axis].low >= limits.low[k] && extents.end[axis].high <= limits.high[k];
+  }
+  return well;
 }
 
 // What made the body no longer well; the first that holds, in the order from what says most.
@@ -87,9 +62,7 @@ const char* runaway_reason(const SoftState<Real>& body) {
     return false;
   };
   if (any([&](std::size_t i) { return !body.v[i].allFinite() || !body.dr[i].allFinite(); })) return not_finite;
-  Vec3<Real> mean_move = Vec3<Real>::Zero();
-  for (const Vec3<Real>& move : body.dr) mean_move += move;
-  mean_move /= static_cast<Real>(body.dr.size());
+  const Vec3<Real> mean_move = mean_move_m(body);
   if (any([&](std::size_t i) { return !((body.dr[i] - mean_move).squaredNorm() <= stray_max * stray_max); })) {
     return torn_apart;
   }
@@ -107,16 +80,17 @@ const char* runaway_reason(const RigidState& body) {
 
 // A comparison with NaN is false, so a NaN fails it.
 template <class Real>
-bool is_well(const SoftState<Real>& body) {
+bool is_well(const SoftState<Real>& body, const Extents<Real>& extents) {
   const WellLimits<Real> limits(body);
-  if (is_surely_well(body, limits)) return true;
+  if (is_surely_well(extents, limits)) return true;
+  const Vec3<Real> mean_move = mean_move_m(body);
   const Real speed_max = limits.speed_max_m_s;
   bool well = true;
   for (std::size_t i = 0; i < body.x.size(); ++i) {
     const Vec3<Real> end = body.x[i] + body.dr[i];
     well &= body.v[i].squaredNorm() <= speed_max * speed_max;
     well &= (end.array() >= limits.low.array() && end.array() <= limits.high.array()).all();
-    well &= (body.dr[i] - limits.mean_move).squaredNorm() <= limits.stray_max_m * limits.stray_max_m;
+    well &= (body.dr[i] - mean_move).squaredNorm() <= limits.stray_max_m * limits.stray_max_m;
   }
   return well;
 }
@@ -143,8 +117,8 @@ const char* freeze(RigidState& body, const Vec3d& position, const Quatd& orienta
   return reason;
 }
 
-template bool is_well(const SoftState<float>&);
-template bool is_well(const SoftState<double>&);
+template bool is_well(const SoftState<float>&, const Extents<float>&);
+template bool is_well(const SoftState<double>&, const Extents<double>&);
 template const char* freeze(SoftState<float>&);
 template const char* freeze(SoftState<double>&);
 

@@ -23,7 +23,7 @@ std::size_t expect_all_near_ones(const SurfacePair& pair, std::span<const Surfac
   std::set<NamedPair> found;
   for (const Candidate& candidate : pair.candidates) {
     EXPECT_TRUE(found.insert(name_of(pair, candidate)).second) << "twice";
-    EXPECT_FALSE(share_a_vertex(corners_of(pair, candidate, bodies), candidate.pair));
+    EXPECT_FALSE(share_a_vertex(corners_of(pair, candidate), candidate.pair));
   }
   const std::set<NamedPair> near = near_features(pair, bodies, kept_distance_m(pair, bodies));
   EXPECT_TRUE(std::ranges::includes(found, near));

@@ -48,8 +48,8 @@ inline bool come_near(FeaturePair kind, const FeatureCorners& corners, std::span
 inline std::set<NamedPair> near_features(const SurfacePair& pair, std::span<const SurfaceBody> bodies, double near_m) {
   std::set<NamedPair> near;
   const auto look = [&](FeaturePair kind, bool swapped, std::uint32_t first, std::uint32_t second) {
-    const Candidate candidate{kind, swapped, first, second};
-    const FeatureCorners corners = corners_of(pair, candidate, bodies);
+    const Candidate candidate = make_candidate(kind, swapped, first, second, pair, bodies);
+    const FeatureCorners corners = corners_of(pair, candidate);
     if (share_a_vertex(corners, kind) || !come_near(kind, corners, bodies, near_m)) return;
     near.insert(name_of(pair, candidate));
   };

@@ -193,7 +193,11 @@ struct GlideOverFace {
     bodies[0].to[0] += glide_m * along - down_m * normal;
     // The direction is given as shares of the normal and of the way along.
     const Vec3d apart = apart_of_glide.x() * along + apart_of_glide.y() * normal;
-    pairs.push_back({0, 1, {{FeaturePair::vertex_face, false, 0, 0, 0.9 * above_m, apart}}});
+    SurfacePair& pair = pairs.emplace_back(SurfacePair{0, 1});
+    Candidate& candidate =
+        pair.candidates.emplace_back(make_candidate(FeaturePair::vertex_face, false, 0, 0, pair, bodies));
+    candidate.apart_m = 0.9 * above_m;
+    candidate.apart = apart;
   }
 
   /// The share of its way that the vertex may make; the face keeps still.
@@ -203,7 +207,7 @@ struct GlideOverFace {
   }
   /// Where it ends.
   [[nodiscard]] double end_above_m() const {
-    const FourPoints start = corners_of(pairs[0], pairs[0].candidates[0], bodies).start(bodies);
+    const FourPoints start = corners_of(pairs[0], pairs[0].candidates[0]).start(bodies);
     return nearest_of_face(start[0] + bodies[0].cuts[0] * bodies[0].move_m(0), start[1], start[2], start[3]).distance_m;
   }
 

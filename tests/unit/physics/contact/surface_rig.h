@@ -12,6 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "physics/contact/candidates.h"
+#include "physics/contact/feature_measures.h"
 #include "physics/contact/surface_body.h"
 #include "physics/contact/surface_rows.h"
 #include "support/crossings.h"
@@ -90,9 +91,7 @@ inline std::vector<SurfacePair> all_pairs(std::span<SurfaceBody> bodies, bool wi
     for (std::uint32_t j = with_selves ? i : i + 1; j < bodies.size(); ++j) {
       SurfacePair& pair = pairs.emplace_back(SurfacePair{i, j});
       finder.find(pair, bodies);
-      for (Candidate& candidate : pair.candidates) {
-        candidate.apart_m = distance_bound_m(candidate.pair, corners_of(pair, candidate, bodies).start(bodies));
-      }
+      FeatureMeasures().measure(pair, bodies);
     }
   }
   return pairs;

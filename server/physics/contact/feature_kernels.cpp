@@ -1,0 +1,25 @@
+#include "physics/contact/feature_kernels.h"
+
+#include <cassert>
+
+#include "physics/lanes/isa.h"
+
+namespace pneuma::physics {
+
+// In the files compiled for them.
+extern const FeatureKernels feature_kernels_baseline;
+#if defined(__x86_64__)
+extern const FeatureKernels feature_kernels_v3;
+extern const FeatureKernels feature_kernels_v4;
+#endif
+
+const FeatureKernels& feature_kernels(Isa isa) {
+  assert(has_isa(isa));
+#if defined(__x86_64__)
+  if (isa == Isa::v4) return feature_kernels_v4;
+  if (isa == Isa::v3) return feature_kernels_v3;
+#endif
+  return feature_kernels_baseline;
+}
+
+}  // namespace pneuma::physics
