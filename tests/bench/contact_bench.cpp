@@ -276,8 +276,8 @@ physics::Scene poured(std::size_t count, std::size_t a_row, double half_m) {
       return 0.6 * (static_cast<double>(k) - 0.5 * static_cast<double>(a_row - 1));
     };
     const double askew = 0.02 * std::sin(static_cast<double>(i));
-    const Vec3d place(at(i % a_row) + askew, 0.4 + 0.6 * static_cast<double>(i / (a_row * a_row)),
-                      at(i / a_row % a_row) - askew);
+    const std::size_t layer = i / (a_row * a_row);
+    const Vec3d place(at(i % a_row) + askew, 0.4 + 0.6 * static_cast<double>(layer), at(i / a_row % a_row) - askew);
     scene.soft_bodies.push_back(ball_body(mesh, 500.0, 70.0, place, i));
   }
   return scene;
@@ -310,7 +310,8 @@ void boxes_on_balls(benchmark::State& bench) {
     add_floor(scene);
     const auto mesh = *physics::make_icosphere(2, 0.5);
     for (std::size_t i = 0; i < 121; ++i) {
-      const Vec3d place(4.0 * static_cast<double>(i % 11) - 20.0, 0.5, 4.0 * static_cast<double>(i / 11) - 20.0);
+      const std::size_t row = i / 11;
+      const Vec3d place(4.0 * static_cast<double>(i % 11) - 20.0, 0.5, 4.0 * static_cast<double>(row) - 20.0);
       scene.soft_bodies.push_back(ball_body(mesh, 1e4, 2'000.0, place, i));
       physics::RigidBody box;
       box.name = "box-" + std::to_string(i);
