@@ -1,0 +1,134 @@
+// Shows that contact keeps laws with closed forms: the momentum of bodies that meet in free space to 1e-12, and
+// Coulomb's bound on a slope to 1 %. Soft and stiff bodies, explicit and implicit methods.
+#include "numerics/worlds.h"
+
+namespace pneuma::physics {
+namespace {
+
+struct Material {
+  Integrator integrator;
+  double stiffness_n_m;
+};
+
+std::uint32_t substeps_of(Integrator integrator) {
+  return integrator == Integrator::implicit_euler || integrator == Integrator::tr_bdf2 ? 1U : 0U;
+}
+
+Collider floor_with(double friction) {
+  Collider floor;
+  floor.name = "floor";
+  floor.shape = PlaneShape{};
+  floor.surface = {.restitution = 0.0, .friction = friction};
+  return floor;
+}
+
+Vec3d momentum_of(const World& world) {
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) sum += world.measure(i).momentum;
+  for (const RigidState& body : world.rigid_bodies()) sum += body.body.mass_kg * body.velocity;
+  return sum;
+}
+
+class ContactLaw : public testing::TestWithParam<Material> {
+ protected:
+  [[nodiscard]] static BreathingBall ball(std::uint32_t subdivisions) {
+    return {.subdivisions = subdivisions,
+            .mass_kg = 1.0,
+            .stiffness_n_m = GetParam().stiffness_n_m,
+            .damping_n_s_m = 1.0,
+            .nrt_j = 73.0};
+  }
+  [[nodiscard]] static Scene ball_scene(std::uint32_t subdivisions) {
+    Scene scene = ball(subdivisions).scene(1.0, GetParam().integrator, 60.0, substeps_of(GetParam().integrator));
+    scene.soft_bodies[0] = ball(subdivisions).body(ball(subdivisions).equilibrium_scale());
+    scene.soft_bodies[0].springs.rest_scale = 1.0 / ball(subdivisions).equilibrium_scale();
+    return scene;
+  }
+};
+
+// A graze that the first body comes to at least a fifth slower from.
+void expect_momentum_kept(Scene scene) {
+  World world = make_world(std::move(scene));
+  const Vec3d start = momentum_of(world);
+  const double approach_kg_m_s = world.measure(0).momentum.norm();
+  run_ticks(world, 60);
+  const Vec3d end = momentum_of(world);
+  EXPECT_LT(world.measure(0).momentum.x(), 0.8 * approach_kg_m_s) << "they did not meet";
+  EXPECT_LT((end - start).norm(), 1e-12 * approach_kg_m_s);
+}
+
+TEST_P(ContactLaw, TwoSoftBallsThatGrazeKeepTheirMomentum) {
+  Scene scene = ball_scene(2);
+  scene.soft_bodies.push_back(scene.soft_bodies[0]);
+  scene.soft_bodies[1].name = "other";
+  for (const int side : {0, 1}) {
+    SoftBody& body = scene.soft_bodies[static_cast<std::size_t>(side)];
+    const double sign = side == 0 ? 1.0 : -1.0;
+    body.position = sign * Vec3d(-0.8, 0.2, 0.0);
+    body.velocity = {sign * 1.5, 0.0, 0.0};
+    body.surface = {.restitution = 0.5, .friction = 0.5};
+  }
+  expect_momentum_kept(std::move(scene));
+}
+
+TEST_P(ContactLaw, ASoftBallThatGrazesARigidOneKeepTheirMomentum) {
+  Scene scene = ball_scene(2);
+  SoftBody& body = scene.soft_bodies[0];
+  body.position = {-0.8, 0.2, 0.0};
+  body.velocity = {1.5, 0.0, 0.0};
+  body.surface = {.restitution = 0.5, .friction = 0.5};
+  RigidBody stone;
+  stone.name = "stone";
+  stone.shape = SphereShape{0.5};
+  stone.position = {0.8, -0.2, 0.0};
+  stone.velocity = {-1.5, 0.0, 0.0};
+  stone.surface = body.surface;
+  scene.rigid_bodies.push_back(stone);
+  expect_momentum_kept(std::move(scene));
+}
+
+// What a slab has slid in the last half second of two, on a slope whose tangent is a share of the friction.
+TEST_P(ContactLaw, ASoftSlabSticksOnASlopeIfAndOnlyIfItsTangentIsWithinTheFriction) {
+  constexpr double friction = 0.5;
+  for (const double share : {0.99, 1.01}) {
+    Scene scene;
+    scene.stepping = steps_as_asked(GetParam().integrator, 60.0, substeps_of(GetParam().integrator));
+    scene.gravity = 9.81 * Vec3d(share * friction, -1.0, 0.0).normalized();
+    SoftBody slab;
+    slab.name = "slab";
+    slab.mesh = *make_box({0.4, 0.1, 0.4}, 2);
+    slab.mass_kg = 1.0;
+    slab.springs = {.stiffness_n_m = GetParam().stiffness_n_m, .damping_n_s_m = 20.0};
+    slab.position.y() = 0.1;
+    slab.surface = {.restitution = 0.0, .friction = friction};
+    scene.soft_bodies.push_back(slab);
+    scene.colliders.push_back(floor_with(friction));
+    World world = make_world(std::move(scene));
+    run_ticks(world, 90);
+    const double start_m = world.measure(0).centre_of_mass.x();
+    const double start_kg_m_s = world.measure(0).momentum.x();
+    run_ticks(world, 30);
+    const double moved_m = world.measure(0).centre_of_mass.x() - start_m;
+    const double excess_m_s2 = 9.81 * (share - 1.0) * friction / std::hypot(1.0, share * friction);
+    const double gained_m_s = world.measure(0).momentum.x() - start_kg_m_s;  // of 1 kg
+    const double wanted_m_s = 0.5 * excess_m_s2;
+    if (share < 1.0) {
+      EXPECT_LT(std::abs(moved_m), 1e-3);
+    } else {
+      EXPECT_NEAR(gained_m_s, wanted_m_s, 0.01 * wanted_m_s);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Methods, ContactLaw,
+    testing::Values(Material{Integrator::symplectic_euler, 1e3}, Material{Integrator::automatic, 1e3},
+                    Material{Integrator::automatic, 1e6}, Material{Integrator::implicit_euler, 1e3},
+                    Material{Integrator::implicit_euler, 1e6}, Material{Integrator::tr_bdf2, 1e3},
+                    Material{Integrator::tr_bdf2, 1e6}),
+    [](const auto& param) {
+      return std::string(name_of(param.param.integrator)).append(param.param.stiffness_n_m > 1e5 ? "Stiff" : "Soft");
+    });
+
+}  // namespace
+}  // namespace pneuma::physics
