@@ -71,7 +71,7 @@ TEST_P(ContactLaw, TwoSoftBallsThatGrazeKeepTheirMomentum) {
   expect_momentum_kept(std::move(scene));
 }
 
-TEST_P(ContactLaw, ASoftBallThatGrazesARigidOneKeepTheirMomentum) {
+TEST_P(ContactLaw, ASoftBallAndARigidOneThatGrazeKeepTheirMomentum) {
   Scene scene = ball_scene(2);
   SoftBody& body = scene.soft_bodies[0];
   body.position = {-0.8, 0.2, 0.0};
