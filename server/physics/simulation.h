@@ -130,7 +130,7 @@ class Simulation {
   template <class Real>
   [[nodiscard]] Profile* profile_of(SoftBodies<Real>& bodies, std::size_t index) const;
   template <class Real>
-  void freeze_runaways(SoftBodies<Real>& bodies);
+  void freeze_runaways(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
   void collect_gas_events(SoftBodies<Real>& bodies);
   template <class Real>

@@ -22,6 +22,9 @@ std::size_t evaluations_of(Integrator integrator) {
 // Solves of this many vertices take about a millisecond: measured 0.06 (at rest) to 0.2 us a vertex.
 constexpr std::size_t solved_vertices_a_part = 8'192;
 
+// Waking other threads takes some 10 us, in which one thread looks at about this many vertices.
+constexpr std::size_t shared_vertices_min = 16'384;
+
 // Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
 // vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
 // step.
@@ -88,7 +91,7 @@ bool Simulation::move_freely(SoftBodies<Real>& bodies, const SubstepContext& con
 template <class Real>
 void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
   collect_gas_events(bodies);
-  freeze_runaways(bodies);
+  freeze_runaways(bodies, context);
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
   accelerate_rigid_bodies(rigid, scene.gravity, context.dt_s);
@@ -103,7 +106,7 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .notes = bodies.notes,
                            .extents = bodies.extents});
   collect_broken_joints();
-  freeze_runaways(bodies);
+  freeze_runaways(bodies, context);
 }
 
 // Step 6.
@@ -274,12 +277,22 @@ Profile* Simulation::profile_of(SoftBodies<Real>& bodies, std::size_t index) con
 }
 
 template <class Real>
-void Simulation::freeze_runaways(SoftBodies<Real>& bodies) {
+void Simulation::freeze_runaways(SoftBodies<Real>& bodies, const SubstepContext& context) {
+  const StageTimer timer(context.profile, Stage::bounds);
   bodies.extents.resize(bodies.states.size());
+  std::size_t vertices = 0;
+  for (const SoftState<Real>& body : bodies.states) vertices += body.is_awake() ? body.x.size() : 0;
+  const auto look = [&](std::size_t i) {
+    if (bodies.states[i].is_awake()) bodies.extents[i] = extents_of(bodies.states[i]);
+  };
+  if (context.workers->threads() > 1 && vertices >= shared_vertices_min) {
+    context.workers->for_each(bodies.states.size(), look);
+  } else {
+    for (std::size_t i = 0; i < bodies.states.size(); ++i) look(i);
+  }
   for (std::size_t i = 0; i < bodies.states.size(); ++i) {
     SoftState<Real>& body = bodies.states[i];
     if (!body.is_awake()) continue;
-    bodies.extents[i] = extents_of(body);
     if (body.solve_failed || !is_well(body, bodies.extents[i])) frozen.push_back({body.body.name, freeze(body)});
   }
 }

@@ -3,6 +3,7 @@
 // to a height, is counted with it.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -336,15 +337,13 @@ void thousand_balls(benchmark::State& bench) {
     Run run(make_world(poured(1'000, 10, 3.1)));
     run.world().set_profiling(true);
     run.run_until(0.5);
+    const auto seconds_of = [](const physics::StageRow& row) {
+      return std::chrono::duration<double>(row.time).count();
+    };
     double all_s = 0.0;
-    double broad_s = 0.0;
     const physics::Profile profile = run.world().profile();
-    for (std::size_t i = 0; i < profile.size(); ++i) {
-      const double s = std::chrono::duration<double>(profile[i].time).count();
-      all_s += s;
-      if (physics::stage_names[i] == "broad_phase") broad_s = s;
-    }
-    bench.counters["broad_share"] = broad_s / all_s;
+    for (const physics::StageRow& row : profile) all_s += seconds_of(row);
+    bench.counters["broad_share"] = seconds_of(profile[static_cast<std::size_t>(physics::Stage::broad_phase)]) / all_s;
     bench.counters["mean_ms"] = run.mean_ms();
   }
 }

@@ -42,6 +42,9 @@ double highest_m(std::span<const Vec3d> from, std::span<const Vec3d> to, const V
 constexpr double agreeing_share = 0.5;
 constexpr double apart_share = 0.02;
 
+// From so many boxes on, sorting them costs less than it saves.
+constexpr std::size_t sorted_boxes_min = 512;
+
 }  // namespace
 
 // About the ways of an edge's ends, or of a vertex named twice.
@@ -80,18 +83,12 @@ void CandidateFinder::take_near_faces(const Ways& ways, const Vec3d& towards, do
   }
 }
 
-void CandidateFinder::FeatureBoxes::fit(const Ways& ways, std::uint32_t face) {
-  const SurfaceTopology& topology = *ways.body->topology;
+void CandidateFinder::FeatureBoxes::fit(const Ways& ways) {
+  const std::vector<Edge>& ends = ways.body->topology->mesh->edges;
   vertices.resize(ways.from.size());
-  edges.resize(topology.mesh->edges.size());
-  const SurfaceTopology::OwnedFeatures& owned = topology.owned[face];
-  for (std::uint8_t i = 0; i < owned.vertex_count; ++i) {
-    vertices[owned.vertices[i]] = ways.box(owned.vertices[i], owned.vertices[i]);
-  }
-  for (std::uint8_t i = 0; i < owned.edge_count; ++i) {
-    const auto [start, end] = topology.mesh->edges[owned.edges[i]];
-    edges[owned.edges[i]] = ways.box(start, end);
-  }
+  edges.resize(ends.size());
+  for (std::uint32_t i = 0; i < vertices.size(); ++i) vertices[i] = ways.box(i, i);
+  for (std::size_t i = 0; i < edges.size(); ++i) edges[i] = ways.box(ends[i][0], ends[i][1]);
 }
 
 // Most of two bodies that touch is told apart by one direction: from the middle of one to that of the other.
@@ -135,32 +132,65 @@ void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies
 
 void CandidateFinder::BoxList::clear() {
   features.clear();
+  unsorted.clear();
   for (std::vector<double>& side : sides) side.clear();
 }
 
 void CandidateFinder::BoxList::add(std::uint32_t feature, const Box& box) {
-  features.push_back(feature);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    sides[axis].push_back(box.low[static_cast<Eigen::Index>(axis)]);
-    sides[axis + 3].push_back(box.high[static_cast<Eigen::Index>(axis)]);
-  }
+  unsorted.emplace_back(feature, box);
 }
 
-// By boxes about nothing.
-void CandidateFinder::BoxList::pad() {
+// Filled up by boxes about nothing.
+void CandidateFinder::BoxList::arrange() {
   constexpr std::size_t width = FeatureBlock::width;
-  const std::size_t count = (features.size() + width - 1) / width * width;
+  widest_m = -1.0;
+  if (unsorted.size() >= sorted_boxes_min) {
+    std::ranges::sort(unsorted, {}, [](const auto& entry) { return std::pair(entry.second.low.x(), entry.first); });
+    for (const auto& [feature, box] : unsorted) widest_m = std::max(widest_m, box.high.x() - box.low.x());
+  }
+  const std::size_t count = (unsorted.size() + width - 1) / width * width;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     sides[axis].resize(count, std::numeric_limits<double>::infinity());
     sides[axis + 3].resize(count, -std::numeric_limits<double>::infinity());
   }
+  for (std::size_t i = 0; i < unsorted.size(); ++i) {
+    const auto& [feature, box] = unsorted[i];
+    features.push_back(feature);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      sides[axis][i] = box.low[static_cast<Eigen::Index>(axis)];
+      sides[axis + 3][i] = box.high[static_cast<Eigen::Index>(axis)];
+    }
+  }
 }
 
-BoxRows CandidateFinder::BoxList::rows() const {
+std::pair<std::size_t, std::size_t> CandidateFinder::BoxList::window(double low_m, double high_m) const {
+  constexpr std::size_t width = FeatureBlock::width;
+  const std::vector<double>& lows = sides[0];
+  if (!(widest_m >= 0.0)) return {0, lows.size()};
+  const auto begin = std::ranges::lower_bound(lows, low_m - widest_m) - lows.begin();
+  const auto end = std::ranges::upper_bound(lows, high_m) - lows.begin();
+  const std::size_t first = static_cast<std::size_t>(begin) / width * width;
+  const std::size_t last = (static_cast<std::size_t>(end) + width - 1) / width * width;
+  return {first, last - first};
+}
+
+BoxRows CandidateFinder::BoxList::rows(std::size_t first, std::size_t count) const {
   BoxRows rows;
-  for (std::size_t i = 0; i < sides.size(); ++i) rows.sides[i] = sides[i].data();
-  rows.count = sides[0].size();
+  for (std::size_t i = 0; i < sides.size(); ++i) rows.sides[i] = sides[i].data() + first;
+  rows.count = count;
   return rows;
+}
+
+std::size_t CandidateFinder::BoxList::bytes() const {
+  std::size_t sum = features.capacity() * sizeof(std::uint32_t) + unsorted.capacity() * sizeof(unsorted[0]);
+  for (const std::vector<double>& side : sides) sum += side.capacity() * sizeof(double);
+  return sum;
+}
+
+std::size_t CandidateFinder::bytes() const {
+  return heights_m_.capacity() * sizeof(double) + (near_a_.capacity() + near_b_.capacity()) * sizeof(FaceBox) +
+         (boxes_.vertices.capacity() + boxes_.edges.capacity()) * sizeof(Box) + features_a_.bytes() +
+         features_b_.bytes() + overlapping_.capacity() * sizeof(std::uint32_t);
 }
 
 void CandidateFinder::NearFeatures::take(const Ways& ways, std::span<const FaceBox> near) {
@@ -177,16 +207,17 @@ void CandidateFinder::NearFeatures::take(const Ways& ways, std::span<const FaceB
       edges.add(owned.edges[i], ways.box(start, end));
     }
   }
-  for (BoxList* list : {&vertices, &edges, &faces}) list->pad();
+  for (BoxList* list : {&vertices, &edges, &faces}) list->arrange();
 }
 
 template <class Add>
 void CandidateFinder::for_overlapping(const BoxList& firsts, const BoxList& seconds, const Add& add) {
-  const BoxRows rows = seconds.rows();
-  if (overlapping_.size() < rows.count) overlapping_.resize(rows.count);
+  if (overlapping_.size() < seconds.sides[0].size()) overlapping_.resize(seconds.sides[0].size());
   for (std::size_t i = 0; i < firsts.features.size(); ++i) {
-    const std::size_t found = kernels_->overlapping(firsts.box(i), rows, overlapping_.data());
-    for (std::size_t k = 0; k < found; ++k) add(firsts.features[i], seconds.features[overlapping_[k]]);
+    const std::array<double, 6> box = firsts.box(i);
+    const auto [first, count] = seconds.window(box[0], box[3]);
+    const std::size_t found = kernels_->overlapping(box, seconds.rows(first, count), overlapping_.data());
+    for (std::size_t k = 0; k < found; ++k) add(firsts.features[i], seconds.features[first + overlapping_[k]]);
   }
 }
 
@@ -231,7 +262,7 @@ void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, con
   SurfaceBody& body = bodies[pair.first];
   pair.candidates.clear();
   body.boxes.fit(*body.topology, ways_a.from, ways_a.to, ways_a.margin_m);
-  for (std::uint32_t f = 0; f < body.boxes.faces.size(); ++f) boxes_.fit(ways_a, f);
+  boxes_.fit(ways_a);
   body.boxes.for_pairs(*body.topology,
                        [&](std::uint32_t f, std::uint32_t g) { meet_self(f, g, body, pair.candidates); });
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "physics/contact/closest.h"
@@ -38,6 +39,8 @@ class CandidateFinder {
   /// run through. A unit vector.
   [[nodiscard]] Vec3d way_apart(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
+  [[nodiscard]] std::size_t bytes() const;
+
  private:
   // Of one body: where its vertices are in the substep, or where it begins (`from` twice), and a margin.
   struct Ways {
@@ -48,29 +51,35 @@ class CandidateFinder {
 
     [[nodiscard]] Box box(std::uint32_t start, std::uint32_t end) const;
   };
-  // Of the features that near faces own; those of others are out of date.
+  // Of all features of a body that meets itself.
   struct FeatureBoxes {
     std::vector<Box> vertices, edges;
 
-    void fit(const Ways& ways, std::uint32_t face);
+    void fit(const Ways& ways);
   };
-  // Some features of one body and their boxes, side by side.
+  // Some features of one body and their boxes, side by side; where there are many, sorted along x.
   struct BoxList {
     std::vector<std::uint32_t> features;
     std::array<std::vector<double>, 6> sides;
+    std::vector<std::pair<std::uint32_t, Box>> unsorted;  // scratch
+    double widest_m = 0.0;                                // along x; less than 0: they are not sorted
 
     void clear();
     void add(std::uint32_t feature, const Box& box);
-    void pad();
+    void arrange();
+    /// Of the boxes that may overlap one along x: the first, and how many.
+    [[nodiscard]] std::pair<std::size_t, std::size_t> window(double low_m, double high_m) const;
+    [[nodiscard]] std::size_t bytes() const;
     [[nodiscard]] std::array<double, 6> box(std::size_t i) const {
       return {sides[0][i], sides[1][i], sides[2][i], sides[3][i], sides[4][i], sides[5][i]};
     }
-    [[nodiscard]] BoxRows rows() const;
+    [[nodiscard]] BoxRows rows(std::size_t first, std::size_t count) const;
   };
   struct NearFeatures {
     BoxList vertices, edges, faces;
 
     void take(const Ways& ways, std::span<const FaceBox> near);
+    [[nodiscard]] std::size_t bytes() const { return vertices.bytes() + edges.bytes() + faces.bytes(); }
   };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
   static Ways places_of(const SurfaceBody& body, double margin_m);
@@ -88,7 +97,7 @@ class CandidateFinder {
 
   std::vector<double> heights_m_;
   std::vector<FaceBox> near_a_, near_b_;
-  FeatureBoxes boxes_;  // of a body that meets itself
+  FeatureBoxes boxes_;
   NearFeatures features_a_, features_b_;
   std::vector<std::uint32_t> overlapping_;
   const FeatureKernels* kernels_ = &feature_kernels(isa_in_use());

@@ -110,9 +110,11 @@ void Contacts<Real>::find_bounds(const ContactWorld<Real>& world) {
   for (const SoftState<Real>& body : soft) {
     if (body.is_awake()) vertices_ += body.x.size();
   }
-  const bool known = !world.extents.empty() && world.joints.empty();  // joints have changed the moves
-  for_each(world, bounds_.size(),
-           [&](std::size_t i) { fit(soft[i], known ? &world.extents[i] : nullptr, bounds_[i]); });
+  if (!world.extents.empty() && world.joints.empty()) {  // joints would have changed the moves
+    for (std::size_t i = 0; i < soft.size(); ++i) fit(soft[i], &world.extents[i], bounds_[i]);
+  } else {
+    for_each(world, bounds_.size(), [&](std::size_t i) { fit(soft[i], nullptr, bounds_[i]); });
+  }
   swept_.resize(soft.size());
   for (std::size_t i = 0; i < soft.size(); ++i) swept_[i] = swept_by(soft[i], bounds_[i]);
 }

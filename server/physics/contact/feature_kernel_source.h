@@ -1,5 +1,5 @@
 // The one source of the feature kernels. Include only where PNEUMA_LANES names the instruction set that the
-// file is compiled for, as with lane_pack.h. The formulas are those of closest.cpp, without branches.
+// file is compiled for, as with lane_pack.h. The ways are those of closest.cpp, without branches.
 #pragma once
 
 #include <array>

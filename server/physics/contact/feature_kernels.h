@@ -16,7 +16,8 @@ struct alignas(64) FeatureBlock {
   double points[9][width];
 };
 
-/// What is nearest of each of them: as nearest_of_face and nearest_of_edges (closest.h) find it, but for last digits.
+/// What is nearest of each of them: as nearest_of_face and nearest_of_edges (closest.h) find it. Slivers and edges that
+/// are all but parallel may differ by a millionth of their size, others by last digits.
 struct alignas(64) NearestBlock {
   double distances_m[FeatureBlock::width];
   double apart_m[3][FeatureBlock::width];  // x, y, z from the second feature's point to the first's

@@ -38,6 +38,9 @@ void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopolog
 class MeshCandidateFinder {
  public:
   void find(const MeshCollider& mesh, SurfacePair& pair, std::span<const SurfaceBody> bodies);
+  [[nodiscard]] std::size_t bytes() const {
+    return finder_.bytes() + (near_soft_.capacity() + near_mesh_.capacity()) * sizeof(CandidateFinder::FaceBox);
+  }
 
  private:
   CandidateFinder finder_;

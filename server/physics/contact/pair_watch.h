@@ -19,8 +19,8 @@ class PairWatch {
   PairWatch(std::uint32_t first, std::uint32_t second) : pair_{first, second} {}
 
   /// Sets the pair's candidates: all features that are, where the substep finds them, within `within_m` and the most
-  /// that the substep may move them towards each other; with their bounds. What it keeps between calls saves work and
-  /// shows in no result but the order.
+  /// that the substep may move them towards each other; measured (FeatureMeasures). What it keeps between calls saves
+  /// work and shows in no result but the order.
   void look(double within_m, std::span<SurfaceBody> bodies, CandidateFinder& finder, FeatureMeasures& measures,
             SurfacePair& pair);
   /// Whether the last look has all that are within that much of each other, or come there in the substep. Sets how far

@@ -10,14 +10,15 @@
 namespace pneuma::physics {
 namespace {
 
-enum class RowKind : std::uint64_t { vertex_face, vertex_edge, vertex_vertex, edge_edge };
+enum class SurfaceRowKind : std::uint64_t { vertex_face, vertex_edge, vertex_vertex, edge_edge };
 
 constexpr std::uint64_t no_corner = 0xffff;
 
 // A vertex's body and index.
 using Corner = std::pair<std::uint32_t, std::uint32_t>;
 
-FeatureKey key_of(RowKind kind, std::uint32_t first, std::uint32_t second, const std::array<std::uint64_t, 4>& parts) {
+FeatureKey key_of(SurfaceRowKind kind, std::uint32_t first, std::uint32_t second,
+                  const std::array<std::uint64_t, 4>& parts) {
   return {(static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) |
               static_cast<std::uint64_t>(kind),
           (parts[0] << 48U) | (parts[1] << 32U) | (parts[2] << 16U) | parts[3]};
@@ -39,14 +40,16 @@ FeatureKey key_of_vertex(const FeatureCorners& corners, const std::array<double,
     std::swap(first, second);
     std::swap(parts[0], parts[1]);
   }
-  const RowKind kind = count == 4 ? RowKind::vertex_face : count == 3 ? RowKind::vertex_edge : RowKind::vertex_vertex;
+  const SurfaceRowKind kind = count == 4   ? SurfaceRowKind::vertex_face
+                              : count == 3 ? SurfaceRowKind::vertex_edge
+                                           : SurfaceRowKind::vertex_vertex;
   return key_of(kind, first, second, parts);
 }
 
 FeatureKey key_of(const Candidate& candidate, const FeatureCorners& corners) {
   if (candidate.pair == FeaturePair::vertex_face) return key_of_vertex(corners, candidate.shares);
   const auto& v = corners.vertices;
-  return key_of(RowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
+  return key_of(SurfaceRowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
 }
 
 // Of each corner, in the way from the second feature's nearest point to the first's.

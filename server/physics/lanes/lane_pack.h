@@ -229,11 +229,6 @@ struct Pack<float, 16> {
     const __mmask16 positive = _mm512_cmp_ps_mask(a.lanes, _mm512_setzero_ps(), _CMP_GT_OQ);
     return {_mm512_maskz_mov_ps(positive, value.lanes)};
   }
-  friend Pack choose(Pack a, Pack value, Pack other) {
-    const __mmask16 positive = _mm512_cmp_ps_mask(a.lanes, _mm512_setzero_ps(), _CMP_GT_OQ);
-    return {_mm512_mask_mov_ps(other.lanes, positive, value.lanes)};
-  }
-  friend std::uint32_t at_most(Pack a, Pack b) { return _mm512_cmp_ps_mask(a.lanes, b.lanes, _CMP_LE_OQ); }
   friend Pack largest(Pack most, Pack a) { return {_mm512_max_ps(_mm512_abs_ps(a.lanes), most.lanes)}; }
 
  private:
@@ -354,12 +349,6 @@ struct Pack<float, 8> {
   }
   friend Pack where_positive(Pack a, Pack value) {
     return {_mm256_and_ps(_mm256_cmp_ps(a.lanes, _mm256_setzero_ps(), _CMP_GT_OQ), value.lanes)};
-  }
-  friend Pack choose(Pack a, Pack value, Pack other) {
-    return {_mm256_blendv_ps(other.lanes, value.lanes, _mm256_cmp_ps(a.lanes, _mm256_setzero_ps(), _CMP_GT_OQ))};
-  }
-  friend std::uint32_t at_most(Pack a, Pack b) {
-    return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(a.lanes, b.lanes, _CMP_LE_OQ)));
   }
   friend Pack largest(Pack most, Pack a) {
     return {_mm256_max_ps(_mm256_andnot_ps(_mm256_set1_ps(-0.0F), a.lanes), most.lanes)};

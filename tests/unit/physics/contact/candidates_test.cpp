@@ -64,6 +64,16 @@ TEST(Candidates, OfABallInAFoldedSheetHaveAllThatComesNear) {
   EXPECT_GT(near, 1000U);
 }
 
+// So many that their boxes are sorted.
+TEST(Candidates, OfTwoSheetsThatLieOnEachOtherHaveAllThatComesNear) {
+  std::mt19937 random(5);
+  std::vector<SurfaceBody> bodies{
+      askew_surface(*make_grid(20, 16, 2.0, 1.6), Vec3d::Zero(), 1, 0.3 * shell_of_candidates_m),
+      askew_surface(*make_grid(17, 19, 1.8, 2.0), Vec3d(0.01, 0.006, 0.004), 1, 0.3 * shell_of_candidates_m)};
+  for (SurfaceBody& body : bodies) shake_ends(body, random_vector(random, 0.02), 0.01, random);
+  EXPECT_GT(expect_all_near_ones(all_pairs(bodies, false).front(), bodies), 1000U);
+}
+
 TEST(Candidates, OfACrumpledSurfaceWithItselfHaveAllThatComesNear) {
   std::mt19937 random(3);
   std::size_t near = 0;

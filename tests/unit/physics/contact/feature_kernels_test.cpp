@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -120,7 +121,11 @@ struct Nearest {
   Vec3d apart_m = Vec3d::Zero();
   std::array<double, 3> shares{};
 
-  bool operator==(const Nearest&) const = default;
+  [[nodiscard]] std::array<std::uint64_t, 7> bits() const {
+    const auto bits_of = [](double number) { return std::bit_cast<std::uint64_t>(number); };
+    return {bits_of(distance_m), bits_of(apart_m.x()), bits_of(apart_m.y()), bits_of(apart_m.z()),
+            bits_of(shares[0]),  bits_of(shares[1]),   bits_of(shares[2])};
+  }
 };
 
 std::vector<Nearest> nearest_of(Isa isa, FeaturePair pair, std::span<const FourPoints> features) {
@@ -237,11 +242,12 @@ TEST_P(LaneNearest, KnowWhereNoEndIsNearest) {
 
 TEST_P(LaneNearest, HaveTheBitsOfTheBaseline) {
   const auto [isa, pair] = GetParam();
+  if (isa == Isa::baseline) GTEST_SKIP() << "it is the baseline";
   FeatureDraw draw(4);
   const std::vector<FourPoints> features = draw_all(measured_pairs, [&, of = pair] { return draw.features(of); });
   const std::vector<Nearest> nearest = nearest_of(isa, pair, features);
   const std::vector<Nearest> baseline = nearest_of(Isa::baseline, pair, features);
-  for (std::size_t i = 0; i < features.size(); ++i) ASSERT_EQ(nearest[i], baseline[i]) << i;
+  for (std::size_t i = 0; i < features.size(); ++i) ASSERT_EQ(nearest[i].bits(), baseline[i].bits()) << i;
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,5 +1,5 @@
 // Shows that a force which lacks a part does not compile, and, over the list of forces, that each one's force is minus
-// the gradient of its energy, that its tangent is its force's derivative, and that the preconditioner is no softer.
+// the gradient of its energy, and that its tangent is its force's derivative.
 // Each acts alone on a body of its own.
 #include "physics/forces/force_terms.h"
 
