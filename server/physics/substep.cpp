@@ -278,7 +278,7 @@ Profile* Simulation::profile_of(SoftBodies<Real>& bodies, std::size_t index) con
 
 template <class Real>
 void Simulation::freeze_runaways(SoftBodies<Real>& bodies, const SubstepContext& context) {
-  const StageTimer timer(context.profile, Stage::bounds);
+  const StageTimer timer(bodies.plan.may_touch ? context.profile : nullptr, Stage::bounds);
   bodies.extents.resize(bodies.states.size());
   std::size_t vertices = 0;
   for (const SoftState<Real>& body : bodies.states) vertices += body.is_awake() ? body.x.size() : 0;
