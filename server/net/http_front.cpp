@@ -5,16 +5,14 @@
 #include <optional>
 #include <utility>
 
-#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
-#include <boost/beast/ssl.hpp>
 #include <boost/beast/websocket.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 
 #include "base/limits.h"
 #include "net/error_into.h"
+#include "net/http_stream.h"
 #include "net/origin.h"
 
 namespace pneuma::net {
@@ -25,6 +23,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
+using WebSocket = websocket::stream<HttpStream, false>;  // it is never offered to compress messages
 using Request = http::request<http::empty_body>;
 using Body = http::span_body<const char>;  // the bytes are the reply's
 using Response = http::response<Body>;
@@ -41,14 +40,13 @@ constexpr const char* content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-template <class Stream>
 class WebSocketTransport final : public Transport {
  public:
-  explicit WebSocketTransport(websocket::stream<Stream> socket) : socket_(std::move(socket)) {
+  explicit WebSocketTransport(WebSocket socket) : socket_(std::move(socket)) {
     socket_.read_message_max(0);  // Beast would close without our goodbye; read() counts
     socket_.binary(true);
     socket_.auto_fragment(false);
-    beast::get_lowest_layer(socket_).expires_never();  // the session keeps the time from here on
+    socket_.next_layer().expires_never();  // the session keeps the time from here on
   }
 
   asio::awaitable<base::Status> open() override { co_return base::Status(); }
@@ -97,11 +95,11 @@ class WebSocketTransport final : public Transport {
 
   void abort() override {
     error_code ignored;
-    beast::get_lowest_layer(socket_).socket().close(ignored);
+    socket_.next_layer().socket().close(ignored);
   }
 
  private:
-  websocket::stream<Stream> socket_;
+  WebSocket socket_;
   std::size_t message_bytes_max_ = base::message_bytes_max_before_hello;
 };
 
@@ -194,25 +192,14 @@ std::optional<HttpReply> refusal(const error_code& error) {
   return std::nullopt;
 }
 
-asio::awaitable<error_code> shake_hands(beast::tcp_stream& /*stream*/) {
-  co_return error_code();
-}
-asio::awaitable<error_code> shake_hands(asio::ssl::stream<beast::tcp_stream>& stream) {
-  error_code error;
-  co_await stream.async_handshake(asio::ssl::stream_base::server, into(error));
-  co_return error;
-}
-
-template <class Stream>
-asio::awaitable<void> upgrade(Stream stream, Request request, const HttpFront& front) {
-  websocket::stream<Stream> socket(std::move(stream));
+asio::awaitable<void> upgrade(HttpStream stream, Request request, const HttpFront& front) {
+  WebSocket socket(std::move(stream));
   error_code error;
   co_await socket.async_accept(request, into(error));
-  if (!error) front.upgraded(std::make_unique<WebSocketTransport<Stream>>(std::move(socket)));
+  if (!error) front.upgraded(std::make_unique<WebSocketTransport>(std::move(socket)));
 }
 
-template <class Stream>
-asio::awaitable<error_code> write_response(Stream& stream, Response response, bool header_only) {
+asio::awaitable<error_code> write_response(HttpStream& stream, Response response, bool header_only) {
   http::response_serializer<Body> serializer(response);
   error_code error;
   if (header_only) {
@@ -224,24 +211,21 @@ asio::awaitable<error_code> write_response(Stream& stream, Response response, bo
 }
 
 // Reads and throws away what still comes, until the client closes.
-template <class Stream>
-asio::awaitable<void> linger(Stream& stream) {
-  beast::tcp_stream& tcp = beast::get_lowest_layer(stream);
+asio::awaitable<void> linger(HttpStream& stream) {
   error_code error;
-  tcp.expires_after(http_linger_timeout);
-  tcp.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
+  stream.expires_after(http_linger_timeout);
+  stream.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
   std::array<char, 4 * 1024> unread;
-  while (!error) co_await tcp.socket().async_read_some(asio::buffer(unread), into(error));
+  while (!error) co_await stream.socket().async_read_some(asio::buffer(unread), into(error));
 }
 
-template <class Stream>
-asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
-  beast::get_lowest_layer(stream).expires_after(front.timeout);
-  if (co_await shake_hands(stream)) co_return;
+asio::awaitable<void> serve(HttpStream stream, const HttpFront& front) {
+  stream.expires_after(front.timeout);
+  if (co_await stream.shake_hands()) co_return;
   beast::flat_buffer buffer(header_bytes_max);
   bool keep_alive = true;
   while (keep_alive) {
-    beast::get_lowest_layer(stream).expires_after(front.timeout);
+    stream.expires_after(front.timeout);
     http::request_parser<http::empty_body> parser;
     parser.header_limit(header_bytes_max);
     error_code error;
@@ -261,7 +245,7 @@ asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
     keep_alive = is_whole && front.upgraded && request.keep_alive();
     Response response = make_response(request, *reply);
     response.keep_alive(keep_alive);
-    beast::get_lowest_layer(stream).expires_after(front.timeout);
+    stream.expires_after(front.timeout);
     if (co_await write_response(stream, std::move(response), request.method() == http::verb::head)) co_return;
   }
   co_await linger(stream);
@@ -270,11 +254,7 @@ asio::awaitable<void> serve(Stream stream, const HttpFront& front) {
 }  // namespace
 
 asio::awaitable<void> serve_http(asio::ip::tcp::socket socket, asio::ssl::context* tls, const HttpFront& front) {
-  if (tls == nullptr) {
-    co_await serve(beast::tcp_stream(std::move(socket)), front);
-  } else {
-    co_await serve(asio::ssl::stream<beast::tcp_stream>(beast::tcp_stream(std::move(socket)), *tls), front);
-  }
+  co_await serve(HttpStream(std::move(socket), tls), front);
 }
 
 }  // namespace pneuma::net
