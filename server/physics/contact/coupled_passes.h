@@ -25,6 +25,8 @@ struct CoupledWorld : ContactWorld<Real> {
 /// A soft body's step under way.
 struct CoupledBody {
   bool in_contact = false;
+  bool left_out = false;     // of contact: it could not be solved for
+  bool is_cut = false;       // its moves, in some pass
   bool is_free = false;      // nothing holds it but contact and joints
   std::vector<Vec3d> start;  // m, in the world
   std::vector<Vec3d> x0;     // m, from the body's origin

@@ -36,18 +36,15 @@ template <class Real>
 void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
-  if (passes_.rows.empty()) return;
-  take_touching();
-  if (world.first_order) step_by_first_order(world, surfaces);
-  begin_metrics(world);
-  const double settled_m = pass_settled_share * least_spacing_m();
+  (void)take_touching(world, surfaces);
   for (int pass = 0; pass < coupled_passes_max; ++pass) {
     move_freely(world, surfaces);
-    find_coupled_rows(world, surfaces, passes_);
+    do find_coupled_rows(world, surfaces, passes_);
+    while (take_touching(world, surfaces));
     leave_out_failed();
     solve(world);
     take_answers(world, surfaces);
-    if (move_as_far_as_free(world, surfaces) <= settled_m) break;
+    if (move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m()) break;
   }
   rebound(world, passes_);
   mark_broken(world);
@@ -74,7 +71,7 @@ void CoupledStep<Real>::load_bodies(const CoupledWorld<Real>& world) {
   for (std::size_t i = 0; i < world.soft.size(); ++i) {
     const SoftState<Real>& state = world.soft[i];
     CoupledBody& body = passes_.bodies[i];
-    body.in_contact = false;
+    body.in_contact = body.left_out = body.is_cut = false;
     if (!world.bounds[i].active) continue;
     const std::size_t count = state.x.size();
     body.is_free = !is_driven(state, world.substep.surroundings);
@@ -115,13 +112,26 @@ void CoupledStep<Real>::load_solids(const CoupledWorld<Real>& world) {
   passes_.rigid_turnings_rad_s.assign(world.rigid.size(), Vec3d::Zero());
 }
 
+// A body that nothing touches as it goes freely may be touched as others are pushed. False where no body is new.
 template <class Real>
-void CoupledStep<Real>::take_touching() {
+bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
+  bool any = false;
   for (const ContactRow& row : passes_.rows) {
     for (const Support* side : {&row.first, &row.second}) {
-      if (side->body < passes_.bodies.size()) passes_.bodies[side->body].in_contact = true;
+      if (side->body >= passes_.bodies.size()) continue;
+      CoupledBody& body = passes_.bodies[side->body];
+      if (body.in_contact || body.left_out) continue;
+      if (world.first_order && !step_by_first_order(world, side->body, surfaces)) {
+        world.soft[side->body].solve_failed = true;
+        body.left_out = true;
+        continue;
+      }
+      body.in_contact = begin_metric(world, side->body);
+      body.left_out = !body.in_contact;
+      any = any || body.in_contact;
     }
   }
+  return any;
 }
 
 template <class Real>
@@ -141,6 +151,7 @@ void CoupledStep<Real>::move_freely(const CoupledWorld<Real>& world, SurfaceCont
     if (!step_freely(world, i)) {
       world.soft[i].solve_failed = true;
       body.in_contact = false;
+      body.left_out = true;
       continue;
     }
     SurfaceBody& surface = surfaces.bodies()[i];
@@ -151,7 +162,7 @@ void CoupledStep<Real>::move_freely(const CoupledWorld<Real>& world, SurfaceCont
 template <class Real>
 void CoupledStep<Real>::leave_out_failed() {
   const auto left_out = [&](const Support& side) {
-    return side.body < passes_.bodies.size() && !passes_.bodies[side.body].in_contact;
+    return side.body < passes_.bodies.size() && passes_.bodies[side.body].left_out;
   };
   std::erase_if(passes_.rows, [&](const ContactRow& row) { return left_out(row.first) || left_out(row.second); });
 }
@@ -196,44 +207,37 @@ bool CoupledStep<Real>::step_freely(const CoupledWorld<Real>& world, std::size_t
   return true;
 }
 
-// The passes are implicit Euler's, so they start from its step.
+// The passes are implicit Euler's, so they start from its step. False where it fails.
 template <class Real>
-void CoupledStep<Real>::step_by_first_order(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    CoupledBody& body = passes_.bodies[i];
-    SoftState<Real>& state = world.soft[i];
-    if (!body.in_contact || !state.is_awake()) continue;
-    state.v = world.start_m_s[i];
-    if (!euler_again(state, world.tables[i], *world.first_order, world.substep, solver_)) {
-      state.solve_failed = true;
-      body.in_contact = false;
-      continue;
-    }
-    for (std::size_t k = 0; k < body.u.size(); ++k) {
-      body.u[k] = state.v[k].template cast<double>();
-      surfaces.bodies()[i].to[k] = body.start[k] + world.substep.dt_s * body.u[k];
-    }
+bool CoupledStep<Real>::step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
+                                            SurfaceContacts<Real>& surfaces) {
+  CoupledBody& body = passes_.bodies[index];
+  SoftState<Real>& state = world.soft[index];
+  if (!state.is_awake()) return true;
+  state.v = world.start_m_s[index];
+  if (!euler_again(state, world.tables[index], *world.first_order, world.substep, solver_)) return false;
+  SurfaceBody& surface = surfaces.bodies()[index];
+  for (std::size_t k = 0; k < body.u.size(); ++k) {
+    body.u[k] = state.v[k].template cast<double>();
+    surface.to[k] = body.start[k] + world.substep.dt_s * body.u[k];
   }
+  return true;
 }
 
+// False where the body has no matrix.
 template <class Real>
-void CoupledStep<Real>::begin_metrics(const CoupledWorld<Real>& world) {
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    CoupledBody& body = passes_.bodies[i];
-    if (!body.in_contact) continue;
-    const SoftState<Real>& state = world.soft[i];
-    ImplicitTables<Real>& tables = world.tables[i];
-    const double stress_n_m =
-        state.gas ? pressure_share * std::max(0.0, state.pressure_pa) * passes_.surface(i).spacing_m : 0.0;
-    tables.matrices->update(tables.held.touching, state, world.substep.surroundings, world.substep.dt_s, stress_n_m);
-    if (!tables.held.touching) {
-      body.in_contact = false;
-      continue;
-    }
-    x_.resize(body.u.size());  // where it is about to be: rotations from where it was would shear it
-    for (std::size_t k = 0; k < x_.size(); ++k) x_[k] = body.x0[k] + world.substep.dt_s * body.u[k];
-    body.metric.begin(*tables.held.touching, body.is_free, x_);
-  }
+bool CoupledStep<Real>::begin_metric(const CoupledWorld<Real>& world, std::size_t index) {
+  CoupledBody& body = passes_.bodies[index];
+  const SoftState<Real>& state = world.soft[index];
+  ImplicitTables<Real>& tables = world.tables[index];
+  const double stress_n_m =
+      state.gas ? pressure_share * std::max(0.0, state.pressure_pa) * passes_.surface(index).spacing_m : 0.0;
+  tables.matrices->update(tables.held.touching, state, world.substep.surroundings, world.substep.dt_s, stress_n_m);
+  if (!tables.held.touching) return false;
+  x_.resize(body.u.size());  // where it is about to be: rotations from where it was would shear it
+  for (std::size_t k = 0; k < x_.size(); ++k) x_[k] = body.x0[k] + world.substep.dt_s * body.u[k];
+  body.metric.begin(*tables.held.touching, body.is_free, x_);
+  return true;
 }
 
 template <class Real>
@@ -336,28 +340,36 @@ void CoupledStep<Real>::take_answers(const CoupledWorld<Real>& world, SurfaceCon
   }
 }
 
-// Goes as far towards that as nothing crosses. Returns how far a vertex is from where the pass began.
+// Goes as far towards that as nothing crosses, also with bodies that only pass by: solids cut the moves first, and the
+// surfaces then look at what is left. Returns how far a vertex in contact is from where the pass began.
 template <class Real>
 double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   const double s = world.substep.dt_s;
   double furthest_m2 = 0.0;
   surfaces.update_candidates(world.soft);
   surfaces.carry(passes_.bodies.size());
+  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
+    if (!passes_.bodies[i].in_contact) continue;
+    for (const SolidPlace& solid : passes_.solids) cut_at_solid(surfaces.bodies()[i], solid, s);
+  }
   cut_moves(surfaces.pairs(), surfaces.bodies());
   for (std::size_t i = passes_.bodies.size(); i < surfaces.bodies().size(); ++i) {
     SurfaceBody& mesh = surfaces.bodies()[i];
     mesh.from = mesh.to;
+    std::ranges::fill(mesh.cuts, 1.0);
   }
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    if (!passes_.bodies[i].in_contact) continue;
+    if (!world.bounds[i].active) continue;
+    CoupledBody& body = passes_.bodies[i];
     SurfaceBody& surface = surfaces.bodies()[i];
-    for (const SolidPlace& solid : passes_.solids) cut_at_solid(surface, solid, s);
     for (std::size_t k = 0; k < surface.from.size(); ++k) {
-      furthest_m2 = std::max(furthest_m2, surface.move_m(static_cast<std::uint32_t>(k)).squaredNorm());
+      const Vec3d move_m = surface.move_m(static_cast<std::uint32_t>(k));
+      if (body.in_contact) furthest_m2 = std::max(furthest_m2, move_m.squaredNorm());
       if (surface.cuts[k] < 1.0) {
-        surface.from[k] += surface.cuts[k] * surface.move_m(static_cast<std::uint32_t>(k));
-        ++counts_.cut_vertices;
+        surface.from[k] += surface.cuts[k] * move_m;
         surface.cuts[k] = 1.0;
+        ++counts_.cut_vertices;
+        body.is_cut = true;
       } else {
         surface.from[k] = surface.to[k];
       }
@@ -386,14 +398,14 @@ template <class Real>
 void CoupledStep<Real>::store(const CoupledWorld<Real>& world) {
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
     const CoupledBody& body = passes_.bodies[i];
-    if (!body.in_contact) continue;
+    if (!body.in_contact && !body.is_cut) continue;
     SoftState<Real>& state = world.soft[i];
     const SurfaceBody& surface = passes_.surface(i);
     state.dr.resize(state.x.size());
     for (std::size_t k = 0; k < body.u.size(); ++k) {
       const Vec3d move = surface.from[k] - body.start[k];
       state.dr[k] = state.is_pinned(k) ? Vec3<Real>(Vec3<Real>::Zero()) : Vec3<Real>(move.template cast<Real>());
-      state.v[k] = body.u[k].template cast<Real>();
+      if (body.in_contact) state.v[k] = body.u[k].template cast<Real>();
     }
   }
   for (std::size_t k = 0; k < world.rigid.size(); ++k) {

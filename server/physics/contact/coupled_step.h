@@ -25,10 +25,11 @@ class CoupledStep {
   void begin(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void load_bodies(const CoupledWorld<Real>& world);
   void load_solids(const CoupledWorld<Real>& world);
-  void take_touching();
+  bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double least_spacing_m() const;
-  void step_by_first_order(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
-  void begin_metrics(const CoupledWorld<Real>& world);
+  [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
+                                         SurfaceContacts<Real>& surfaces);
+  [[nodiscard]] bool begin_metric(const CoupledWorld<Real>& world, std::size_t index);
   void move_freely(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool step_freely(const CoupledWorld<Real>& world, std::size_t index);
   void leave_out_failed();

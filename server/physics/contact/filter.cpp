@@ -48,11 +48,7 @@ struct Cut {
 
 class MoveFilter {
  public:
-  MoveFilter(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) : pairs_(pairs), bodies_(bodies) {
-    for (const SurfacePair& pair : pairs) {
-      for (const std::uint32_t body : {pair.first, pair.second}) std::ranges::fill(bodies_[body].cuts, 1.0);
-    }
-  }
+  MoveFilter(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) : pairs_(pairs), bodies_(bodies) {}
 
   FilterOutcome run() {
     FilterOutcome outcome;

@@ -500,6 +500,7 @@ void SurfaceContacts<Real>::cut(const Substep& substep) {
       ++counts_.cut_vertices;
     }
   }
+  for (std::size_t i = meshes_begin_; i < bodies_.size(); ++i) std::ranges::fill(bodies_[i].cuts, 1.0);
 }
 
 template <class Real>

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +67,26 @@ std::vector<SurfaceBody> rolled_sheet() {
   return {sheet};
 }
 
+void take_cut_moves(std::vector<SurfaceBody>& bodies) {
+  for (SurfaceBody& body : bodies) {
+    for (std::uint32_t i = 0; i < body.from.size(); ++i) {
+      const Vec3d move_m = body.move_m(i);
+      body.from[i] += std::exchange(body.cuts[i], 1.0) * move_m;
+    }
+  }
+}
+
+std::size_t crossings(const std::vector<SurfaceBody>& bodies, bool with_selves) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (with_selves) count += support::count_self_crossings(triangles_of(bodies[i]));
+    for (std::size_t j = 0; j < i; ++j) {
+      count += support::count_crossings(triangles_of(bodies[i]), triangles_of(bodies[j]));
+    }
+  }
+  return count;
+}
+
 class Scrambled : public testing::TestWithParam<Scramble> {
  protected:
   void shake(std::vector<SurfaceBody>& bodies) {
@@ -74,24 +95,6 @@ class Scrambled : public testing::TestWithParam<Scramble> {
       body.to = body.from;
       for (Vec3d& x : body.to) x += random_vector(random_, GetParam().move_m) + 0.2 * (centre - x);
     }
-  }
-  static void take_cut_moves(std::vector<SurfaceBody>& bodies) {
-    for (SurfaceBody& body : bodies) {
-      for (std::uint32_t i = 0; i < body.from.size(); ++i) {
-        const Vec3d move_m = body.move_m(i);
-        body.from[i] += body.cuts[i] * move_m;
-      }
-    }
-  }
-  [[nodiscard]] static std::size_t crossings(const std::vector<SurfaceBody>& bodies, bool with_selves) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      if (with_selves) count += support::count_self_crossings(triangles_of(bodies[i]));
-      for (std::size_t j = 0; j < i; ++j) {
-        count += support::count_crossings(triangles_of(bodies[i]), triangles_of(bodies[j]));
-      }
-    }
-    return count;
   }
 
  private:
@@ -168,13 +171,22 @@ TEST(Filter, LeavesMovesThatMeetNothingWhole) {
   }
 }
 
-TEST(Filter, ForgetsTheCutsOfMovesBefore) {
+// Two that keep their distance, and one of which something else holds back: the other would run into it.
+TEST(Filter, SeesWhatHasCutAMoveBefore) {
   std::vector<SurfaceBody> bodies = two_balls();
-  for (SurfaceBody& body : bodies) body.cuts.assign(body.cuts.size(), 0.25);
+  for (SurfaceBody& body : bodies) {
+    for (Vec3d& x : body.to) x += Vec3d(-2.0, 0.0, 0.0);
+  }
   cut_moves(all_pairs(bodies, false), bodies);
   for (const SurfaceBody& body : bodies) {
     for (const double cut : body.cuts) EXPECT_EQ(cut, 1.0);
   }
+  bodies[0].cuts.assign(bodies[0].cuts.size(), 0.25);
+  cut_moves(all_pairs(bodies, false), bodies);
+  for (const double cut : bodies[0].cuts) EXPECT_LE(cut, 0.25);
+  EXPECT_LT(std::ranges::min(bodies[1].cuts), 0.5);
+  take_cut_moves(bodies);
+  EXPECT_EQ(crossings(bodies, false), 0U);
 }
 
 /// A vertex close above a wide face, and how it goes on: along it for so long that one advance after another would not
