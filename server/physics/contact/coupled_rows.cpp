@@ -119,13 +119,16 @@ void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& s
   surfaces.find_rows(passes.rows);
   surfaces.add_ways_out(passes.rows);
   aim_surface_rows(world, surfaces.meshes(), passes);
+  for (SolidPlace& solid : passes.solids) set_way(solid, world.substep.dt_s);
   for (std::uint32_t i = 0; i < passes.bodies.size(); ++i) {
     if (!world.bounds[i].active) continue;
     const SurfaceBody& body = surfaces.bodies()[i];
+    const Box way = body.box_of_moves();
     for (std::size_t k = 0; k < passes.solids.size(); ++k) {
       const bool is_rigid = k < world.rigid.size();
       if (is_rigid ? !is_active(world.rigid[k]) : !world.soft[i].is_awake()) continue;
       if (is_rigid && !world.soft[i].is_awake() && !world.rigid[k].is_awake()) continue;
+      if (!may_meet(body, way, passes.solids[k])) continue;
       find_solid_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);
       if (is_rigid)
         find_corner_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);

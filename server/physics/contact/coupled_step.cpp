@@ -348,9 +348,14 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
   double furthest_m2 = 0.0;
   surfaces.update_candidates(world.soft);
   surfaces.carry(passes_.bodies.size());
+  for (SolidPlace& solid : passes_.solids) set_way(solid, s);
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
     if (!passes_.bodies[i].in_contact) continue;
-    for (const SolidPlace& solid : passes_.solids) cut_at_solid(surfaces.bodies()[i], solid, s);
+    SurfaceBody& surface = surfaces.bodies()[i];
+    const Box way = surface.box_of_moves();
+    for (const SolidPlace& solid : passes_.solids) {
+      if (may_meet(surface, way, solid)) cut_at_solid(surface, solid, s);
+    }
   }
   cut_moves(surfaces.pairs(), surfaces.bodies());
   for (std::size_t i = passes_.bodies.size(); i < surfaces.bodies().size(); ++i) {

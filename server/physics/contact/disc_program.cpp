@@ -16,26 +16,30 @@ constexpr double edge_share = 1e-9;
 
 }  // namespace
 
-DiscProgram::DiscProgram(std::size_t rows) : rows_(static_cast<Eigen::Index>(rows)) {
-  w_.setZero(3 * rows_, 3 * rows_);
-  q_.setZero(3 * rows_);
-  f_.setZero(3 * rows_);
+DiscProgram::DiscProgram(std::size_t rows) : rows_(rows), stride_(dense_stride(3 * rows)) {
+  w_.assign(stride_ * stride_, 0.0);
+  for (Vector* vector : {&q_, &f_, &gradient_, &step_, &next_f_, &next_gradient_}) vector->assign(stride_, 0.0);
   radii_n_s_.assign(rows, 0.0);
   across_1_kg_.assign(rows, 0.0);
   kinds_.assign(rows, Kind::contact);
 }
 
 void DiscProgram::set_row(std::size_t row, const Vec3d& wanted_m_s, const Vec3d& start_n_s, double across_1_kg) {
-  q_.segment<3>(3 * static_cast<Eigen::Index>(row)) = wanted_m_s;
-  f_.segment<3>(3 * static_cast<Eigen::Index>(row)) = start_n_s;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    q_[3 * row + axis] = wanted_m_s[static_cast<Eigen::Index>(axis)];
+    f_[3 * row + axis] = start_n_s[static_cast<Eigen::Index>(axis)];
+  }
   across_1_kg_[row] = across_1_kg;
 }
 
 void DiscProgram::set_block(std::size_t row, std::size_t by, const Eigen::Matrix3d& block_1_kg) {
-  const auto i = 3 * static_cast<Eigen::Index>(row);
-  const auto j = 3 * static_cast<Eigen::Index>(by);
-  w_.block<3, 3>(i, j) = block_1_kg;
-  if (i != j) w_.block<3, 3>(j, i) = block_1_kg.transpose();
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double value = block_1_kg(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      w(3 * row + i, 3 * by + j) = value;
+      if (row != by) w(3 * by + j, 3 * row + i) = value;
+    }
+  }
 }
 
 void DiscProgram::set_free(std::size_t row, bool also_along) {
@@ -47,8 +51,7 @@ void DiscProgram::set_given(std::size_t row) {
 }
 
 void DiscProgram::add_softness(std::size_t row, double softness_1_kg) {
-  const auto i = 3 * static_cast<Eigen::Index>(row);
-  for (Eigen::Index axis = 0; axis < 3; ++axis) w_(i + axis, i + axis) += softness_1_kg;
+  for (std::size_t axis = 0; axis < 3; ++axis) w(3 * row + axis, 3 * row + axis) += softness_1_kg;
 }
 
 double DiscProgram::set_disc(std::size_t row, double radius_n_s) {
@@ -57,53 +60,71 @@ double DiscProgram::set_disc(std::size_t row, double radius_n_s) {
   return change_n_s * across_1_kg_[row];
 }
 
-void DiscProgram::project(Eigen::VectorXd& f) const {
-  for (Eigen::Index row = 0; row < rows_; ++row) {
-    const Kind kind = kind_of(row);
-    if (kind == Kind::guide) f[3 * row] = 0.0;
-    if (kind != Kind::contact) continue;
-    f[3 * row] = std::max(0.0, f[3 * row]);
-    const double radius = radii_n_s_[static_cast<std::size_t>(row)];
-    const double length = std::hypot(f[3 * row + 1], f[3 * row + 2]);
-    if (length > radius) f.segment<2>(3 * row + 1) *= radius / length;
+void DiscProgram::project(Vector& f) const {
+  for (std::size_t row = 0; row < rows_; ++row) {
+    const std::size_t n = 3 * row;
+    if (kinds_[row] == Kind::guide) f[n] = 0.0;
+    if (kinds_[row] != Kind::contact) continue;
+    f[n] = std::max(0.0, f[n]);
+    const double length = std::sqrt(f[n + 1] * f[n + 1] + f[n + 2] * f[n + 2]);
+    if (length <= radii_n_s_[row]) continue;
+    f[n + 1] *= radii_n_s_[row] / length;
+    f[n + 2] *= radii_n_s_[row] / length;
   }
 }
 
-double DiscProgram::stop(Eigen::Index at) {
-  if (!(w_(at, at) > 0.0)) return 0.0;
-  const double change = -gradient_[at] / w_(at, at);
-  f_[at] += change;
-  gradient_ += change * w_.col(at);
-  return std::abs(change) * w_(at, at);
+void DiscProgram::find_gradient(const Vector& f, Vector& gradient) const {
+  gradient = q_;
+  kernels_->add_product(w_.data(), 3 * rows_, stride_, f.data(), gradient.data());
+}
+
+double DiscProgram::energy(const Vector& f, const Vector& gradient, const Vector& q) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < f.size(); ++i) sum += f[i] * (gradient[i] + q[i]);
+  return 0.5 * sum;
+}
+
+void DiscProgram::push(std::size_t at, double change_n_s) {
+  f_[at] += change_n_s;
+  kernels_->add_columns(column(at), change_n_s, column(at), 0.0, stride_, gradient_.data());
+}
+
+double DiscProgram::stop(std::size_t at) {
+  const double inverse_mass_1_kg = w(at, at);
+  if (!(inverse_mass_1_kg > 0.0)) return 0.0;
+  const double change_n_s = -gradient_[at] / inverse_mass_1_kg;
+  push(at, change_n_s);
+  return std::abs(change_n_s) * inverse_mass_1_kg;
 }
 
 double DiscProgram::sweep() {
   double largest_m_s = 0.0;
-  for (Eigen::Index row = 0; row < rows_; ++row) {
-    const Eigen::Index n = 3 * row;
-    if (const Kind kind = kind_of(row); kind != Kind::contact) {
+  for (std::size_t row = 0; row < rows_; ++row) {
+    const std::size_t n = 3 * row;
+    if (const Kind kind = kinds_[row]; kind != Kind::contact) {
       if (kind == Kind::tie) largest_m_s = std::max(largest_m_s, stop(n));
       if (kind != Kind::given) largest_m_s = std::max({largest_m_s, stop(n + 1), stop(n + 2)});
       continue;
     }
-    if (w_(n, n) > 0.0) {
-      const double change = std::max(0.0, f_[n] - gradient_[n] / w_(n, n)) - f_[n];
-      if (change != 0.0) {
-        f_[n] += change;
-        gradient_ += change * w_.col(n);
-        largest_m_s = std::max(largest_m_s, std::abs(change) * w_(n, n));
+    if (const double inverse_mass_1_kg = w(n, n); inverse_mass_1_kg > 0.0) {
+      const double change_n_s = std::max(0.0, f_[n] - gradient_[n] / inverse_mass_1_kg) - f_[n];
+      if (change_n_s != 0.0) {
+        push(n, change_n_s);
+        largest_m_s = std::max(largest_m_s, std::abs(change_n_s) * inverse_mass_1_kg);
       }
     }
-    const double radius = radii_n_s_[static_cast<std::size_t>(row)];
-    const double across = across_1_kg_[static_cast<std::size_t>(row)];
+    const double radius = radii_n_s_[row];
+    const double across = across_1_kg_[row];
     if (!(across > 0.0) || (radius <= 0.0 && f_[n + 1] == 0.0 && f_[n + 2] == 0.0)) continue;
-    Eigen::Vector2d rubbed = f_.segment<2>(n + 1) - gradient_.segment<2>(n + 1) / across;
+    const Eigen::Vector2d before(f_[n + 1], f_[n + 2]);
+    Eigen::Vector2d rubbed = before - Eigen::Vector2d(gradient_[n + 1], gradient_[n + 2]) / across;
     const double length = rubbed.norm();
     if (length > radius) rubbed *= radius / length;
-    const Eigen::Vector2d change = rubbed - f_.segment<2>(n + 1);
+    const Eigen::Vector2d change = rubbed - before;
     if (change.isZero(0.0)) continue;
-    f_.segment<2>(n + 1) = rubbed;
-    gradient_ += change[0] * w_.col(n + 1) + change[1] * w_.col(n + 2);
+    f_[n + 1] = rubbed[0];
+    f_[n + 2] = rubbed[1];
+    kernels_->add_columns(column(n + 1), change[0], column(n + 2), change[1], stride_, gradient_.data());
     largest_m_s = std::max(largest_m_s, change.norm() * across);
   }
   return largest_m_s;
@@ -111,9 +132,9 @@ double DiscProgram::sweep() {
 
 void DiscProgram::find_directions() {
   directions_.clear();
-  for (Eigen::Index row = 0; row < rows_; ++row) {
-    const Eigen::Index n = 3 * row;
-    if (const Kind kind = kind_of(row); kind != Kind::contact) {
+  for (std::size_t row = 0; row < rows_; ++row) {
+    const std::size_t n = 3 * row;
+    if (const Kind kind = kinds_[row]; kind != Kind::contact) {
       if (kind == Kind::tie) directions_.push_back({.at = n});
       if (kind == Kind::given) continue;
       directions_.push_back({.at = n + 1});
@@ -121,9 +142,9 @@ void DiscProgram::find_directions() {
       continue;
     }
     if (f_[n] > 0.0) directions_.push_back({.at = n});
-    const double radius = radii_n_s_[static_cast<std::size_t>(row)];
+    const double radius = radii_n_s_[row];
     if (!(radius > 0.0)) continue;
-    const double length = std::hypot(f_[n + 1], f_[n + 2]);
+    const double length = std::sqrt(f_[n + 1] * f_[n + 1] + f_[n + 2] * f_[n + 2]);
     if (length < radius * (1.0 - edge_share)) {
       directions_.push_back({.at = n + 1});
       directions_.push_back({.at = n + 2});
@@ -138,17 +159,17 @@ void DiscProgram::find_directions() {
 }
 
 // The share of the step at which the first normal impulse ends or the first disc's edge is reached.
-double DiscProgram::longest_inside(const Eigen::VectorXd& step) const {
+double DiscProgram::longest_inside(const Vector& step) const {
   double longest = 1.0;
-  for (Eigen::Index row = 0; row < rows_; ++row) {
-    const Eigen::Index n = 3 * row;
-    if (kind_of(row) != Kind::contact) continue;
+  for (std::size_t row = 0; row < rows_; ++row) {
+    const std::size_t n = 3 * row;
+    if (kinds_[row] != Kind::contact) continue;
     if (step[n] < 0.0 && f_[n] > 0.0) longest = std::min(longest, -f_[n] / step[n]);
-    const double radius = radii_n_s_[static_cast<std::size_t>(row)];
-    const double squared = step.segment<2>(n + 1).squaredNorm();
+    const double radius = radii_n_s_[row];
+    const double squared = step[n + 1] * step[n + 1] + step[n + 2] * step[n + 2];
     if (!(squared > 0.0) || !(radius > 0.0)) continue;
-    const double along = f_.segment<2>(n + 1).dot(step.segment<2>(n + 1));
-    const double room = f_.segment<2>(n + 1).squaredNorm() - radius * radius;
+    const double along = f_[n + 1] * step[n + 1] + f_[n + 2] * step[n + 2];
+    const double room = f_[n + 1] * f_[n + 1] + f_[n + 2] * f_[n + 2] - radius * radius;
     if (room < -1e-6 * radius * radius) {
       longest = std::min(longest, (-along + std::sqrt(along * along - squared * room)) / squared);
     }
@@ -156,56 +177,70 @@ double DiscProgram::longest_inside(const Eigen::VectorXd& step) const {
   return longest;
 }
 
+// The matrix of the free directions, its lower half, and what is to be solved for with it.
+void DiscProgram::reduce() {
+  const std::size_t count = directions_.size();
+  const std::size_t stride = dense_stride(count);
+  reduced_.assign(stride * stride, 0.0);
+  found_.assign(stride, 0.0);
+  for (std::size_t b = 0; b < count; ++b) {
+    const Direction& by = directions_[b];
+    const double* first = column(by.at);
+    double* to = reduced_.data() + b * stride;
+    if (by.next_share == 0.0) {
+      for (std::size_t a = b; a < count; ++a) {
+        const Direction& of = directions_[a];
+        to[a] = by.share * of.share * first[of.at];
+        if (of.next_share != 0.0) to[a] += by.share * of.next_share * first[of.at + 1];
+      }
+    } else {
+      const double* second = column(by.at + 1);
+      for (std::size_t a = b; a < count; ++a) {
+        const Direction& of = directions_[a];
+        to[a] = of.share * (by.share * first[of.at] + by.next_share * second[of.at]);
+        if (of.next_share == 0.0) continue;
+        to[a] += of.next_share * (by.share * first[of.at + 1] + by.next_share * second[of.at + 1]);
+      }
+    }
+    to[b] = to[b] * (1.0 + regularisation) + by.bend_1_kg;
+    found_[b] = -(gradient_[by.at] * by.share);
+    if (by.next_share != 0.0) found_[b] -= gradient_[by.at + 1] * by.next_share;
+  }
+}
+
 bool DiscProgram::step_together() {
   find_directions();
-  const auto count = static_cast<Eigen::Index>(directions_.size());
+  const std::size_t count = directions_.size();
   if (count == 0) return false;
-  Eigen::MatrixXd reduced(count, count);
-  Eigen::VectorXd right(count);
-  for (Eigen::Index b = 0; b < count; ++b) {
-    const Direction& by = directions_[static_cast<std::size_t>(b)];
-    for (Eigen::Index a = b; a < count; ++a) {
-      const Direction& of = directions_[static_cast<std::size_t>(a)];
-      double value = by.share * of.share * w_(of.at, by.at);
-      if (of.next_share != 0.0) value += by.share * of.next_share * w_(of.at + 1, by.at);
-      if (by.next_share != 0.0) {
-        value += by.next_share * of.share * w_(of.at, by.at + 1);
-        if (of.next_share != 0.0) value += by.next_share * of.next_share * w_(of.at + 1, by.at + 1);
-      }
-      reduced(a, b) = value;
-    }
-    reduced(b, b) = reduced(b, b) * (1.0 + regularisation) + by.bend_1_kg;
-    right[b] = -(gradient_[by.at] * by.share);
-    if (by.next_share != 0.0) right[b] -= gradient_[by.at + 1] * by.next_share;
+  reduce();
+  const std::size_t stride = dense_stride(count);
+  if (!kernels_->factor(reduced_.data(), count, stride)) return false;
+  kernels_->solve(reduced_.data(), count, stride, found_.data());
+  std::ranges::fill(step_, 0.0);
+  for (std::size_t a = 0; a < count; ++a) {
+    const Direction& of = directions_[a];
+    step_[of.at] += of.share * found_[a];
+    if (of.next_share != 0.0) step_[of.at + 1] += of.next_share * found_[a];
   }
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(reduced);
-  if (factor.info() != Eigen::Success) return false;
-  const Eigen::VectorXd found = factor.solve(right);
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(3 * rows_);
-  for (Eigen::Index a = 0; a < count; ++a) {
-    const Direction& of = directions_[static_cast<std::size_t>(a)];
-    step[of.at] += of.share * found[a];
-    if (of.next_share != 0.0) step[of.at + 1] += of.next_share * found[a];
-  }
-  const double before = 0.5 * f_.dot(gradient_ + q_);
+  const double before = energy(f_, gradient_, q_);
   double length = 1.0;
   for (int shortening = 0; shortening < line_searches_max; ++shortening) {
-    Eigen::VectorXd f = f_ + length * step;
-    project(f);
-    Eigen::VectorXd gradient = q_ + w_ * f;
-    if (0.5 * f.dot(gradient + q_) < before) {
-      f_.swap(f);
-      gradient_.swap(gradient);
+    for (std::size_t i = 0; i < f_.size(); ++i) next_f_[i] = f_[i] + length * step_[i];
+    project(next_f_);
+    find_gradient(next_f_, next_gradient_);
+    if (energy(next_f_, next_gradient_, q_) < before) {
+      f_.swap(next_f_);
+      gradient_.swap(next_gradient_);
       return true;
     }
-    length = shortening + 2 == line_searches_max ? longest_inside(step) : 0.5 * length;
+    length = shortening + 2 == line_searches_max ? longest_inside(step_) : 0.5 * length;
   }
   return false;
 }
 
 bool DiscProgram::solve(double enough_m_s, std::uint32_t& factorisations) {
   project(f_);
-  gradient_ = q_ + w_ * f_;
+  find_gradient(f_, gradient_);
   for (int step = 0; step < steps_max; ++step) {
     for (int i = 0; i < sweeps_a_step; ++i) {
       if (sweep() <= enough_m_s) return true;

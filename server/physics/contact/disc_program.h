@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Dense>
-
+#include "physics/contact/dense_kernels.h"
+#include "physics/lanes/isa.h"
 #include "physics/scene/scene.h"
 
 namespace pneuma::physics {
@@ -32,31 +32,43 @@ class DiscProgram {
 
   /// Whether no row's velocity was off by more than enough_m_s in the end.
   bool solve(double enough_m_s, std::uint32_t& factorisations);
-  [[nodiscard]] Vec3d impulse(std::size_t row) const { return f_.segment<3>(3 * static_cast<Eigen::Index>(row)); }
+  [[nodiscard]] Vec3d impulse(std::size_t row) const { return {f_[3 * row], f_[3 * row + 1], f_[3 * row + 2]}; }
 
  private:
   /// A free direction: one coordinate, or the tangent of a disc at its edge, which mixes two.
   struct Direction {
-    Eigen::Index at = 0;
+    std::size_t at = 0;
     double share = 1.0;
     double next_share = 0.0;  // of at + 1
     double bend_1_kg = 0.0;   // what keeping to the edge adds
   };
   enum class Kind : std::uint8_t { contact, tie, guide, given };
-  [[nodiscard]] Kind kind_of(Eigen::Index row) const { return kinds_[static_cast<std::size_t>(row)]; }
-  double stop(Eigen::Index at);
-  double sweep();
-  void project(Eigen::VectorXd& f) const;
-  void find_directions();
-  bool step_together();
-  [[nodiscard]] double longest_inside(const Eigen::VectorXd& step) const;
+  // One number a coordinate, and zeros up to stride_.
+  using Vector = std::vector<double>;
 
-  Eigen::Index rows_;
-  Eigen::MatrixXd w_;
-  Eigen::VectorXd q_, f_, gradient_;
+  [[nodiscard]] double& w(std::size_t at, std::size_t by) { return w_[by * stride_ + at]; }
+  [[nodiscard]] double w(std::size_t at, std::size_t by) const { return w_[by * stride_ + at]; }
+  [[nodiscard]] const double* column(std::size_t by) const { return w_.data() + by * stride_; }
+  void push(std::size_t at, double change_n_s);
+  double stop(std::size_t at);
+  double sweep();
+  void project(Vector& f) const;
+  void find_gradient(const Vector& f, Vector& gradient) const;
+  [[nodiscard]] static double energy(const Vector& f, const Vector& gradient, const Vector& q);
+  void find_directions();
+  void reduce();
+  bool step_together();
+  [[nodiscard]] double longest_inside(const Vector& step) const;
+
+  std::size_t rows_;
+  std::size_t stride_;
+  Vector w_;  // by columns (dense_kernels.h)
+  Vector q_, f_, gradient_;
   std::vector<double> radii_n_s_, across_1_kg_;
   std::vector<Kind> kinds_;
   std::vector<Direction> directions_;
+  Vector reduced_, step_, next_f_, next_gradient_, found_;  // scratch of step_together
+  const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };
 
 }  // namespace pneuma::physics

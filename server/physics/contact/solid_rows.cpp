@@ -69,6 +69,18 @@ void for_walls(const SolidPlace& solid, const Frame& end, const Vec3d& from, con
 
 }  // namespace
 
+void set_way(SolidPlace& solid, double dt_s) {
+  if (is_surface(*solid.shape)) return;  // nobody asks
+  const Vec3d reach = Vec3d::Constant(half_extents_m(*solid.shape).norm() + solid.surface->thickness_m);
+  const Vec3d end = solid.at.origin + dt_s * solid.ahead;
+  solid.way = {solid.at.origin.cwiseMin(end) - reach, solid.at.origin.cwiseMax(end) + reach};
+}
+
+bool may_meet(const SurfaceBody& body, const Box& way, const SolidPlace& solid) {
+  const Vec3d reach = Vec3d::Constant(body.surface.thickness_m + solid_slack_share * body.spacing_m);
+  return solid.way.overlaps({way.low - reach, way.high + reach});
+}
+
 // `gap_m` is where the pass found the two; what it found in each other parts slowly.
 void aim_solid_row(ContactRow& row, const Vec3d& ahead_m, const Vec3d& way_m, double dt_s) {
   const Vec3d across = way_m - way_m.dot(row.normal) * row.normal;

@@ -20,7 +20,15 @@ struct SolidPlace {
   Vec3d angular_velocity = Vec3d::Zero();  // rad/s
   Vec3d ahead = Vec3d::Zero();             // m/s: of that, what does not lie behind it yet
   Vec3d ahead_turning = Vec3d::Zero();     // rad/s
+  Box way;                                 // about all of it in the pass (set_way)
 };
+
+/// Sets `way` from what is ahead; of a plane and the like, everywhere.
+void set_way(SolidPlace& solid, double dt_s);
+
+/// Whether the body may meet the solid in the pass; `way` is about its vertices' `from` and `to`. The solid's own way
+/// is set.
+[[nodiscard]] bool may_meet(const SurfaceBody& body, const Box& way, const SolidPlace& solid);
 
 /// Appends the rows of the vertices of `body` (with response `response`) that would end nearer to the solid than their
 /// thickness. `start`: where the substep found them, for the way that friction sees. Sets what the solver is to reach.

@@ -45,6 +45,12 @@ struct SurfaceBody {
   SurfaceBoxes boxes;           // of bodies that meet themselves
 
   [[nodiscard]] Vec3d move_m(std::uint32_t vertex) const { return to[vertex] - from[vertex]; }
+  [[nodiscard]] Box box_of_moves() const {
+    Box box;
+    for (const Vec3d& at : from) box.include(at);
+    for (const Vec3d& at : to) box.include(at);
+    return box;
+  }
   [[nodiscard]] std::size_t bytes() const {
     return (from.capacity() + to.capacity() + boxed_to.capacity()) * sizeof(Vec3d) +
            (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) +

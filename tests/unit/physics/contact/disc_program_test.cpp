@@ -32,8 +32,9 @@ struct DrawnProgram {
     for (Eigen::Index i = 0; i < rows; ++i) {
       const auto row = static_cast<std::size_t>(i);
       const Eigen::Matrix2d across = w.block<2, 2>(3 * i + 1, 3 * i + 1);
-      program.set_row(row, q.segment<3>(3 * i), {unit(random), unit(random), unit(random)},
-                      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(across).eigenvalues().maxCoeff());
+      const double largest =
+          0.5 * across.trace() + std::hypot(0.5 * (across(0, 0) - across(1, 1)), across(0, 1));  // eigenvalue
+      program.set_row(row, q.segment<3>(3 * i), {unit(random), unit(random), unit(random)}, largest);
       for (Eigen::Index j = 0; j <= i; ++j) {
         program.set_block(row, static_cast<std::size_t>(j), w.block<3, 3>(3 * i, 3 * j));
       }

@@ -1,0 +1,145 @@
+// The dense kernels' one source. Include only where PNEUMA_LANES names the instruction set that the file is compiled
+// for, as with lane_pack.h. No fused multiply-add: a processor without one would take many times as long.
+#pragma once
+
+#include <cmath>
+
+#include "physics/contact/dense_kernels.h"
+#include "physics/lanes/lane_pack.h"
+
+namespace pneuma::physics {
+inline namespace PNEUMA_LANES {
+
+// Takes from a block of Tall packs of rows and dense_block columns what the columns before it say.
+template <class P, std::size_t Tall>
+void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t stride) {
+  P sums[Tall][dense_block];
+  for (std::size_t c = 0; c < dense_block; ++c) {
+    for (std::size_t t = 0; t < Tall; ++t) {
+      sums[t][c] = P::load(matrix + (column + c) * stride + row + t * P::width);
+    }
+  }
+  for (std::size_t k = 0; k < column; ++k) {
+    const double* before = matrix + k * stride;
+    P rows[Tall];
+    for (std::size_t t = 0; t < Tall; ++t) rows[t] = P::load(before + row + t * P::width);
+    for (std::size_t c = 0; c < dense_block; ++c) {
+      const P share = P::all(before[column + c]);
+      for (std::size_t t = 0; t < Tall; ++t) sums[t][c] = sums[t][c] - rows[t] * share;
+    }
+  }
+  for (std::size_t c = 0; c < dense_block; ++c) {
+    for (std::size_t t = 0; t < Tall; ++t) sums[t][c].store(matrix + (column + c) * stride + row + t * P::width);
+  }
+}
+
+// The block on the diagonal, and one over its diagonal: 0 beyond the matrix.
+inline bool factor_corner(double* matrix, std::size_t begin, std::size_t count, std::size_t stride, double* inverses) {
+  for (std::size_t c = 0; c < dense_block; ++c) {
+    inverses[c] = 0.0;
+    if (begin + c >= count) continue;
+    double* column = matrix + (begin + c) * stride + begin;
+    for (std::size_t r = c; r < dense_block; ++r) {
+      double value = column[r];
+      for (std::size_t k = 0; k < c; ++k) {
+        const double* before = matrix + (begin + k) * stride + begin;
+        value -= before[r] * before[c];
+      }
+      if (r > c) {
+        column[r] = value * inverses[c];
+        continue;
+      }
+      if (!(value > 0.0)) return false;
+      column[c] = std::sqrt(value);
+      inverses[c] = 1.0 / column[c];
+    }
+  }
+  return true;
+}
+
+template <class P>
+void factor_rows_below(double* matrix, std::size_t begin, std::size_t stride, const double* inverses) {
+  for (std::size_t row = begin + dense_block; row < stride; row += P::width) {
+    P values[dense_block];
+    for (std::size_t c = 0; c < dense_block; ++c) {
+      values[c] = P::load(matrix + (begin + c) * stride + row);
+      for (std::size_t k = 0; k < c; ++k) {
+        values[c] = values[c] - values[k] * P::all(matrix[(begin + k) * stride + begin + c]);
+      }
+      values[c] = values[c] * P::all(inverses[c]);
+      values[c].store(matrix + (begin + c) * stride + row);
+    }
+  }
+}
+
+template <class P, std::size_t Tall>
+bool factor_dense(double* matrix, std::size_t count, std::size_t stride) {
+  double inverses[dense_block];
+  for (std::size_t begin = 0; begin < count; begin += dense_block) {
+    std::size_t row = begin;
+    for (; row + Tall * P::width <= stride; row += Tall * P::width) {
+      take_columns_before<P, Tall>(matrix, row, begin, stride);
+    }
+    for (; row < stride; row += P::width) take_columns_before<P, 1>(matrix, row, begin, stride);
+    if (!factor_corner(matrix, begin, count, stride, inverses)) return false;
+    factor_rows_below<P>(matrix, begin, stride, inverses);
+  }
+  return true;
+}
+
+// By columns there, and by rows of the transpose back, as sums of eight that are added up in one order.
+template <class P>
+void solve_dense(const double* factor, std::size_t count, std::size_t stride, double* b) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const double* column = factor + k * stride;
+    const double value = b[k] / column[k];
+    std::size_t row = (k + 1 + dense_block - 1) / dense_block * dense_block;
+    for (std::size_t i = k + 1; i < row; ++i) b[i] -= column[i] * value;
+    const P share = P::all(value);
+    for (; row < stride; row += P::width) (P::load(b + row) - P::load(column + row) * share).store(b + row);
+    b[k] = value;
+  }
+  for (std::size_t k = count; k-- > 0;) {
+    const double* column = factor + k * stride;
+    const std::size_t row = (k + 1 + dense_block - 1) / dense_block * dense_block;
+    double rest = 0.0;
+    for (std::size_t i = k + 1; i < row; ++i) rest += column[i] * b[i];
+    double sums[dense_block];
+    for (std::size_t lane = 0; lane < dense_block; lane += P::width) {
+      P sum = P::all(0.0);
+      for (std::size_t i = row + lane; i < stride; i += dense_block) sum = sum + P::load(column + i) * P::load(b + i);
+      sum.store(sums + lane);
+    }
+    const double low = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    const double high = (sums[4] + sums[5]) + (sums[6] + sums[7]);
+    b[k] = (b[k] - (rest + (low + high))) / column[k];
+  }
+}
+
+template <class P>
+void add_dense_columns(const double* first, double first_share, const double* second, double second_share,
+                       std::size_t size, double* sum) {
+  const P of_first = P::all(first_share);
+  const P of_second = P::all(second_share);
+  for (std::size_t i = 0; i < size; i += P::width) {
+    (P::load(sum + i) + (P::load(first + i) * of_first + P::load(second + i) * of_second)).store(sum + i);
+  }
+}
+
+// Two columns at a time; where there is an odd one at the end, the column of zeros beyond it, or itself for nothing.
+template <class P>
+void add_dense_product(const double* matrix, std::size_t count, std::size_t stride, const double* x, double* sum) {
+  for (std::size_t k = 0; k < count; k += 2) {
+    const bool has_next = k + 1 < count;
+    const double* column = matrix + k * stride;
+    add_dense_columns<P>(column, x[k], has_next ? column + stride : column, has_next ? x[k + 1] : 0.0, stride, sum);
+  }
+}
+
+template <class P, std::size_t Tall>
+consteval DenseKernels list_dense_kernels() {
+  return {&factor_dense<P, Tall>, &solve_dense<P>, &add_dense_product<P>, &add_dense_columns<P>};
+}
+
+}  // namespace PNEUMA_LANES
+}  // namespace pneuma::physics
