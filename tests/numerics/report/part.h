@@ -54,6 +54,7 @@ struct Part {
 [[nodiscard]] Part volume_methods();
 [[nodiscard]] Part observed_order();
 [[nodiscard]] Part stability_map();
+[[nodiscard]] Part contact();
 [[nodiscard]] Part extreme_cases();
 [[nodiscard]] Part left_out();
 [[nodiscard]] Part frames();
