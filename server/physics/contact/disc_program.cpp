@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pneuma::physics {
 namespace {
@@ -18,7 +19,8 @@ constexpr double edge_share = 1e-9;
 
 DiscProgram::DiscProgram(std::size_t rows) : rows_(rows), stride_(dense_stride(3 * rows)) {
   w_.assign(stride_ * stride_, 0.0);
-  for (Vector* vector : {&q_, &f_, &gradient_, &step_, &next_f_, &next_gradient_}) vector->assign(stride_, 0.0);
+  for (Vector* vector : {&q_, &f_, &gradient_, &step_, &by_step_, &straight_f_, &next_f_, &next_gradient_})
+    vector->assign(stride_, 0.0);
   radii_n_s_.assign(rows, 0.0);
   across_1_kg_.assign(rows, 0.0);
   kinds_.assign(rows, Kind::contact);
@@ -208,6 +210,23 @@ void DiscProgram::reduce() {
   }
 }
 
+// A step that leaves the bounds comes back to them at few rows: theirs are the columns to add, not all of the product.
+void DiscProgram::add_differences(const Vector& from, const Vector& to, Vector& gradient) const {
+  std::size_t first = 0;
+  bool has_first = false;
+  for (std::size_t i = 0; i < 3 * rows_; ++i) {
+    if (to[i] == from[i]) continue;
+    if (!std::exchange(has_first, !has_first)) {
+      first = i;
+      continue;
+    }
+    kernels_->add_columns(column(first), to[first] - from[first], column(i), to[i] - from[i], stride_, gradient.data());
+  }
+  if (has_first) {
+    kernels_->add_columns(column(first), to[first] - from[first], column(first), 0.0, stride_, gradient.data());
+  }
+}
+
 bool DiscProgram::step_together() {
   find_directions();
   const std::size_t count = directions_.size();
@@ -222,12 +241,18 @@ bool DiscProgram::step_together() {
     step_[of.at] += of.share * found_[a];
     if (of.next_share != 0.0) step_[of.at + 1] += of.next_share * found_[a];
   }
+  std::ranges::fill(by_step_, 0.0);
+  kernels_->add_product(w_.data(), 3 * rows_, stride_, step_.data(), by_step_.data());
   const double before = energy(f_, gradient_, q_);
   double length = 1.0;
   for (int shortening = 0; shortening < line_searches_max; ++shortening) {
-    for (std::size_t i = 0; i < f_.size(); ++i) next_f_[i] = f_[i] + length * step_[i];
+    for (std::size_t i = 0; i < f_.size(); ++i) {
+      straight_f_[i] = f_[i] + length * step_[i];
+      next_gradient_[i] = gradient_[i] + length * by_step_[i];
+    }
+    next_f_ = straight_f_;
     project(next_f_);
-    find_gradient(next_f_, next_gradient_);
+    add_differences(straight_f_, next_f_, next_gradient_);
     if (energy(next_f_, next_gradient_, q_) < before) {
       f_.swap(next_f_);
       gradient_.swap(next_gradient_);

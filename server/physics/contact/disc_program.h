@@ -54,6 +54,7 @@ class DiscProgram {
   double sweep();
   void project(Vector& f) const;
   void find_gradient(const Vector& f, Vector& gradient) const;
+  void add_differences(const Vector& from, const Vector& to, Vector& gradient) const;
   [[nodiscard]] static double energy(const Vector& f, const Vector& gradient, const Vector& q);
   void find_directions();
   void reduce();
@@ -67,7 +68,7 @@ class DiscProgram {
   std::vector<double> radii_n_s_, across_1_kg_;
   std::vector<Kind> kinds_;
   std::vector<Direction> directions_;
-  Vector reduced_, step_, next_f_, next_gradient_, found_;  // scratch of step_together
+  Vector reduced_, found_, step_, by_step_, straight_f_, next_f_, next_gradient_;  // scratch of step_together
   const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };
 
