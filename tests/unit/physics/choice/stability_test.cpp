@@ -5,12 +5,12 @@
 #include <cmath>
 #include <tuple>
 
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "physics/choice/step_choice.h"
 #include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
+#include "support/dense.h"
 
 namespace pneuma::physics {
 namespace {
@@ -127,8 +127,7 @@ double dense_fastest_rad_s(const SoftBody& body) {
   const double volume_m3 = signed_volume_m3(x, body.mesh->faces);
   const double nrt_j = body.gas->moles * gas_constant_j_mol_k * body.gas->temperature_k;
   stiffness += nrt_j / (volume_m3 * volume_m3) * gradient * gradient.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, Eigen::EigenvaluesOnly);
-  return std::sqrt(solver.eigenvalues().maxCoeff() * static_cast<double>(x.size()) / body.mass_kg);
+  return std::sqrt(support::eigenvalues(stiffness).maxCoeff() * static_cast<double>(x.size()) / body.mass_kg);
 }
 
 TEST(Frequencies, WithGasAreAboveTheMatrixsOwnByAFewPerCent) {

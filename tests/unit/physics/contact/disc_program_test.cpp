@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "support/dense.h"
+
 namespace pneuma::physics {
 namespace {
 
@@ -31,10 +33,8 @@ struct DrawnProgram {
     q = Eigen::VectorXd::NullaryExpr(3 * rows, [&] { return unit(random); });
     for (Eigen::Index i = 0; i < rows; ++i) {
       const auto row = static_cast<std::size_t>(i);
-      const Eigen::Matrix2d across = w.block<2, 2>(3 * i + 1, 3 * i + 1);
-      const double largest =
-          0.5 * across.trace() + std::hypot(0.5 * (across(0, 0) - across(1, 1)), across(0, 1));  // eigenvalue
-      program.set_row(row, q.segment<3>(3 * i), {unit(random), unit(random), unit(random)}, largest);
+      program.set_row(row, q.segment<3>(3 * i), {unit(random), unit(random), unit(random)},
+                      support::eigenvalues(w.block<2, 2>(3 * i + 1, 3 * i + 1)).maxCoeff());
       for (Eigen::Index j = 0; j <= i; ++j) {
         program.set_block(row, static_cast<std::size_t>(j), w.block<3, 3>(3 * i, 3 * j));
       }
@@ -67,7 +67,7 @@ TEST(DiscProgram, FindsWhatAProjectedDescentFinds) {
     DrawnProgram drawn(12, 0.0, seed);
     std::uint32_t factorisations = 0;
     EXPECT_TRUE(drawn.program.solve(1e-11, factorisations));
-    const double step = 1.0 / drawn.w.operatorNorm();
+    const double step = 1.0 / support::eigenvalues(drawn.w).maxCoeff();
     Eigen::VectorXd f = Eigen::VectorXd::Zero(drawn.q.size());
     for (int i = 0; i < 5000; ++i) {
       f -= step * (drawn.w * f + drawn.q);
