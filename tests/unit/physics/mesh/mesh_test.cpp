@@ -168,8 +168,7 @@ TEST_P(MakeMeshRefuses, NamingTheFaceOrVertex) {
   EXPECT_NE(result.status().what().find(GetParam().what), std::string::npos) << result.status().what();
 }
 
-template <class Change>
-BadMesh tetrahedron_but(std::string name, std::string where, std::string what, Change change) {
+BadMesh tetrahedron_but(std::string name, std::string where, std::string what, void (*change)(BadMesh&)) {
   BadMesh bad{std::move(name), tetrahedron_positions(), tetrahedron_faces(), std::move(where), std::move(what)};
   change(bad);
   return bad;
@@ -177,7 +176,7 @@ BadMesh tetrahedron_but(std::string name, std::string where, std::string what, C
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, MakeMeshRefuses,
-    testing::Values(
+    testing::ValuesIn(std::vector{
         tetrahedron_but("NoVertex", "positions", "no vertex", [](BadMesh& m) { m.positions_m.clear(); }),
         tetrahedron_but("NoFace", "indices", "no face", [](BadMesh& m) { m.faces.clear(); }),
         tetrahedron_but("TooManyVertices", "positions", "65537",
@@ -201,7 +200,7 @@ INSTANTIATE_TEST_SUITE_P(
                         [](BadMesh& m) {
                           m.positions_m.emplace_back(0, -1, -1);
                           m.faces.push_back({0, 1, 4});
-                        })),
+                        })}),
     [](const auto& param) { return param.param.name; });
 
 TEST(HoldsGas, TakesAClosedMeshThatFacesOutwards) {

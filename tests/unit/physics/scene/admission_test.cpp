@@ -3,10 +3,11 @@
 #include "physics/scene/admission.h"
 
 #include <algorithm>
-#include <functional>
 #include <limits>
 #include <ostream>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -113,8 +114,8 @@ TEST(CheckScene, SinglePrecisionHoldsBodiesOfUpToSoManyEdges) {
 }
 
 struct Row {
-  std::string where;
-  std::function<void(Scene&)> change;
+  std::string_view where;
+  void (*change)(Scene&);
   base::StatusCode code = base::StatusCode::invalid_argument;
 };
 std::ostream& operator<<(std::ostream& out, const Row& row) {
@@ -146,36 +147,37 @@ void add_bodies(Scene& scene, std::size_t count, std::uint32_t subdivisions) {
 
 INSTANTIATE_TEST_SUITE_P(
     SceneAndStepping, CheckSceneRefuses,
-    testing::Values(Row{"name", [](Scene& s) { s.name = std::string(base::name_bytes_max + 1, 'x'); }, limit},
-                    Row{"name", [](Scene& s) { s.name = "two\nlines"; }},
-                    Row{"gravity.y", [](Scene& s) { s.gravity.y() = not_a_number; }},
-                    Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = 0.5; }, limit},
-                    Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = 1001; }, limit},
-                    Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = not_a_number; }},
-                    Row{"stepping.substeps", [](Scene& s) { s.stepping.substeps = base::substeps_max + 1; }, limit},
-                    Row{"stepping.error_target", [](Scene& s) { s.stepping.error_target = 0.0; }},
-                    Row{"stepping.error_target", [](Scene& s) { s.stepping.error_target = 0.6; }},
-                    Row{"atmosphere.pressure_pa", [](Scene& s) { s.atmosphere.pressure_pa = -1; }},
-                    Row{"atmosphere.density_kg_m3", [](Scene& s) { s.atmosphere.density_kg_m3 = infinite; }},
-                    Row{"atmosphere.wind.z", [](Scene& s) { s.atmosphere.wind.z() = 2e5; }, limit},
-                    Row{"soft_bodies", [](Scene& s) { add_bodies(s, base::world_bodies_max - 1, 0); }, limit},
-                    Row{"rigid_bodies", [](Scene& s) { add_bodies(s, base::world_bodies_max - 3, 0); }, limit},
-                    Row{"soft_bodies", [](Scene& s) { add_bodies(s, 7, 6); }, limit},
-                    Row{"colliders",
-                        [](Scene& s) { s.colliders.resize(base::world_colliders_max + 1, s.colliders[0]); }, limit}));
+    testing::ValuesIn(std::vector{
+        Row{"name", [](Scene& s) { s.name = std::string(base::name_bytes_max + 1, 'x'); }, limit},
+        Row{"name", [](Scene& s) { s.name = "two\nlines"; }},
+        Row{"gravity.y", [](Scene& s) { s.gravity.y() = not_a_number; }},
+        Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = 0.5; }, limit},
+        Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = 1001; }, limit},
+        Row{"stepping.rate_hz", [](Scene& s) { s.stepping.rate_hz = not_a_number; }},
+        Row{"stepping.substeps", [](Scene& s) { s.stepping.substeps = base::substeps_max + 1; }, limit},
+        Row{"stepping.error_target", [](Scene& s) { s.stepping.error_target = 0.0; }},
+        Row{"stepping.error_target", [](Scene& s) { s.stepping.error_target = 0.6; }},
+        Row{"atmosphere.pressure_pa", [](Scene& s) { s.atmosphere.pressure_pa = -1; }},
+        Row{"atmosphere.density_kg_m3", [](Scene& s) { s.atmosphere.density_kg_m3 = infinite; }},
+        Row{"atmosphere.wind.z", [](Scene& s) { s.atmosphere.wind.z() = 2e5; }, limit},
+        Row{"soft_bodies", [](Scene& s) { add_bodies(s, base::world_bodies_max - 1, 0); }, limit},
+        Row{"rigid_bodies", [](Scene& s) { add_bodies(s, base::world_bodies_max - 3, 0); }, limit},
+        Row{"soft_bodies", [](Scene& s) { add_bodies(s, 7, 6); }, limit},
+        Row{"colliders", [](Scene& s) { s.colliders.resize(base::world_colliders_max + 1, s.colliders[0]); }, limit}}));
 
-INSTANTIATE_TEST_SUITE_P(
-    Names, CheckSceneRefuses,
-    testing::Values(Row{"soft_bodies[1].name", [](Scene& s) { s.soft_bodies[1].name = "ball"; }},
-                    Row{"soft_bodies[0].name", [](Scene& s) { s.soft_bodies[0].name = ""; }},
-                    Row{"soft_bodies[0].name", [](Scene& s) { s.soft_bodies[0].name = std::string(200, 'x'); }, limit},
-                    Row{"rigid_bodies[1].name", [](Scene& s) { s.rigid_bodies[1].name = "sheet"; }},
-                    Row{"colliders[2].name", [](Scene& s) { s.colliders[2].name = "stone"; }},
-                    Row{"colliders[2].name", [](Scene& s) { s.colliders[2].name = "a\tb"; }}));
+INSTANTIATE_TEST_SUITE_P(Names, CheckSceneRefuses,
+                         testing::ValuesIn(std::vector{
+                             Row{"soft_bodies[1].name", [](Scene& s) { s.soft_bodies[1].name = "ball"; }},
+                             Row{"soft_bodies[0].name", [](Scene& s) { s.soft_bodies[0].name = ""; }},
+                             Row{"soft_bodies[0].name", [](Scene& s) { s.soft_bodies[0].name = std::string(200, 'x'); },
+                                 limit},
+                             Row{"rigid_bodies[1].name", [](Scene& s) { s.rigid_bodies[1].name = "sheet"; }},
+                             Row{"colliders[2].name", [](Scene& s) { s.colliders[2].name = "stone"; }},
+                             Row{"colliders[2].name", [](Scene& s) { s.colliders[2].name = "a\tb"; }}}));
 
 INSTANTIATE_TEST_SUITE_P(
     SoftBodies, CheckSceneRefuses,
-    testing::Values(
+    testing::ValuesIn(std::vector{
         Row{"soft_bodies[1].mesh", [](Scene& s) { s.soft_bodies[1].mesh = nullptr; }},
         Row{"soft_bodies[0].position.x", [](Scene& s) { s.soft_bodies[0].position.x() = infinite; }},
         Row{"soft_bodies[0].position.x", [](Scene& s) { s.soft_bodies[0].position.x() = -2e7; }, limit},
@@ -249,11 +251,11 @@ INSTANTIATE_TEST_SUITE_P(
             },
             limit},
         Row{"soft_bodies[0].drag.normal", [](Scene& s) { s.soft_bodies[0].drag.normal = -1; }},
-        Row{"soft_bodies[0].drag.tangential", [](Scene& s) { s.soft_bodies[0].drag.tangential = not_a_number; }}));
+        Row{"soft_bodies[0].drag.tangential", [](Scene& s) { s.soft_bodies[0].drag.tangential = not_a_number; }}}));
 
 INSTANTIATE_TEST_SUITE_P(
     Solids, CheckSceneRefuses,
-    testing::Values(
+    testing::ValuesIn(std::vector{
         Row{"rigid_bodies[0].shape", [](Scene& s) { s.rigid_bodies[0].shape = EllipsoidShape{{1, 1, 1}}; }},
         Row{"rigid_bodies[0].shape",
             [](Scene& s) { s.rigid_bodies[0].shape = MeshShape{"ball", s.soft_bodies[0].mesh}; }},
@@ -283,11 +285,11 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"colliders[4].shape.capsule.half_height_m", [](Scene& s) { s.colliders[4].shape = CapsuleShape{1, -1}; }},
         Row{"colliders[5].shape.room.half_extents.z", [](Scene& s) { s.colliders[5].shape = RoomShape{{1, 1, 0}}; }},
         Row{"colliders[5].angular_velocity.y", [](Scene& s) { s.colliders[5].angular_velocity.y() = infinite; }},
-        Row{"colliders[5].surface.restitution", [](Scene& s) { s.colliders[5].surface.restitution = -0.1; }}));
+        Row{"colliders[5].surface.restitution", [](Scene& s) { s.colliders[5].surface.restitution = -0.1; }}}));
 
 INSTANTIATE_TEST_SUITE_P(
     FiniteButNoScene, CheckSceneRefuses,
-    testing::Values(
+    testing::ValuesIn(std::vector{
         Row{"gravity.y", [](Scene& s) { s.gravity.y() = -1e308; }, limit},
         Row{"atmosphere.density_kg_m3", [](Scene& s) { s.atmosphere.density_kg_m3 = 1e308; }, limit},
         Row{"soft_bodies[0].mesh", [](Scene& s) { s.soft_bodies[0].mesh = *make_icosphere(3, 2e-7); }, limit},
@@ -307,7 +309,7 @@ INSTANTIATE_TEST_SUITE_P(
         Row{"rigid_bodies[0].surface.friction", [](Scene& s) { s.rigid_bodies[0].surface.friction = 1e308; }, limit},
         Row{"rigid_bodies[1].mass_kg", [](Scene& s) { s.rigid_bodies[1].mass_kg = 1e-310; }, limit},
         Row{"rigid_bodies[1].shape.box.half_extents.x",
-            [](Scene& s) { s.rigid_bodies[1].shape = BoxShape{{1e-160, 1, 1}}; }, limit}));
+            [](Scene& s) { s.rigid_bodies[1].shape = BoxShape{{1e-160, 1, 1}}; }, limit}}));
 
 }  // namespace
 }  // namespace pneuma::physics
