@@ -3,6 +3,7 @@
 #include "physics/contact/joint.h"
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -489,7 +490,7 @@ TEST(Joint, BadOnesAreRefusedWithWhatAndWhere) {
   Scene good = lively_scene();
   good.joints = {joint("j", vertex_anchor("a", 3), rigid_anchor("stone"))};
   ASSERT_TRUE(World::create(good).ok());
-  const auto refused = [&](auto&& spoil, const std::string& where) {
+  const auto refused = [&](const std::function<void(Joint&)>& spoil, const std::string& where) {
     Scene scene = good;
     spoil(scene.joints[0]);
     const auto world = World::create(scene);
