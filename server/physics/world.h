@@ -106,7 +106,7 @@ class World {
   [[nodiscard]] const std::optional<GasState>& gas(std::size_t soft_index) const;
   [[nodiscard]] bool is_frozen(std::size_t soft_index) const;
   [[nodiscard]] bool is_asleep(std::size_t soft_index) const;  // sleep.h
-  /// Whether all that acts on it beside contact and joints is springs, gas and gravity as mechanics tell them.
+  /// Whether readers of a stream know all that acts on it beside contact and joints (is_predictable in force_terms.h).
   [[nodiscard]] bool is_predictable(std::size_t soft_index) const;
   /// Writes x, y, z of each vertex in order; `out` has 3 * vertex count elements.
   void copy_positions(std::size_t soft_index, std::span<double> out_m) const;

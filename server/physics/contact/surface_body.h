@@ -72,8 +72,6 @@ struct Candidate {
   Vec3d apart = Vec3d::Zero();     // unit, from the second's nearest point to the first's; 0 where they have none
   std::array<double, 3> shares{};  // see NearestBlock
 };
-[[nodiscard]] Candidate make_candidate(FeaturePair kind, bool swapped, std::uint32_t first, std::uint32_t second,
-                                       const SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
 /// Two bodies, or one and itself (`first == second`), and the features of theirs that may meet in this substep.
 struct SurfacePair {

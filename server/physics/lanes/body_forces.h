@@ -10,7 +10,7 @@
 namespace pneuma::physics {
 
 /// Springs and gas by the lane kernels' ring pass, in the scalar that the body steps in; what they do not know by
-/// forces.h. Room for one body at a time.
+/// forces/force_terms.h. Room for one body at a time.
 template <class Real>
 class BodyForces {
  public:

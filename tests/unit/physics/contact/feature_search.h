@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "physics/contact/surface_body.h"
+#include "unit/physics/contact/surface_rig.h"
 
 namespace pneuma::physics {
 

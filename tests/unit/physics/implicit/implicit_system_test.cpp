@@ -1,6 +1,6 @@
-// Shows that the implicit solver's linear system is the derivative of the forces of forces.h where nothing is clamped,
-// that its solutions solve it, and that they keep the momentum of the right-hand side; that bodies share a matrix where
-// they are alike, and that its solutions have the same bits on every instruction set.
+// Shows that the implicit solver's linear system is the derivative of the forces of forces/force_terms.h where nothing
+// is clamped, that its solutions solve it, and that they keep the momentum of the right-hand side; that bodies share a
+// matrix where they are alike, and that its solutions have the same bits on every instruction set.
 #include "physics/implicit/implicit_system.h"
 
 #include <cmath>
