@@ -21,6 +21,8 @@ inline constexpr std::size_t world_vertices_max = 262'144;
 inline constexpr std::size_t world_colliders_max = 256;
 // Of all colliders that are meshes, together: layouts hold their triangles.
 inline constexpr std::size_t collider_mesh_vertices_max = mesh_vertices_max;
+// Two convex bodies compare their edges in pairs: up to 186 of each at this many vertices.
+inline constexpr std::size_t rigid_mesh_vertices_max = 64;
 // One for each body.
 inline constexpr std::size_t world_joints_max = 1'024;
 // Ten fingers for each of a few people.
