@@ -21,6 +21,7 @@ RigidState make_rigid_state(const RigidBody& body) {
   state.angular_velocity = free_part(body.locked.rotation, body.angular_velocity);
   state.inverse_mass_1_kg = 1.0 / body.mass_kg;
   state.inverse_inertia_1_kg_m2 = principal_inertia_kg_m2(body.shape, body.mass_kg).cwiseInverse();
+  state.principal_axes = principal_axes(body.shape);
   return state;
 }
 

@@ -111,8 +111,8 @@ void JointContacts<Real>::slow_unresolved(std::span<RigidState> rigid) const {
     if (stiffness_kg_m2_[i] <= 0.0) continue;
     const Vec3d inertia = rigid[i].inverse_inertia_1_kg_m2.cwiseInverse();
     const Vec3d kept = inertia.cwiseQuotient(inertia + Vec3d::Constant(stiffness_kg_m2_[i]));
-    rigid[i].angular_velocity =
-        rigid[i].orientation * kept.cwiseProduct(rigid[i].orientation.conjugate() * rigid[i].angular_velocity);
+    const Quatd axes = principal_orientation(rigid[i]);
+    rigid[i].angular_velocity = axes * kept.cwiseProduct(axes.conjugate() * rigid[i].angular_velocity);
   }
 }
 
@@ -130,7 +130,7 @@ std::uint64_t JointContacts<Real>::solve(std::span<const SoftState<Real>> soft, 
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     Eigen::Matrix3d inverse_1_kg_m2 = inverse_inertia_1_kg_m2(rigid[i]);
     if (stiffness_kg_m2_[i] > 0.0) {
-      const Eigen::Matrix3d rotation = rigid[i].orientation.toRotationMatrix();
+      const Eigen::Matrix3d rotation = principal_orientation(rigid[i]).toRotationMatrix();
       const Vec3d inertia_kg_m2 = rigid[i].inverse_inertia_1_kg_m2.cwiseInverse();
       const Vec3d inverse = (inertia_kg_m2 + Vec3d::Constant(stiffness_kg_m2_[i])).cwiseInverse();
       inverse_1_kg_m2 = rotation * inverse.asDiagonal() * rotation.transpose();

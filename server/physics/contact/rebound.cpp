@@ -201,7 +201,7 @@ class Rebound {
     const Vec3d& velocity_after = passes_.rigid_velocities_m_s[index];
     const Vec3d& turning_after = passes_.rigid_turnings_rad_s[index];
     const auto& whole = std::get<RigidResponse>(responses_[soft_count() + index]);
-    const Eigen::Matrix3d rotation = rigid.orientation.toRotationMatrix();
+    const Eigen::Matrix3d rotation = principal_orientation(rigid).toRotationMatrix();
     const Eigen::Matrix3d inertia =
         rotation * rigid.inverse_inertia_1_kg_m2.cwiseInverse().asDiagonal() * rotation.transpose();
     const auto kinetic_j = [&](const Vec3d& velocity, const Vec3d& turning) {

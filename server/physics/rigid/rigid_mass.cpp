@@ -19,6 +19,11 @@ Vec3d principal_inertia_kg_m2(const Shape& shape, double mass_kg) {
   });
 }
 
+std::optional<Quatd> principal_axes(const Shape& shape) {
+  return of_rigid_shape(shape, std::optional<Quatd>(),
+                        [](const auto& rigid, const auto& one) { return rigid.principal_axes(one); });
+}
+
 double inverse_mass_along_1_kg(const RigidState& body, const Vec3d& direction) {
   if (!any_of(body.body.locked.translation)) return body.inverse_mass_1_kg;
   return inverse_masses_1_kg(body).cwiseProduct(direction).dot(direction);
@@ -27,7 +32,7 @@ double inverse_mass_along_1_kg(const RigidState& body, const Vec3d& direction) {
 // Not the free part of the whole inverse: that would let the body turn as if nothing held it about the locked axes.
 Eigen::Matrix3d inverse_inertia_1_kg_m2(const RigidState& body) {
   const std::array<bool, 3>& locked = body.body.locked.rotation;
-  const Eigen::Matrix3d rotation = body.orientation.toRotationMatrix();
+  const Eigen::Matrix3d rotation = principal_orientation(body).toRotationMatrix();
   if (!any_of(locked)) return rotation * body.inverse_inertia_1_kg_m2.asDiagonal() * rotation.transpose();
   const Eigen::Matrix3d inertia =
       rotation * body.inverse_inertia_1_kg_m2.cwiseInverse().asDiagonal() * rotation.transpose();
@@ -47,7 +52,8 @@ Eigen::Matrix3d inverse_inertia_1_kg_m2(const RigidState& body) {
 
 Vec3d inverse_inertia_times(const RigidState& body, const Vec3d& x) {
   if (any_of(body.body.locked.rotation)) return inverse_inertia_1_kg_m2(body) * x;
-  return body.orientation * body.inverse_inertia_1_kg_m2.cwiseProduct(body.orientation.conjugate() * x);
+  const Quatd axes = principal_orientation(body);
+  return axes * body.inverse_inertia_1_kg_m2.cwiseProduct(axes.conjugate() * x);
 }
 
 }  // namespace pneuma::physics

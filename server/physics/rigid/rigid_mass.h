@@ -2,13 +2,22 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
 
-/// About the principal axes, which are those of the shape's own frame: of a solid sphere, box or capsule.
+/// About the principal axes, of a shape that is filled evenly.
 [[nodiscard]] Vec3d principal_inertia_kg_m2(const Shape& shape, double mass_kg);
+
+/// In the shape's own frame; unset where they are that frame's.
+[[nodiscard]] std::optional<Quatd> principal_axes(const Shape& shape);
+
+/// Of the body's principal axes in the world.
+[[nodiscard]] inline Quatd principal_orientation(const RigidState& body) {
+  return body.principal_axes ? body.orientation * *body.principal_axes : body.orientation;
+}
 
 /// `x` with zeros in place of its locked parts.
 [[nodiscard]] inline Vec3d free_part(const std::array<bool, 3>& locked, const Vec3d& x) {

@@ -14,7 +14,8 @@ namespace {
 /// the turn.
 void turn_freely(RigidState& body, double dt_s) {
   const Vec3d inertia = body.inverse_inertia_1_kg_m2.cwiseInverse();
-  const Vec3d momentum = body.orientation * inertia.cwiseProduct(body.orientation.conjugate() * body.angular_velocity);
+  const Quatd axes = principal_orientation(body);
+  const Vec3d momentum = axes * inertia.cwiseProduct(axes.conjugate() * body.angular_velocity);
   const Quatd before = body.orientation;
   body.orientation = turned(before, body.angular_velocity, 0.5 * dt_s);
   const Vec3d middle = inverse_inertia_times(body, momentum);

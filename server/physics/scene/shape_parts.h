@@ -47,6 +47,7 @@ template <class Rigid, class S>
 concept RigidParts = requires(const Rigid& rigid, const S& shape, double mass_kg, const Eigen::Matrix3d& rotation,
                               const Ray& ray, Knobs& knobs) {
   { rigid.principal_inertia_kg_m2(shape, mass_kg) } -> std::same_as<Vec3d>;  // of a solid one
+  { rigid.principal_axes(shape) } -> std::same_as<std::optional<Quatd>>;     // in its own frame; unset: its own
   { rigid.radius_m(shape) } -> std::same_as<double>;                         // about its centre
   { rigid.half_box_m(shape, rotation) } -> std::same_as<Vec3d>;              // along the axes that it is turned to
   { rigid.hit_m(shape, ray) } -> std::same_as<std::optional<double>>;        // along a ray that picks it
@@ -90,6 +91,7 @@ struct ShapeParts<SphereShape> {
   static constexpr bool is_surface = false;
   struct Rigid {
     static Vec3d principal_inertia_kg_m2(const SphereShape& sphere, double mass_kg);
+    static std::optional<Quatd> principal_axes(const SphereShape&) { return std::nullopt; }
     static double radius_m(const SphereShape& sphere) { return sphere.radius_m; }
     static Vec3d half_box_m(const SphereShape& sphere, const Eigen::Matrix3d& rotation);
     static std::optional<double> hit_m(const SphereShape& sphere, const Ray& ray);
@@ -107,6 +109,7 @@ struct ShapeParts<BoxShape> {
   static constexpr bool is_surface = false;
   struct Rigid {
     static Vec3d principal_inertia_kg_m2(const BoxShape& box, double mass_kg);
+    static std::optional<Quatd> principal_axes(const BoxShape&) { return std::nullopt; }
     static double radius_m(const BoxShape& box) { return box.half_extents_m.norm(); }
     static Vec3d half_box_m(const BoxShape& box, const Eigen::Matrix3d& rotation);
     static std::optional<double> hit_m(const BoxShape& box, const Ray& ray);
@@ -134,6 +137,7 @@ struct ShapeParts<CapsuleShape> {
   static constexpr bool is_surface = false;
   struct Rigid {
     static Vec3d principal_inertia_kg_m2(const CapsuleShape& capsule, double mass_kg);
+    static std::optional<Quatd> principal_axes(const CapsuleShape&) { return std::nullopt; }
     static double radius_m(const CapsuleShape& capsule) { return capsule.half_height_m + capsule.radius_m; }
     static Vec3d half_box_m(const CapsuleShape& capsule, const Eigen::Matrix3d& rotation);
     static std::optional<double> hit_m(const CapsuleShape& capsule, const Ray& ray);

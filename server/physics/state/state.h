@@ -105,7 +105,8 @@ struct RigidState {
   Vec3d velocity = Vec3d::Zero();
   Vec3d angular_velocity = Vec3d::Zero();  // rad/s, in the world's frame
   double inverse_mass_1_kg = 0.0;
-  Vec3d inverse_inertia_1_kg_m2 = Vec3d::Zero();  // principal, in the body's frame
+  Vec3d inverse_inertia_1_kg_m2 = Vec3d::Zero();  // about the principal axes
+  std::optional<Quatd> principal_axes;            // in the body's frame; unset: its own
   Rest rest;
   Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
   Quatd place_orientation = Quatd::Identity();

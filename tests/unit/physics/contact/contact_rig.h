@@ -64,6 +64,7 @@ inline RigidState make_rigid(const Shape& shape, double mass_kg, const Vec3d& po
   state.velocity = velocity;
   state.inverse_mass_1_kg = 1.0 / mass_kg;
   state.inverse_inertia_1_kg_m2 = principal_inertia_kg_m2(shape, mass_kg).cwiseInverse();
+  state.principal_axes = principal_axes(shape);
   return state;
 }
 
