@@ -1,27 +1,37 @@
 #include "app/frame_source.h"
 
 #include "app/mechanics.h"
+#include "physics/mesh/polyhedron.h"
 #include "scene_io/translate.h"
 
 namespace pneuma::app {
 
 namespace {
 
+/// In a frame that begins at `origin_m` of the mesh's.
+v1::Mesh::Triangles triangles_of(const physics::Mesh& mesh, const physics::Vec3d& origin_m) {
+  v1::Mesh::Triangles out;
+  for (const Eigen::Vector3d& in_mesh : mesh.positions_m) {
+    const Eigen::Vector3d p = in_mesh - origin_m;
+    v1::Vec3& position = *out.add_positions();
+    position.set_x(p.x());
+    position.set_y(p.y());
+    position.set_z(p.z());
+  }
+  for (const physics::Face& face : mesh.faces) out.mutable_indices()->Add(face.begin(), face.end());
+  return out;
+}
+
 void add_solid(v1::Layout& layout, const std::string& name, const physics::Shape& shape, bool dynamic) {
   v1::Layout::Solid& solid = *layout.add_solids();
   solid.set_name(name);
   *solid.mutable_shape() = scene_io::to_proto(shape);
   solid.set_dynamic(dynamic);
-  const auto* named = std::get_if<physics::MeshShape>(&shape);
-  if (named == nullptr) return;
-  v1::Mesh::Triangles& surface = *solid.mutable_surface();
-  for (const Eigen::Vector3d& p : named->mesh->positions_m) {
-    v1::Vec3& position = *surface.add_positions();
-    position.set_x(p.x());
-    position.set_y(p.y());
-    position.set_z(p.z());
+  if (const auto* named = std::get_if<physics::MeshShape>(&shape)) {
+    *solid.mutable_surface() = triangles_of(*named->mesh, physics::Vec3d::Zero());
+  } else if (const auto* convex = std::get_if<physics::ConvexShape>(&shape)) {
+    *solid.mutable_surface() = triangles_of(*convex->mesh, convex->solid->centre_m);
   }
-  for (const physics::Face& face : named->mesh->faces) surface.mutable_indices()->Add(face.begin(), face.end());
 }
 
 void describe_end(const physics::JointState& joint, std::size_t which, std::size_t rigid_count,

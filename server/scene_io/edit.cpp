@@ -53,6 +53,11 @@ Status remove_mesh(v1::Scene& scene, const std::string& name) {
       return {StatusCode::failed_precondition, "soft body " + in_quotes(body.name()) + " is made of it"};
     }
   }
+  for (const v1::RigidBody& body : scene.rigid_bodies()) {
+    if (body.shape().has_mesh() && body.shape().mesh() == name) {
+      return {StatusCode::failed_precondition, "rigid body " + in_quotes(body.name()) + " is made of it"};
+    }
+  }
   for (const v1::Collider& collider : scene.colliders()) {
     if (collider.shape().has_mesh() && collider.shape().mesh() == name) {
       return {StatusCode::failed_precondition, "collider " + in_quotes(collider.name()) + " is made of it"};

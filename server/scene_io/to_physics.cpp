@@ -8,6 +8,7 @@
 #include <google/protobuf/generated_enum_reflection.h>
 
 #include "base/limits.h"
+#include "physics/mesh/polyhedron.h"
 #include "physics/scene/admission.h"
 #include "scene_io/translate.h"
 
@@ -277,9 +278,24 @@ std::array<bool, 3> to_axes(const v1::LockedAxes::Axes& in) {
   return {in.x(), in.y(), in.z()};
 }
 
+/// A mesh is filled: it must be closed and convex.
+Status read_rigid_shape(const v1::RigidBody& in, const MeshLibrary& meshes, physics::Shape& out) {
+  if (!in.shape().has_mesh()) return read_shape(in.shape(), meshes, out);
+  const std::string& name = in.shape().mesh();
+  auto mesh = meshes.find(name);
+  if (!mesh.ok()) return mesh.status().inside("mesh");
+  auto solid = physics::make_polyhedron(**mesh);
+  if (!solid.ok()) {
+    const Status& status = solid.status();
+    return {status.code(), "mesh \"" + name + "\" of rigid body \"" + in.name() + "\" " + status.what(), "mesh"};
+  }
+  out = physics::ConvexShape{name, std::move(*mesh), std::move(*solid)};
+  return {};
+}
+
 Status read_rigid_body(const v1::RigidBody& in, const MeshLibrary& meshes, physics::RigidBody& out) {
   Failures failures;
-  failures.note("shape", read_shape(in.shape(), meshes, out.shape));
+  failures.note("shape", read_rigid_shape(in, meshes, out.shape));
   read_motion(in, out, failures);
   if (in.has_mass_kg()) out.mass_kg = in.mass_kg();
   out.locked = {to_axes(in.locked().translation()), to_axes(in.locked().rotation())};

@@ -49,6 +49,7 @@ struct ShapeWriter {
     set(*out.mutable_room()->mutable_half_extents(), room.half_extents_m);
   }
   void operator()(const physics::MeshShape& mesh) const { out.set_mesh(mesh.name); }
+  void operator()(const physics::ConvexShape& convex) const { out.set_mesh(convex.name); }
 };
 
 }  // namespace

@@ -4,13 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/rigid/separating_axis.h"
+
 namespace pneuma::physics {
 namespace {
-
-// Edges must win clearly, or boxes at rest face on face would flicker between a face's four points and an edge's one.
-constexpr double edge_handicap = 1e-3;
-// Crosses of edges this near to parallel say nothing that a face does not.
-constexpr double parallel_sine = 1e-4;
 
 struct Axis {
   Vec3d normal = Vec3d::UnitY();  // from b to a

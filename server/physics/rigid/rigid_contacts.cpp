@@ -8,13 +8,14 @@
 #include "physics/rigid/rigid_box_box.h"
 #include "physics/rigid/rigid_mesh.h"
 #include "physics/rigid/rigid_motion.h"
+#include "physics/rigid/rigid_polyhedron.h"
 #include "physics/rigid/sweep.h"
 #include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
 namespace {
 
-// Steps to the deepest point of a box in a round solid: each halves, so the last is a thousandth of the box.
+// Steps to the deepest point of a body in a round solid: each halves, so the last is a thousandth of the body.
 constexpr int descent_steps_max = 10;
 
 struct Solid {
@@ -37,6 +38,11 @@ Solid solid_of(const ColliderState& state) {
           c.velocity, c.angular_velocity, state.tree.get()};
 }
 
+double half_width_m(const Shape& shape) {
+  const auto* convex = std::get_if<ConvexShape>(&shape);
+  return convex != nullptr ? convex->solid->half_width_m : half_extents_m(shape).minCoeff();
+}
+
 /// Collects the contacts of body `a` with one other solid.
 class Collector {
  public:
@@ -51,8 +57,8 @@ class Collector {
     const double radius_m = radius_about_centre(a.shape);
     const double arm_m = (a.frame.origin - b.frame.origin).norm() + radius_m;
     size_m_ = index_b == no_body ? radius_m : std::min(radius_m, radius_about_centre(b.shape));
-    thin_m_ = half_extents_m(a.shape).minCoeff();
-    if (b.tree == nullptr) thin_m_ = std::min(thin_m_, half_extents_m(b.shape).minCoeff());
+    thin_m_ = half_width_m(a.shape);
+    if (b.tree == nullptr) thin_m_ = std::min(thin_m_, half_width_m(b.shape));
     reach_m_ = rigid_margin_share * size_m_ + surface_.thickness_m +
                dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * radius_m +
                        b.angular_velocity.norm() * arm_m);
@@ -66,8 +72,10 @@ class Collector {
       find_of_ball(ball->radius_m);
     } else if (const auto* capsule = std::get_if<CapsuleShape>(&a_.shape)) {
       find_of_capsule(*capsule);
+    } else if (const auto* box = std::get_if<BoxShape>(&a_.shape)) {
+      find_of_box(box->half_extents_m);
     } else {
-      find_of_box(std::get<BoxShape>(a_.shape).half_extents_m);
+      find_of_convex(std::get<ConvexShape>(a_.shape));
     }
   }
 
@@ -140,6 +148,14 @@ class Collector {
       }
       return;
     }
+    if (const auto* convex = std::get_if<ConvexShape>(&b_.shape)) {
+      std::vector<MeshTouch> touches;
+      touch_segment(*convex, first, way, touches);
+      for (const MeshTouch& touch : touches) {
+        add_local({touch.distance_m, touch.normal, touch.point}, capsule.radius_m);
+      }
+      return;
+    }
     const double deepest = deepest_on_segment(b_.shape, first, way);
     const SurfacePoint nearest = nearest_surface(b_.shape, first + deepest * way);
     add_local(nearest, capsule.radius_m);
@@ -177,35 +193,74 @@ class Collector {
       }
       return;
     }
+    if (std::holds_alternative<ConvexShape>(b_.shape)) {
+      find_between_polyhedra();
+      return;
+    }
     for (const double x : {-1.0, 1.0}) {
       for (const double y : {-1.0, 1.0}) {
-        for (const double z : {-1.0, 1.0}) {
-          const Vec3d corner = b_.frame.to_local(a_.frame.to_world(Vec3d(x, y, z).cwiseProduct(half)));
-          if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
-            add_walls(*room, corner, 0.0);
-          } else {
-            add_local(nearest_surface(b_.shape, corner), 0.0);
-          }
-        }
+        for (const double z : {-1.0, 1.0}) add_corner(Vec3d(x, y, z).cwiseProduct(half));
       }
     }
     if (!std::holds_alternative<PlaneShape>(b_.shape) && !std::holds_alternative<RoomShape>(b_.shape)) {
-      add_local(deepest_of_box(half), 0.0);
+      const auto into_box = [&](const Vec3d& p) -> Vec3d { return p.cwiseMax(-half).cwiseMin(half); };
+      add_local(deepest_of_body(half.maxCoeff(), into_box), 0.0);
     }
   }
-  /// The point of the box nearest to, or deepest in, a round solid: the distance to a convex solid is convex, so
-  /// walking against its gradient within the box leads there.
-  [[nodiscard]] SurfacePoint deepest_of_box(const Vec3d& half) const {
-    const auto nearest_of = [&](const Vec3d& in_box) {
-      return nearest_surface(b_.shape, b_.frame.to_local(a_.frame.to_world(in_box)));
+  void find_of_convex(const ConvexShape& convex) {
+    if (std::holds_alternative<BoxShape>(b_.shape) || std::holds_alternative<ConvexShape>(b_.shape)) {
+      find_between_polyhedra();
+    } else if (const auto* ball = std::get_if<SphereShape>(&b_.shape)) {
+      find_on_rod(convex, Vec3d::Zero(), ball->radius_m);
+    } else if (const auto* capsule = std::get_if<CapsuleShape>(&b_.shape)) {
+      find_on_rod(convex, capsule->half_height_m * Vec3d::UnitY(), capsule->radius_m);
+    } else {
+      for (const Vec3d& corner : convex.solid->corners_m) add_corner(corner);
+      if (!std::holds_alternative<EllipsoidShape>(b_.shape)) return;
+      const auto into_solid = [&](const Vec3d& p) {
+        const PolyhedronPoint nearest = nearest_point(*convex.solid, p);
+        return nearest.distance_m > 0.0 ? nearest.position_m : p;
+      };
+      add_local(deepest_of_body(convex.solid->half_extents_m.maxCoeff(), into_solid), 0.0);
+    }
+  }
+  void find_between_polyhedra() {
+    std::vector<MeshTouch> touches;
+    touch_polyhedra(polyhedron_pose(a_.shape, a_.frame), polyhedron_pose(b_.shape, b_.frame), reach_m_, touches);
+    for (const MeshTouch& touch : touches) add(touch.point, touch.normal, touch.distance_m);
+  }
+  /// Of a ball or a capsule as b: all that is `radius_m` from the segment of twice `half`.
+  void find_on_rod(const ConvexShape& convex, const Vec3d& half, double radius_m) {
+    const Vec3d first = a_.frame.to_local(b_.frame.to_world(-half));
+    const Vec3d way = a_.frame.to_local(b_.frame.to_world(half)) - first;
+    std::vector<MeshTouch> touches;
+    touch_segment(convex, first, way, touches);
+    for (const MeshTouch& touch : touches) {
+      add(a_.frame.to_world(touch.point), -(a_.frame.rotation * touch.normal), touch.distance_m - radius_m);
+    }
+  }
+  void add_corner(const Vec3d& of_body) {
+    const Vec3d corner = b_.frame.to_local(a_.frame.to_world(of_body));
+    if (const auto* room = std::get_if<RoomShape>(&b_.shape)) {
+      add_walls(*room, corner, 0.0);
+    } else {
+      add_local(nearest_surface(b_.shape, corner), 0.0);
+    }
+  }
+  /// The point of a convex body nearest to, or deepest in, a round solid: the distance to a convex solid is convex, so
+  /// walking against its gradient within the body leads there. `into_body` gives a point's nearest in the body.
+  template <class IntoBody>
+  [[nodiscard]] SurfacePoint deepest_of_body(double longest_half_m, const IntoBody& into_body) const {
+    const auto nearest_of = [&](const Vec3d& in_body) {
+      return nearest_surface(b_.shape, b_.frame.to_local(a_.frame.to_world(in_body)));
     };
-    Vec3d q = a_.frame.to_local(b_.frame.origin).cwiseMax(-half).cwiseMin(half);
+    Vec3d q = into_body(a_.frame.to_local(b_.frame.origin));
     SurfacePoint best = nearest_of(q);
-    double step_m = half.maxCoeff();
+    double step_m = longest_half_m;
     for (int i = 0; i < descent_steps_max; ++i) {
       const Vec3d down = a_.frame.rotation.transpose() * (b_.frame.rotation * best.normal);
       const double length_m = best.distance_m > 0.0 ? best.distance_m : step_m;
-      const Vec3d next = (q - length_m * down).cwiseMax(-half).cwiseMin(half);
+      const Vec3d next = into_body(q - length_m * down);
       const SurfacePoint there = nearest_of(next);
       if (there.distance_m < best.distance_m) {
         best = there;
@@ -261,10 +316,13 @@ double radius_about_centre(const Shape& shape) {
 
 void find_rigid_contacts(std::span<const RigidState> rigid, std::uint32_t a, std::uint32_t b, double dt_s,
                          std::vector<RigidContact>& contacts) {
-  // A ball comes first, before a capsule, before a box: the other's surface is looked up from its centre or axis.
+  // A ball comes first, before a capsule, before what has corners: the other's surface is looked up from its centre or
+  // axis.
   const bool is_ball = std::holds_alternative<SphereShape>(rigid[b].body.shape);
   const bool is_capsule = std::holds_alternative<CapsuleShape>(rigid[b].body.shape);
-  if (is_ball || (is_capsule && std::holds_alternative<BoxShape>(rigid[a].body.shape))) std::swap(a, b);
+  const bool has_corners =
+      std::holds_alternative<BoxShape>(rigid[a].body.shape) || std::holds_alternative<ConvexShape>(rigid[a].body.shape);
+  if (is_ball || (is_capsule && has_corners)) std::swap(a, b);
   const Solid first = solid_of(rigid[a]);
   const Solid second = solid_of(rigid[b]);
   const double apart_m = (first.frame.origin - second.frame.origin).norm();

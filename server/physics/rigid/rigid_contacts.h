@@ -1,4 +1,4 @@
-// Where rigid balls, capsules and boxes meet each other and colliders.
+// Where rigid balls, capsules, boxes and convex meshes meet each other and colliders.
 #pragma once
 
 #include <cstdint>

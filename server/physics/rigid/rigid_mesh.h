@@ -8,7 +8,7 @@
 
 namespace pneuma::physics {
 
-/// A convex body (a ball, a capsule or a box), in the mesh's frame.
+/// A convex body (a ball, a capsule, a box or a convex mesh), in the mesh's frame.
 struct ConvexPose {
   const Shape& shape;
   Frame frame;

@@ -218,6 +218,16 @@ void check_shape(const Shape& shape, Fields fields) {
     void operator()(const MeshShape& shape) const {
       if (shape.mesh == nullptr) fields.fail("mesh", "is missing");
     }
+    void operator()(const ConvexShape& convex) const {
+      if (convex.solid == nullptr) {
+        fields.fail("mesh", "is missing");
+      } else if (convex.solid->radius_m < base::extent_min_m) {
+        fields.fail("mesh",
+                    "reaches " + number_text(convex.solid->radius_m) + " m; must be at least " +
+                        number_text(base::extent_min_m),
+                    base::StatusCode::limit_exceeded);
+      }
+    }
   };
   std::visit(Checker{fields}, shape);
 }
@@ -373,7 +383,7 @@ void check_soft_body(const SoftBody& body, Precision precision, Fields fields) {
 
 void check_rigid_body(const RigidBody& body, Fields fields) {
   if (!may_be_rigid(body.shape)) {
-    fields.fail("shape", "a rigid body is a sphere, a box or a capsule");
+    fields.fail("shape", "a rigid body is a sphere, a box, a capsule or a convex mesh");
   }
   check_shape(body.shape, fields.in("shape"));
   fields.mass_kg(body.mass_kg);

@@ -18,6 +18,8 @@
 
 namespace pneuma::physics {
 
+struct Polyhedron;
+
 using Vec3d = Eigen::Vector3d;
 using Quatd = Eigen::Quaterniond;
 
@@ -169,7 +171,16 @@ struct MeshShape {
   std::shared_ptr<const Mesh> mesh;
   bool operator==(const MeshShape&) const = default;
 };
-using Shape = std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape, MeshShape>;
+/// A closed convex mesh, filled; of rigid bodies only. Its own frame has the mesh's axes and begins at its centre of
+/// mass.
+struct ConvexShape {
+  std::string name;  // among the scene's meshes
+  std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const Polyhedron> solid;  // made of it (polyhedron.h)
+  bool operator==(const ConvexShape& other) const { return name == other.name && mesh == other.mesh; }
+};
+using Shape =
+    std::variant<PlaneShape, SphereShape, BoxShape, EllipsoidShape, CapsuleShape, RoomShape, MeshShape, ConvexShape>;
 
 /// Axes of the world: those along which a body does not move, and those about which it does not turn.
 struct LockedAxes {
@@ -180,7 +191,7 @@ struct LockedAxes {
 
 struct RigidBody {
   std::string name;
-  Shape shape;  // sphere, box or capsule
+  Shape shape;  // sphere, box, capsule or convex mesh
   double mass_kg = 1.0;
   Vec3d position = Vec3d::Zero();
   Quatd orientation = Quatd::Identity();

@@ -1,6 +1,6 @@
 // The surfaces of solids: where they are and which way they face. In the shape's own frame. Every function takes an
-// `offset_m`: the surface is moved outwards by that much (a box keeps its edges sharp, an ellipsoid stays one), which
-// is how the thickness of a skin is counted.
+// `offset_m`: the surface is moved outwards by that much (a box keeps its edges sharp, an ellipsoid stays one, a convex
+// mesh gets round edges), which is how the thickness of a skin is counted.
 #pragma once
 
 #include "physics/scene/scene.h"

@@ -316,6 +316,31 @@ Vec3d ShapeParts<MeshShape>::half_extents_m(const MeshShape& shape) {
   return half;
 }
 
+// Round at its edges where it is offset: all of that surface is offset_m from the solid's own.
+SurfacePoint ShapeParts<ConvexShape>::nearest(const ConvexShape& convex, const Vec3d& point, double offset_m) {
+  const PolyhedronPoint nearest = nearest_point(*convex.solid, point);
+  return {nearest.distance_m - offset_m, nearest.normal, nearest.position_m + offset_m * nearest.normal};
+}
+std::optional<SurfaceHit> ShapeParts<ConvexShape>::first_hit(const ConvexShape& convex, const Vec3d& start,
+                                                             const Vec3d& end, double offset_m, double skin_m) {
+  return hit_convex(convex, start, end, offset_m, skin_m, [&](const Vec3d& way, double offset) {
+    return enter_polyhedron(*convex.solid, start, way, offset);
+  });
+}
+Vec3d ShapeParts<ConvexShape>::Rigid::half_box_m(const ConvexShape& convex, const Eigen::Matrix3d& rotation) {
+  Vec3d half = Vec3d::Zero();
+  for (const Vec3d& corner : convex.solid->corners_m) half = half.cwiseMax((rotation * corner).cwiseAbs());
+  return half;
+}
+std::optional<double> ShapeParts<ConvexShape>::Rigid::hit_m(const ConvexShape& convex, const Ray& ray) {
+  return hit_polyhedron_m(ray, *convex.solid);
+}
+Knobs ShapeParts<ConvexShape>::Rigid::knobs(const ConvexShape& convex) {
+  Knobs knobs;
+  for (const Vec3d& corner : convex.solid->corners_m) knobs.add(corner);
+  return knobs;
+}
+
 SurfacePoint nearest_surface(const Shape& shape, const Vec3d& point, double offset_m) {
   return std::visit([&]<class S>(const S& one) { return ShapeParts<S>::nearest(one, point, offset_m); }, shape);
 }

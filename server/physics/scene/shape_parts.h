@@ -8,16 +8,18 @@
 #include <optional>
 #include <variant>
 
+#include "base/limits.h"
 #include "physics/machine/none.h"
 #include "physics/mesh/picking.h"
+#include "physics/mesh/polyhedron.h"
 #include "physics/scene/shape.h"
 #include "physics/scene/shape_entry.h"
 
 namespace pneuma::physics {
 
-/// What of a solid meets faces inside their borders: balls about points, of no radius for a box's corners.
+/// What of a solid meets faces inside their borders: balls about points, of no radius for corners.
 struct Knobs {
-  std::array<Vec3d, 8> centres{};
+  std::array<Vec3d, base::rigid_mesh_vertices_max> centres{};
   std::size_t count = 0;
   double radius_m = 0.0;
   bool is_rod = false;  // there are two, and what lies between them is as thick
@@ -125,7 +127,7 @@ struct ShapeParts<EllipsoidShape> {
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const EllipsoidShape& ellipsoid) { return ellipsoid.radii_m; }
   static constexpr bool is_surface = false;
-  static constexpr None rigid{"the rigid contacts know balls, boxes and capsules"};
+  static constexpr None rigid{"the rigid contacts know balls, boxes, capsules and polyhedra"};
 };
 
 template <>
@@ -163,6 +165,26 @@ struct ShapeParts<MeshShape> {
   static Vec3d half_extents_m(const MeshShape& shape);
   static constexpr bool is_surface = true;
   static constexpr None rigid{"it may be open, and so has no mass"};
+};
+
+template <>
+struct ShapeParts<ConvexShape> {
+  static SurfacePoint nearest(const ConvexShape& convex, const Vec3d& point, double offset_m);
+  static std::optional<SurfaceHit> first_hit(const ConvexShape& convex, const Vec3d& start, const Vec3d& end,
+                                             double offset_m, double skin_m);
+  static Vec3d half_extents_m(const ConvexShape& convex) { return convex.solid->half_extents_m; }
+  static constexpr bool is_surface = false;
+  struct Rigid {
+    static Vec3d principal_inertia_kg_m2(const ConvexShape& convex, double mass_kg) {
+      return mass_kg * convex.solid->moments_m2;
+    }
+    static std::optional<Quatd> principal_axes(const ConvexShape& convex) { return convex.solid->axes; }
+    static double radius_m(const ConvexShape& convex) { return convex.solid->radius_m; }
+    static Vec3d half_box_m(const ConvexShape& convex, const Eigen::Matrix3d& rotation);
+    static std::optional<double> hit_m(const ConvexShape& convex, const Ray& ray);
+    static Knobs knobs(const ConvexShape& convex);
+  };
+  static constexpr Rigid rigid{};
 };
 
 template <class Variant>

@@ -505,5 +505,37 @@ TEST(LiveFrames, TellTheTrianglesOfAColliderThatIsAMesh) {
   EXPECT_EQ(solid.surface().indices(4), mesh.faces[1][1]);
 }
 
+// About the centre of mass, which is where the poses place it.
+TEST(LiveFrames, TellTheTrianglesOfARigidMeshAboutItsCentreOfMass) {
+  v1::Scene scene;
+  v1::Mesh& mesh = *scene.add_meshes();
+  mesh.set_name("wedge");
+  for (const auto& [x, y, z] : {std::array{1.0, 2.0, 3.0}, {5.0, 2.0, 3.0}, {1.0, 6.0, 3.0}, {1.0, 2.0, 7.0}}) {
+    v1::Vec3& position = *mesh.mutable_triangles()->add_positions();
+    position.set_x(x);
+    position.set_y(y);
+    position.set_z(z);
+  }
+  for (const std::uint32_t i : {0U, 2U, 1U, 0U, 1U, 3U, 1U, 2U, 3U, 2U, 0U, 3U})
+    mesh.mutable_triangles()->add_indices(i);
+  v1::RigidBody& body = *scene.add_rigid_bodies();
+  body.set_name("wedge");
+  body.mutable_shape()->set_mesh("wedge");
+  body.mutable_position()->set_y(4.0);
+  auto built = scene_io::to_physics(scene);
+  ASSERT_TRUE(built.ok()) << built.status().message();
+  const auto world = physics::World::create(std::move(*built));
+  ASSERT_TRUE(world.ok());
+  v1::Layout layout;
+  LiveFrames(*world).describe_solids(layout);
+  const v1::Layout::Solid& solid = layout.solids(0);
+  EXPECT_EQ(solid.shape().mesh(), "wedge");
+  ASSERT_EQ(solid.surface().positions_size(), 4);
+  EXPECT_NEAR(solid.surface().positions(0).x(), -1.0, 1e-14);
+  EXPECT_NEAR(solid.surface().positions(3).z(), 3.0, 1e-14);
+  EXPECT_EQ(solid.surface().indices_size(), 12);
+  EXPECT_EQ(LiveFrames(*world).poses()[0].position, physics::Vec3d(0, 4, 0));
+}
+
 }  // namespace
 }  // namespace pneuma::app

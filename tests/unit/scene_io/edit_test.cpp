@@ -166,6 +166,9 @@ TEST(Edit, LockedAxesAreReplacedWholeAndFreedByNone) {
 TEST(Edit, AMeshThatAColliderIsMadeOfStays) {
   EXPECT_EQ(error_of(edit(R"({"add_collider": {"name": "x", "shape": {"mesh": "spare"}}}, {"remove_mesh": "spare"})")),
             "changes[1].remove_mesh: collider \"x\" is made of it");
+  EXPECT_EQ(
+      error_of(edit(R"({"add_rigid_body": {"name": "x", "shape": {"mesh": "spare"}}}, {"remove_mesh": "spare"})")),
+      "changes[1].remove_mesh: rigid body \"x\" is made of it");
 }
 
 TEST(Edit, SurroundingsAndSteppingAreSet) {

@@ -3,10 +3,13 @@
 #include "scene_io/translate.h"
 
 #include <limits>
+#include <sstream>
 
+#include <google/protobuf/util/json_util.h>
 #include <gtest/gtest.h>
 
 #include "base/limits.h"
+#include "physics/world.h"
 #include "scene_io/json.h"
 #include "scene_io/load.h"
 
@@ -382,6 +385,66 @@ TEST(BuiltinScenes, HandIsClosedAndHitByARigidBall) {
   EXPECT_EQ(scene->soft_bodies[0].mesh->faces.size(), 2'314U);
   EXPECT_TRUE(scene->soft_bodies[0].mesh->closed);
   EXPECT_TRUE(std::holds_alternative<physics::SphereShape>(scene->rigid_bodies[0].shape));
+}
+
+/// A rigid body of that mesh over a floor.
+base::Result<v1::Scene> with_rigid_mesh(const std::string& name) {
+  std::ostringstream text;
+  text << R"({"gravity": {"y": -9.81},
+    "meshes": [{"name": "ball", "icosphere": {"subdivisions": 2}},
+      {"name": "wedge", "triangles": {"positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}],
+        "indices": [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3]}},
+      {"name": "dented", "triangles": {"positions": [{}, {"x": 1}, {"y": 1}, {"z": 1}, {"x": 0.2, "y": 0.2, "z": 0.2}],
+        "indices": [0, 2, 1, 0, 1, 3, 2, 0, 3, 1, 2, 4, 2, 3, 4, 3, 1, 4]}},
+      {"name": "open", "grid": {"columns": 1, "rows": 1}}],
+    "rigid_bodies": [{"name": "stone", "shape": {"mesh": ")"
+       << name << R"("}, "position": {"y": 0.8}, "velocity": {"x": 1}}],
+    "colliders": [{"name": "floor", "shape": {"plane": {}}, "surface": {"friction": 0.5}}]})";
+  return parse_scene_json(text.str());
+}
+
+TEST(ToPhysics, RigidBodyMayBeAConvexMeshOfTheScene) {
+  const auto scene = to_physics(*with_rigid_mesh("wedge"));
+  ASSERT_TRUE(scene.ok()) << scene.status().message();
+  const auto& convex = std::get<physics::ConvexShape>(scene->rigid_bodies[0].shape);
+  EXPECT_EQ(convex.name, "wedge");
+  EXPECT_EQ(convex.mesh->faces.size(), 4U);
+  EXPECT_EQ(scene->rigid_bodies[0].position, physics::Vec3d(0, 0.8, 0));
+}
+
+TEST(ToPhysics, RigidMeshThatIsNoneIsRefusedByBodyMeshAndPlace) {
+  const auto refusal = [](const std::string& mesh) { return error_of(to_physics(*with_rigid_mesh(mesh))); };
+  EXPECT_EQ(refusal("ball"),
+            "rigid_bodies[0].shape.mesh: mesh \"ball\" of rigid body \"stone\" has 162 vertices; the mesh of a rigid "
+            "body may have at most 64");
+  EXPECT_EQ(refusal("open"),
+            "rigid_bodies[0].shape.mesh: mesh \"open\" of rigid body \"stone\" is open at the edge from vertex 0 to "
+            "vertex 2");
+  EXPECT_EQ(refusal("dented"),
+            "rigid_bodies[0].shape.mesh: mesh \"dented\" of rigid body \"stone\" is not convex: vertex 3 lies "
+            "0.603022689 m above the plane of face 3");
+  EXPECT_EQ(refusal("none"),
+            "rigid_bodies[0].shape.mesh: no mesh is named \"none\"; meshes: ball, dented, open, wedge");
+}
+
+// The scene that a running world tells is the scene again, and goes the same way.
+TEST(ToPhysics, RigidMeshGoesThereAndBackToTheSameHash) {
+  const v1::Scene scene = *with_rigid_mesh("wedge");
+  const auto hash_after = [](const v1::Scene& from, int ticks, v1::Scene* told) {
+    auto world = physics::World::create(*to_physics(from));
+    EXPECT_TRUE(world.ok()) << world.status().message();
+    physics::Workers workers(1);
+    for (int tick = 0; tick < ticks; ++tick) world->step_tick(workers);
+    if (told != nullptr) *told = to_proto(world->scene(), from);
+    return world->state_hash();
+  };
+  v1::Scene told;
+  const std::uint64_t hash = hash_after(scene, 90, nullptr);
+  hash_after(scene, 0, &told);
+  EXPECT_EQ(told.rigid_bodies(0).shape().mesh(), "wedge");
+  std::string text;
+  ASSERT_TRUE(google::protobuf::util::MessageToJsonString(told, &text).ok());
+  EXPECT_EQ(hash_after(*parse_scene_json(text), 90, nullptr), hash);
 }
 
 }  // namespace

@@ -39,4 +39,8 @@ inline std::shared_ptr<const Polyhedron> filled(const Mesh& mesh) {
   return made.ok() ? *made : nullptr;
 }
 
+inline ConvexShape convex(const MeshPtr& mesh) {
+  return {"mesh", mesh, filled(*mesh)};
+}
+
 }  // namespace pneuma::physics

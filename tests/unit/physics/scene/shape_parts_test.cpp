@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "unit/physics/mesh/convex_meshes.h"
+
 namespace pneuma::physics {
 
 // Spheres, each of which hides a part by something that is none.
@@ -106,13 +108,16 @@ TEST_P(RigidShape, SaysOneSizeInAllItsParts) {
 
 INSTANTIATE_TEST_SUITE_P(OfScenes, RigidShape,
                          testing::Values(Shape(SphereShape{0.7}), Shape(BoxShape{{0.5, 1.0, 2.0}}),
-                                         Shape(CapsuleShape{.radius_m = 0.3, .half_height_m = 0.8})));
+                                         Shape(CapsuleShape{.radius_m = 0.3, .half_height_m = 0.8}),
+                                         Shape(convex(octahedron(0.9))),
+                                         Shape(convex(built(make_box({0.5, 1.0, 2.0}, 2))))));
 
-TEST(ShapeParts, OnlyBallsBoxesAndCapsulesMayBeRigid) {
+TEST(ShapeParts, OnlyBallsBoxesCapsulesAndConvexMeshesMayBeRigid) {
   EXPECT_FALSE(may_be_rigid(PlaneShape{}));
   EXPECT_FALSE(may_be_rigid(EllipsoidShape{}));
   EXPECT_FALSE(may_be_rigid(RoomShape{}));
   EXPECT_FALSE(may_be_rigid(MeshShape{}));
+  EXPECT_TRUE(may_be_rigid(ConvexShape{}));
   EXPECT_TRUE(is_surface(MeshShape{}));
   EXPECT_FALSE(is_surface(RoomShape{}));
 }
