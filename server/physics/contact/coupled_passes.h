@@ -25,6 +25,7 @@ struct CoupledWorld : ContactWorld<Real> {
 /// A soft body's step under way.
 struct CoupledBody {
   bool in_contact = false;
+  bool has_moved = false;    // freely, in this pass
   bool left_out = false;     // of contact: it could not be solved for
   bool is_cut = false;       // its moves, in some pass
   bool is_free = false;      // nothing holds it but contact and joints

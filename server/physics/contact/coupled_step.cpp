@@ -38,9 +38,11 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
   find_coupled_rows(world, surfaces, passes_);
   (void)take_touching(world, surfaces);
   for (int pass = 0; pass < coupled_passes_max; ++pass) {
-    move_freely(world, surfaces);
-    do find_coupled_rows(world, surfaces, passes_);
-    while (take_touching(world, surfaces));
+    for (CoupledBody& body : passes_.bodies) body.has_moved = false;
+    do {
+      move_freely(world, surfaces);
+      find_coupled_rows(world, surfaces, passes_);
+    } while (take_touching(world, surfaces));
     leave_out_failed();
     solve(world);
     take_answers(world, surfaces);
@@ -143,11 +145,13 @@ double CoupledStep<Real>::least_spacing_m() const {
   return spacing_m;
 }
 
+// Those in contact that have not moved in this pass yet.
 template <class Real>
 void CoupledStep<Real>::move_freely(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
     CoupledBody& body = passes_.bodies[i];
-    if (!body.in_contact) continue;
+    if (!body.in_contact || body.has_moved) continue;
+    body.has_moved = true;
     if (!step_freely(world, i)) {
       world.soft[i].solve_failed = true;
       body.in_contact = false;
@@ -373,6 +377,7 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
       if (surface.cuts[k] < 1.0) {
         surface.from[k] += surface.cuts[k] * move_m;
         surface.cuts[k] = 1.0;
+        if (move_m.isZero(0.0)) continue;  // it was not going anywhere
         ++counts_.cut_vertices;
         body.is_cut = true;
       } else {

@@ -25,7 +25,7 @@ class CoupledStep {
   void begin(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void load_bodies(const CoupledWorld<Real>& world);
   void load_solids(const CoupledWorld<Real>& world);
-  bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double least_spacing_m() const;
   [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
                                          SurfaceContacts<Real>& surfaces);

@@ -10,7 +10,7 @@
 namespace pneuma::physics {
 inline namespace PNEUMA_LANES {
 
-// Takes from a block of Tall packs of rows and dense_block columns what the columns before it say.
+// Subtracts from a block (Tall packs of rows, dense_block columns) what the columns before it contribute.
 template <class P, std::size_t Tall>
 void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t stride) {
   P sums[Tall][dense_block];
@@ -33,7 +33,7 @@ void take_columns_before(double* matrix, std::size_t row, std::size_t column, st
   }
 }
 
-// The block on the diagonal, and one over its diagonal: 0 beyond the matrix.
+// Factors the block on the diagonal. `inverses`: 1 over its diagonal, and 0 beyond the matrix.
 inline bool factor_corner(double* matrix, std::size_t begin, std::size_t count, std::size_t stride, double* inverses) {
   for (std::size_t c = 0; c < dense_block; ++c) {
     inverses[c] = 0.0;
@@ -87,7 +87,8 @@ bool factor_dense(double* matrix, std::size_t count, std::size_t stride) {
   return true;
 }
 
-// By columns there, and by rows of the transpose back, as sums of eight that are added up in one order.
+// Forward by columns, then back by rows of the transpose. Each row's sum is eight sums, added in one order on every
+// instruction set.
 template <class P>
 void solve_dense(const double* factor, std::size_t count, std::size_t stride, double* b) {
   for (std::size_t k = 0; k < count; ++k) {
@@ -126,7 +127,7 @@ void add_dense_columns(const double* first, double first_share, const double* se
   }
 }
 
-// Two columns at a time; where there is an odd one at the end, the column of zeros beyond it, or itself for nothing.
+// Two columns at a time. An odd last one is added with itself times 0.
 template <class P>
 void add_dense_product(const double* matrix, std::size_t count, std::size_t stride, const double* x, double* sum) {
   for (std::size_t k = 0; k < count; k += 2) {

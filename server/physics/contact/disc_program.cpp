@@ -255,7 +255,7 @@ bool DiscProgram::step_together() {
     add_differences(straight_f_, next_f_, next_gradient_);
     if (energy(next_f_, next_gradient_, q_) < before) {
       f_.swap(next_f_);
-      gradient_.swap(next_gradient_);
+      find_gradient(f_, gradient_);  // anew: a long step that was projected away would leave its rounding
       return true;
     }
     length = shortening + 2 == line_searches_max ? longest_inside(step_) : 0.5 * length;

@@ -15,6 +15,8 @@ namespace {
 constexpr double solid_slack_share = 0.02;
 // Of the spacing: what ends no deeper than this is on the surface, as the solver's tolerance leaves it.
 constexpr double in_solid_share = 1e-6;
+// A box that is moved outwards keeps its corners sharp: they go by this much of it, the root of 3 or a little more.
+constexpr double sharp_corner_reach = 1.733;
 // A vertex that is deeper than its surface goes back out within this time.
 constexpr double solid_overlap_time_s = 0.1;
 
@@ -70,14 +72,16 @@ void for_walls(const SolidPlace& solid, const Frame& end, const Vec3d& from, con
 }  // namespace
 
 void set_way(SolidPlace& solid, double dt_s) {
-  if (is_surface(*solid.shape)) return;  // nobody asks
-  const Vec3d reach = Vec3d::Constant(half_extents_m(*solid.shape).norm() + solid.surface->thickness_m);
+  if (is_surface(*solid.shape)) return;  // its way stays empty: surfaces meet it (mesh_colliders.h)
+  const Vec3d reach =
+      Vec3d::Constant(half_extents_m(*solid.shape).norm() + sharp_corner_reach * solid.surface->thickness_m);
   const Vec3d end = solid.at.origin + dt_s * solid.ahead;
   solid.way = {solid.at.origin.cwiseMin(end) - reach, solid.at.origin.cwiseMax(end) + reach};
 }
 
 bool may_meet(const SurfaceBody& body, const Box& way, const SolidPlace& solid) {
-  const Vec3d reach = Vec3d::Constant(body.surface.thickness_m + solid_slack_share * body.spacing_m);
+  const Vec3d reach =
+      Vec3d::Constant(sharp_corner_reach * (body.surface.thickness_m + solid_slack_share * body.spacing_m));
   return solid.way.overlaps({way.low - reach, way.high + reach});
 }
 

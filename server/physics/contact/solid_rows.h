@@ -23,7 +23,7 @@ struct SolidPlace {
   Box way;                                 // about all of it in the pass (set_way)
 };
 
-/// Sets `way` from what is ahead; of a plane and the like, everywhere.
+/// Sets `way` from what is ahead. That of a plane or a room is everywhere, that of a mesh nowhere.
 void set_way(SolidPlace& solid, double dt_s);
 
 /// Whether the body may meet the solid in the pass; `way` is about its vertices' `from` and `to`. The solid's own way
@@ -35,8 +35,8 @@ void set_way(SolidPlace& solid, double dt_s);
 void find_solid_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                      const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows);
 
-/// The same of what of a solid may meet a face inside its border: the corners of a box, the centre of a ball, the axis
-/// of a capsule (which meets edges too).
+/// The same of what of a solid may meet a face inside its border: the corners of a box or a convex mesh, the centre of
+/// a ball, the axis of a capsule (which meets edges too).
 void find_corner_rows(const SurfaceBody& body, std::uint32_t response, std::span<const Vec3d> start,
                       const SolidPlace& solid, double dt_s, std::vector<ContactRow>& rows);
 

@@ -221,10 +221,10 @@ void check_shape(const Shape& shape, Fields fields) {
     void operator()(const ConvexShape& convex) const {
       if (convex.solid == nullptr) {
         fields.fail("mesh", "is missing");
-      } else if (convex.solid->radius_m < base::extent_min_m) {
+      } else if (convex.solid->half_width_m < base::extent_min_m) {
         fields.fail("mesh",
-                    "reaches " + number_text(convex.solid->radius_m) + " m; must be at least " +
-                        number_text(base::extent_min_m),
+                    "is " + number_text(2.0 * convex.solid->half_width_m) + " m thin; must be at least " +
+                        number_text(2.0 * base::extent_min_m),
                     base::StatusCode::limit_exceeded);
       }
     }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include <gtest/gtest.h>
+
 #include "physics/mesh/mesh_builders.h"
 #include "physics/mesh/polyhedron.h"
 #include "physics/scene/scene.h"

@@ -1,5 +1,6 @@
 // Shows that a rigid convex mesh is a solid: a box made of triangles moves as a box does, others rest flat on each of
 // their faces on every kind of ground and stack, hit everything with momentum kept, and hold on soft bodies.
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -236,7 +237,7 @@ TEST(ConvexStack, Stands) {
   }
 }
 
-// Momentum goes from one to the other, and at no time are they deeper in each other than a substep's way.
+// Momentum goes from one to the other, and none comes out on the other's far side.
 TEST(ConvexHits, AnythingWithMomentumKeptAndPassesNothing) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> within(-1.0, 1.0);
