@@ -15,7 +15,8 @@ inline constexpr std::size_t dense_block = 8;
 }
 
 struct DenseKernels {
-  /// Puts L in the place of the lower triangle of L L^T. False where that is not positive definite.
+  /// Puts L in the place of the lower triangle of L L^T, and anything above it. False where that is not positive
+  /// definite.
   bool (*factor)(double* matrix, std::size_t count, std::size_t stride) = nullptr;
   /// x with L L^T x = b, in the place of b.
   void (*solve)(const double* factor, std::size_t count, std::size_t stride, double* b) = nullptr;
