@@ -17,9 +17,10 @@
 namespace pneuma::codec {
 namespace {
 
-Lanes rounded_lanes(double x, double y, double z) {
-  const auto lane = [](double value) { return static_cast<std::uint32_t>(std::lround(value)); };
-  return {LaneVector{lane(x), lane(y), lane(z), 0}};
+template <typename Distribution>
+Lanes drawn_lanes(Distribution& distribution, std::mt19937_64& random) {
+  const auto lane = [&] { return static_cast<std::uint32_t>(std::lround(distribution(random))); };
+  return {LaneVector{lane(), lane(), lane(), 0}};
 }
 
 constexpr std::uint32_t columns = 40;
@@ -33,7 +34,7 @@ class PredictionFit : public ::testing::Test {
     std::uniform_real_distribution<double> move(-1'000.0, 1'000.0);
     for (std::size_t k = 0; k < history_size; ++k) {
       for (std::size_t slot = 0; slot < order_->size(); ++slot) {
-        history_[k].push_back(rounded_lanes(move(random), move(random), move(random)));
+        history_[k].push_back(drawn_lanes(move, random));
       }
       ring_differences(*order_, history_[k], rings_.of_moves[k]);
     }
@@ -83,7 +84,7 @@ TEST_F(PredictionFit, FewVerticesThatHitSomethingDoNotDecideForAll) {
     std::uniform_real_distribution<double> push(-push_steps, push_steps);
     moves_ = undisturbed;
     for (Lanes& move : moves_) {
-      if (is_hit(random)) move.v += rounded_lanes(push(random), push(random), push(random)).v;
+      if (is_hit(random)) move.v += drawn_lanes(push, random).v;
     }
     const auto fitted = fit(last);
     ASSERT_TRUE(fitted);

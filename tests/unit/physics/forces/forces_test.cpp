@@ -26,8 +26,8 @@ SoftState<Real> scattered_ball(SoftBody body, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<Real> normal(0, Real(0.2));
   for (std::size_t i = 0; i < state.x.size(); ++i) {
-    state.x[i] += Vec3<Real>(normal(random), normal(random), normal(random));
-    state.v[i] += Vec3<Real>(normal(random), normal(random), normal(random));
+    state.x[i] += Vec3<Real>{normal(random), normal(random), normal(random)};
+    state.v[i] += Vec3<Real>{normal(random), normal(random), normal(random)};
   }
   return state;
 }

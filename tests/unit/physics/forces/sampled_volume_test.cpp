@@ -52,7 +52,7 @@ Skin scattered(unsigned seed) {
   Skin skin = skin_of(make_icosphere(2, 1.0));
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
-  for (Vec3d& p : skin.x) p += 0.3 * Vec3d(anywhere(random), anywhere(random), anywhere(random));
+  for (Vec3d& p : skin.x) p += 0.3 * Vec3d{anywhere(random), anywhere(random), anywhere(random)};
   return skin;
 }
 
@@ -63,7 +63,7 @@ Skin moved(Skin skin, const Eigen::Matrix3d& map, const Vec3d& shift) {
 
 Eigen::Matrix3d random_rotation(std::mt19937& random) {
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
-  const Quatd turn(anywhere(random), anywhere(random), anywhere(random), anywhere(random));
+  const Quatd turn{anywhere(random), anywhere(random), anywhere(random), anywhere(random)};
   return turn.normalized().toRotationMatrix();
 }
 

@@ -95,7 +95,7 @@ TEST(MendMesh, WeldsASoupOfTrianglesIntoTheirBall) {
     Face own{};
     for (std::size_t corner = 0; corner < 3; ++corner) {
       own[corner] = static_cast<std::uint32_t>(soup.positions_m.size());
-      const Vector3d off(jitter_m(random), jitter_m(random), jitter_m(random));
+      const Vector3d off{jitter_m(random), jitter_m(random), jitter_m(random)};
       soup.positions_m.emplace_back(good.positions_m[face[corner]] + off);
     }
     soup.faces.push_back(own);

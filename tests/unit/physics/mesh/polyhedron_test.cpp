@@ -52,8 +52,8 @@ TEST(PolyhedronInertia, GoesAlongWithTheMesh) {
   const auto before = filled(*wedge);
   EXPECT_TRUE(before->centre_m.isApprox(Vec3d(1.5, 0.8, 0.4) / 4.0, 1e-12)) << "the mean of a tetrahedron's corners";
   for (int i = 0; i < 50; ++i) {
-    const Quatd turn = Quatd(within(random), within(random), within(random), within(random)).normalized();
-    const Vec3d shift = 3.0 * Vec3d(within(random), within(random), within(random));
+    const Quatd turn = Quatd{within(random), within(random), within(random), within(random)}.normalized();
+    const Vec3d shift = 3.0 * Vec3d{within(random), within(random), within(random)};
     const auto after = filled(*turned_and_shifted(*wedge, turn, shift));
     const Eigen::Matrix3d rotation = turn.toRotationMatrix();
     EXPECT_TRUE(after->centre_m.isApprox(turn * before->centre_m + shift, 1e-12)) << i;
@@ -84,7 +84,7 @@ TEST(Polyhedron, NearestPointIsThatOfItsTriangles) {
        {tetrahedron(1.5), octahedron(1.2), built(make_box(brick_half_m, 2)), built(make_icosphere(1, 0.8))}) {
     const auto solid = filled(*mesh);
     for (int i = 0; i < 2'000; ++i) {
-      const Vec3d point = (i % 2 == 0 ? 1.0 : 0.3) * Vec3d(within(random), within(random), within(random));
+      const Vec3d point = (i % 2 == 0 ? 1.0 : 0.3) * Vec3d{within(random), within(random), within(random)};
       const PolyhedronPoint nearest = nearest_point(*solid, point);
       const MeshPoint wanted = nearest_surface_point(mesh->positions_m, mesh->faces, point);
       ASSERT_NEAR(std::abs(nearest.distance_m), wanted.distance_m, 1e-12);
@@ -105,8 +105,8 @@ TEST(Polyhedron, AWayEntersWhereItFirstComesThatNear) {
     const auto solid = filled(*mesh);
     for (int i = 0; i < 1'000; ++i) {
       const double near_m = i % 3 == 0 ? 0.0 : 0.1;
-      const Vec3d start(within(random), within(random), within(random));
-      const Vec3d way = Vec3d(within(random), within(random), within(random)) - start;
+      const Vec3d start{within(random), within(random), within(random)};
+      const Vec3d way = Vec3d{within(random), within(random), within(random)} - start;
       if (nearest_point(*solid, start).distance_m < near_m) continue;
       const auto share = enter_polyhedron(*solid, start, way, near_m);
       const auto distance_m = [&](double at) { return nearest_point(*solid, start + at * way).distance_m; };
@@ -127,8 +127,8 @@ TEST(PolyhedronPicking, RaysMeetTheSurface) {
   for (const MeshPtr& mesh : {tetrahedron(1.5), octahedron(1.2), built(make_box(brick_half_m, 1))}) {
     const auto solid = filled(*mesh);
     for (int i = 0; i < 1'000; ++i) {
-      const Vec3d origin = (i % 4 == 0 ? 0.1 : 1.0) * Vec3d(within(random), within(random), within(random));
-      const Vec3d direction(within(random), within(random), within(random));
+      const Vec3d origin = (i % 4 == 0 ? 0.1 : 1.0) * Vec3d{within(random), within(random), within(random)};
+      const Vec3d direction{within(random), within(random), within(random)};
       const auto hit_m = hit_polyhedron_m({origin, direction}, *solid);
       const auto wanted = first_hit(mesh->positions_m, mesh->faces, {origin, direction});
       ASSERT_EQ(hit_m.has_value(), wanted.has_value());

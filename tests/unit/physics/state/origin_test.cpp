@@ -59,7 +59,7 @@ TEST(Origin, MovesWithoutMovingAVertex) {
   std::size_t moved = 0;
   for (int run_far = 0; run_far < 200; ++run_far) {
     SoftState<float> body = make_soft_state<float>(far_ball(Vec3d::Zero()));
-    const Vec3d way(anywhere_m(random), anywhere_m(random), anywhere_m(random));
+    const Vec3d way{anywhere_m(random), anywhere_m(random), anywhere_m(random)};
     for (Vec3<float>& x : body.x) x += way.cast<float>();
     std::vector<Vec3d> before;
     for (std::size_t i = 0; i < body.x.size(); ++i) before.push_back(body.position_m(i));
