@@ -12,12 +12,12 @@
 #include "physics/contact/contact_world.h"
 #include "physics/contact/coupled_step.h"
 #include "physics/contact/joint_contacts.h"
+#include "physics/contact/rigid_solver.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_contacts.h"
-#include "physics/rigid/rigid_solver.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
@@ -35,7 +35,9 @@ class Contacts {
   void resolve(const ContactWorld<Real>& world);
 
   /// What the rows of all substeps so far came to.
-  [[nodiscard]] RowCounts row_counts() const { return surfaces_.counts() + coupled_.counts() + joints_.counts(); }
+  [[nodiscard]] RowCounts row_counts() const {
+    return surfaces_.counts() + coupled_.counts() + joints_.counts() + rigid_solver_.counts();
+  }
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
 

@@ -33,13 +33,10 @@ struct RigidContact {
   // While it is solved:
   Vec3d arm_a = Vec3d::Zero();
   Vec3d arm_b = Vec3d::Zero();
-  double mass_normal_kg = 0.0;
-  double mass_tangent_kg = 0.0;
+  bool gives_way = false;   // along the normal
   double target_m_s = 0.0;  // the least normal velocity that may remain
   bool bounces = false;
   double normal_impulse_n_s = 0.0;
-  Vec3d tangent_impulse_n_s = Vec3d::Zero();
-  double push_kg_m = 0.0;
 };
 
 /// Appends the contacts of body a with body b (or with a collider) that the substep may bring about: those nearer than

@@ -1,32 +1,31 @@
-// Rigid contacts answered by sequential impulses.
+// Rigid bodies among themselves and with colliders: their contacts are rows too.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "physics/contact/groups.h"
+#include "physics/contact/response.h"
+#include "physics/contact/row.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
 
-/// Contacts among rigid bodies that are awake and between them and colliders: sequential impulses (Catto, "Iterative
-/// Dynamics with Temporal Coherence", 2005), with overlaps undone apart from the velocities, so that undoing adds no
-/// energy. Points are taken to move straight within a substep; bodies that turn too far for that, while they may touch
-/// something, go through the substep in pieces, each with its own look for contacts.
+/// Contacts among rigid bodies that are awake and between them and colliders. Overlaps are undone apart from the
+/// velocities, so that undoing adds no energy. Points are taken to move straight within a substep; bodies that turn too
+/// far for that, while they may touch something, go through the substep in pieces, each with its own look for contacts.
 class RigidSolver {
  public:
   /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then). Moves
   /// what goes in pieces, and marks it as moved.
   void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
              std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
+  [[nodiscard]] const RowCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
-  struct Push {
-    Vec3d linear_m = Vec3d::Zero();
-    Vec3d angular_rad = Vec3d::Zero();
-  };
   struct Motion {
     Vec3d velocity = Vec3d::Zero();
     Vec3d angular_velocity = Vec3d::Zero();
@@ -35,6 +34,7 @@ class RigidSolver {
   void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s);
   void find_groups(std::size_t bodies);
+  void load_rows(std::span<const RigidState> rigid);
   void solve_velocities(std::span<RigidState> rigid, double dt_s);
   void take_groups_for_pieces(std::span<RigidState> rigid, double dt_s);
   void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
@@ -48,15 +48,18 @@ class RigidSolver {
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<RigidPair> pairs_;
   std::vector<RigidContact> contacts_;
-  std::vector<Push> pushes_;           // one a body
   std::vector<std::uint32_t> groups_;  // one a body: the first of those that it is in contact with, itself included
-  std::vector<double> changes_;        // of a group in this round, at its first body: moves over the contact's size
-  std::vector<std::uint8_t> settled_;  // likewise
+  std::vector<ContactRow> rows_;       // of contacts_, by their places
+  std::vector<RowGroup> row_groups_;
+  std::vector<std::uint8_t> yields_;
+  std::vector<Response> responses_;    // one a rigid body, and of all colliders
+  std::vector<Vec3d> shifts_m_;        // one a body
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
   std::vector<Motion> before_;         // one a body: as contact found it
   std::vector<std::uint32_t> groups_in_pieces_;
   std::vector<std::uint32_t> members_;    // of the group that goes in pieces
   std::vector<ColliderState> colliders_;  // as they are when the piece begins
+  RowCounts counts_;
 };
 
 }  // namespace pneuma::physics

@@ -1,10 +1,11 @@
-#include "physics/rigid/rigid_solver.h"
+#include "physics/contact/rigid_solver.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
+#include "physics/contact/solver.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
@@ -13,10 +14,14 @@
 namespace pneuma::physics {
 namespace {
 
-// A box on a floor settles in about 10 rounds, a stack of five in 40; most substeps end early.
-constexpr int velocity_rounds_max = 50;
-constexpr int push_rounds_max = 10;
-// Of a contact's size: a round whose impulses move less than this in the substep is the last.
+// A box on a floor settles in about 10 sweeps, a stack of five in 40; most substeps end early.
+constexpr std::uint32_t velocity_sweeps_max = 50;
+// Sweeps hand a weight down by a share of it: a box on one of a tenth of its mass sank through it. Groups of so unequal
+// masses are solved together, up to so many rows; of more, or in heaps of equal boxes, that took 16 ms for 12 boxes.
+constexpr double unequal_masses_ratio = 4.0;
+constexpr std::size_t unequal_rows_max = 64;
+constexpr std::uint32_t push_sweeps_max = 10;
+// Of a contact's size: a sweep whose impulses move less than this in the substep is the last.
 constexpr double settled_change = 2e-13;
 // Of a contact's size: an overlap this small is left, and of a larger one a fifth is undone in a substep: bodies at
 // rest keep their contacts.
@@ -60,43 +65,10 @@ double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c
   return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
 }
 
-// 0 where locked axes hold both.
-double mass_of(std::span<const RigidState> rigid, const RigidContact& c, double inverse_mass_1_kg) {
+// Not where locked axes hold both.
+bool gives_way(std::span<const RigidState> rigid, const RigidContact& c, double inverse_mass_1_kg) {
   const double free_1_kg = rigid[c.a].inverse_mass_1_kg + (c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg);
-  return inverse_mass_1_kg > free_share_min * free_1_kg ? 1.0 / inverse_mass_1_kg : 0.0;
-}
-
-void apply(RigidState& body, const Vec3d& arm, const Vec3d& impulse_n_s) {
-  body.velocity += inverse_masses_1_kg(body).cwiseProduct(impulse_n_s);
-  body.angular_velocity += inverse_inertia_times(body, arm.cross(impulse_n_s));
-}
-
-void apply(std::span<RigidState> rigid, const RigidContact& c, const Vec3d& impulse_n_s) {
-  apply(rigid[c.a], c.arm_a, impulse_n_s);
-  if (c.b != no_body) apply(rigid[c.b], c.arm_b, -impulse_n_s);
-}
-
-/// One round of one contact; returns the change of velocity that it made.
-double solve_contact(std::span<RigidState> rigid, RigidContact& c) {
-  if (c.mass_normal_kg == 0.0) return 0.0;
-  const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
-  const double before_n_s = c.normal_impulse_n_s;
-  c.normal_impulse_n_s = std::max(0.0, before_n_s + (c.target_m_s - normal_m_s) * c.mass_normal_kg);
-  const double change_n_s = c.normal_impulse_n_s - before_n_s;
-  apply(rigid, c, change_n_s * c.normal);
-  const double normal_change_m_s = std::abs(change_n_s) / c.mass_normal_kg;
-  if (c.mass_tangent_kg == 0.0) return normal_change_m_s;
-
-  const Vec3d relative = relative_velocity(rigid, c);
-  const Vec3d sliding = relative - relative.dot(c.normal) * c.normal;
-  Vec3d tangent_n_s = c.tangent_impulse_n_s - c.mass_tangent_kg * sliding;
-  const double limit_n_s = c.surface.friction * c.normal_impulse_n_s;
-  const double size_n_s = tangent_n_s.norm();
-  if (size_n_s > limit_n_s) tangent_n_s *= limit_n_s / size_n_s;
-  const Vec3d tangent_change_n_s = tangent_n_s - c.tangent_impulse_n_s;
-  c.tangent_impulse_n_s = tangent_n_s;
-  apply(rigid, c, tangent_change_n_s);
-  return std::max(normal_change_m_s, tangent_change_n_s.norm() / c.mass_tangent_kg);
+  return inverse_mass_1_kg > free_share_min * free_1_kg;
 }
 
 bool has_bounced(const RigidContact& c) {
@@ -124,9 +96,9 @@ std::size_t RigidSolver::bytes() const {
   const std::size_t indices =
       order_.capacity() + groups_.capacity() + groups_in_pieces_.capacity() + members_.capacity();
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
-         contacts_.capacity() * sizeof(RigidContact) + pushes_.capacity() * sizeof(Push) +
-         changes_.capacity() * sizeof(double) + settled_.capacity() + pressed_.capacity() +
-         before_.capacity() * sizeof(Motion) + colliders_.capacity() * sizeof(ColliderState);
+         contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) +
+         row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + responses_.capacity() * sizeof(Response) +
+         pressed_.capacity() + before_.capacity() * sizeof(Motion) + colliders_.capacity() * sizeof(ColliderState);
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
@@ -207,14 +179,9 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
   for (RigidContact& c : contacts_) {
     c.bounces = false;
     c.normal_impulse_n_s = 0.0;
-    c.tangent_impulse_n_s.setZero();
     c.arm_a = c.point - rigid[c.a].position;
     if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
-    const Vec3d tangent = c.normal.unitOrthogonal();
-    c.mass_normal_kg = mass_of(rigid, c, inverse_mass_along(rigid, c, c.normal));
-    c.mass_tangent_kg =
-        mass_of(rigid, c,
-                std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent))));
+    c.gives_way = gives_way(rigid, c, inverse_mass_along(rigid, c, c.normal));
     const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
     c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
     if (normal_m_s >= c.target_m_s) continue;  // would not meet
@@ -246,21 +213,72 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
   }
 }
 
+// One a contact whose bodies can give way, with nothing to reach yet; its key is the contact's place.
+void RigidSolver::load_rows(std::span<const RigidState> rigid) {
+  const auto fixed = static_cast<std::uint32_t>(rigid.size());
+  rows_.clear();
+  responses_.assign(rigid.size() + 1, FixedResponse{});
+  yields_.assign(rigid.size() + 1, 0);
+  for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
+    const RigidContact& c = contacts_[i];
+    if (!c.gives_way) continue;
+    for (const std::uint32_t body : {c.a, c.b}) {
+      if (body == no_body || yields_[body] != 0) continue;
+      responses_[body] = RigidResponse(inverse_masses_1_kg(rigid[body]), inverse_inertia_1_kg_m2(rigid[body]));
+      yields_[body] = 1;
+    }
+    ContactRow& row = rows_.emplace_back();
+    row.key.features = i;
+    row.first.body = c.a;
+    row.first.arm = c.arm_a;
+    row.second.body = c.b == no_body ? fixed : c.b;
+    row.second.arm = c.arm_b;
+    row.normal = c.normal;
+  }
+  group_rows(rows_, yields_, row_groups_);
+}
+
+// A group ends its sweeps by itself, so that it has the same bits whoever else there is.
 void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
-  settled_.assign(rigid.size(), 0);
-  bool going_on = true;
-  for (int round = 0; round < velocity_rounds_max && going_on; ++round) {
-    changes_.assign(rigid.size(), 0.0);
-    for (RigidContact& c : contacts_) {
-      const std::uint32_t group = groups_[c.a];
-      if (settled_[group] == 0) changes_[group] = std::max(changes_[group], dt_s / c.size_m * solve_contact(rigid, c));
+  load_rows(rigid);
+  for (ContactRow& row : rows_) {
+    const RigidContact& c = contacts_[row.key.features];
+    const Vec3d tangent = c.normal.unitOrthogonal();
+    const double across_1_kg =
+        std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent)));
+    row.friction = gives_way(rigid, c, across_1_kg) ? c.surface.friction : 0.0;
+    row.free_m_s = relative_velocity(rigid, c);
+    row.least_m_s = c.target_m_s;
+  }
+  for (const RowGroup& group : row_groups_) {
+    const auto rows = std::span(rows_).subspan(group.begin, group.end - group.begin);
+    double size_m = std::numeric_limits<double>::infinity();
+    double lightest_1_kg = 0.0;
+    double heaviest_1_kg = std::numeric_limits<double>::infinity();
+    for (const ContactRow& row : rows) {
+      const RigidContact& c = contacts_[row.key.features];
+      size_m = std::min(size_m, c.size_m);
+      for (const std::uint32_t body : {c.a, c.b}) {
+        if (body == no_body) continue;
+        lightest_1_kg = std::max(lightest_1_kg, rigid[body].inverse_mass_1_kg);
+        heaviest_1_kg = std::min(heaviest_1_kg, rigid[body].inverse_mass_1_kg);
+      }
     }
-    going_on = false;
-    for (const RigidContact& c : contacts_) {
-      const bool settled = changes_[groups_[c.a]] < settled_change;
-      settled_[groups_[c.a]] = settled ? 1 : 0;
-      going_on |= !settled;
-    }
+    const bool are_unequal = lightest_1_kg > unequal_masses_ratio * heaviest_1_kg;
+    const SolveLimits limits{.sweeps_max = velocity_sweeps_max,
+                             .enough_m_s = settled_change * size_m / dt_s,
+                             .direct_rows_max = are_unequal ? unequal_rows_max : 0};
+    counts_.unconverged += solve_rows(rows, responses_, limits).converged ? 0 : 1;
+  }
+  counts_.rows += rows_.size();
+  for (const ContactRow& row : rows_) {
+    contacts_[row.key.features].normal_impulse_n_s = row.impulse_n_s.dot(row.normal);
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (yields_[i] == 0) continue;
+    const auto& response = std::get<RigidResponse>(responses_[i]);
+    rigid[i].velocity += response.velocity_change_m_s();
+    rigid[i].angular_velocity += response.turning_change_rad_s();
   }
 }
 
@@ -365,51 +383,39 @@ void RigidSolver::note_pressed() {
 
 // What bounced ends the substep where it touched: the height it gets back is then that of its speed, whatever the step.
 void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
-  pushes_.assign(rigid.size(), Push{});
+  shifts_m_.assign(rigid.size(), Vec3d::Zero());
   for (const RigidContact& c : contacts_) {
     if (!has_bounced(c)) continue;
-    const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : pushes_[c.b].linear_m;
-    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(pushes_[c.a].linear_m - shift_b);
+    const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : shifts_m_[c.b];
+    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(shifts_m_[c.a] - shift_b);
     if (past_m <= 0.0) continue;
     const double inverse_a = inverse_mass_along_1_kg(rigid[c.a], c.normal);
     const double inverse_b = c.b == no_body ? 0.0 : inverse_mass_along_1_kg(rigid[c.b], c.normal);
-    if (mass_of(rigid, c, inverse_a + inverse_b) == 0.0) continue;
+    if (!gives_way(rigid, c, inverse_a + inverse_b)) continue;
     const auto share_of = [&](const RigidState& body) -> Vec3d {
       return (past_m * inverse_masses_1_kg(body) / (inverse_a + inverse_b)).cwiseProduct(c.normal);
     };
-    pushes_[c.a].linear_m -= share_of(rigid[c.a]);
-    if (c.b != no_body) pushes_[c.b].linear_m += share_of(rigid[c.b]);
+    shifts_m_[c.a] -= share_of(rigid[c.a]);
+    if (c.b != no_body) shifts_m_[c.b] += share_of(rigid[c.b]);
   }
-  for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += pushes_[i].linear_m;
+  for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += shifts_m_[i];
 }
 
+// The same rows, of moves in place of velocities.
 void RigidSolver::undo_overlaps(std::span<RigidState> rigid) {
-  pushes_.assign(rigid.size(), Push{});
-  const auto moved = [&](std::uint32_t i, const Vec3d& arm) -> Vec3d {
-    return velocity_at(pushes_[i].linear_m, pushes_[i].angular_rad, arm);
+  const auto wanted_m = [](const RigidContact& c) {
+    return overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
   };
-  const auto push = [&](std::uint32_t i, const Vec3d& arm, const Vec3d& kg_m) {
-    pushes_[i].linear_m += inverse_masses_1_kg(rigid[i]).cwiseProduct(kg_m);
-    pushes_[i].angular_rad += inverse_inertia_times(rigid[i], arm.cross(kg_m));
-  };
-  bool pushed = false;
-  for (int round = 0; round < push_rounds_max; ++round) {
-    for (RigidContact& c : contacts_) {
-      const double wanted_m = overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
-      if (wanted_m <= 0.0) continue;
-      const Vec3d relative = c.b == no_body ? moved(c.a, c.arm_a) : Vec3d(moved(c.a, c.arm_a) - moved(c.b, c.arm_b));
-      const double before_kg_m = c.push_kg_m;
-      c.push_kg_m = std::max(0.0, before_kg_m + (wanted_m - relative.dot(c.normal)) * c.mass_normal_kg);
-      const Vec3d change = (c.push_kg_m - before_kg_m) * c.normal;
-      push(c.a, c.arm_a, change);
-      if (c.b != no_body) push(c.b, c.arm_b, -change);
-      pushed = true;
-    }
-    if (!pushed) return;
-  }
+  if (std::ranges::none_of(contacts_, [&](const RigidContact& c) { return wanted_m(c) > 0.0; })) return;
+  load_rows(rigid);
+  std::erase_if(rows_, [&](const ContactRow& row) { return wanted_m(contacts_[row.key.features]) <= 0.0; });
+  for (ContactRow& row : rows_) row.least_m_s = wanted_m(contacts_[row.key.features]);
+  (void)solve_rows(rows_, responses_, {.sweeps_max = push_sweeps_max});
   for (std::size_t i = 0; i < rigid.size(); ++i) {
-    rigid[i].position += pushes_[i].linear_m;
-    rigid[i].orientation = turned(rigid[i].orientation, pushes_[i].angular_rad, 1.0);
+    if (yields_[i] == 0) continue;
+    const auto& response = std::get<RigidResponse>(responses_[i]);
+    rigid[i].position += response.velocity_change_m_s();
+    rigid[i].orientation = turned(rigid[i].orientation, response.turning_change_rad_s(), 1.0);
   }
 }
 
