@@ -156,7 +156,12 @@ void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
   const StageTimer timer(world.substep.profile, Stage::soft_contact);
   const SubstepPhysics physics = world.physics();
   refit_stale(world);
-  coupled_.run({world, bounds_, soft_touched_, rigid_touched_}, surfaces_);
+  rigid_rows_.clear();
+  const auto first = static_cast<std::uint32_t>(world.soft.size());
+  const auto fixed = static_cast<std::uint32_t>(first + world.rigid.size() + world.colliders.size());
+  rigid_solver_.append_rows(world.rigid, world.colliders, world.substep.surroundings.gravity, world.substep.dt_s, first,
+                            fixed, rigid_rows_);
+  coupled_.run({world, bounds_, soft_touched_, rigid_touched_, rigid_rows_}, surfaces_);
   for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
     if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
   }
@@ -310,7 +315,8 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes());
   add(Stage::joints, joints_.bytes());
   add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
-  add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes());
+  add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes() +
+                        rigid_rows_.capacity() * sizeof(ContactRow));
 }
 
 template class Contacts<float>;

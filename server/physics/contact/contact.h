@@ -84,9 +84,10 @@ class Contacts {
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b
   std::vector<VertexHit> hits_;                   // of the pair under way
   std::vector<SolidMove> collider_moves_;
-  std::vector<std::uint8_t> rigid_touched_;  // by a soft body in this substep
+  std::vector<std::uint8_t> rigid_touched_;  // in this substep, before rigid bodies met each other
   std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;
+  std::vector<ContactRow> rigid_rows_;  // that an implicit step solves with its own
   std::size_t vertices_ = 0;
   std::span<ContactNotes> notes_;  // of the substep under way
 };

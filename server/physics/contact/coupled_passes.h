@@ -20,6 +20,7 @@ struct CoupledWorld : ContactWorld<Real> {
   std::span<const BodyBounds> bounds;
   std::span<std::uint8_t> soft_touched;  // set of those that got an impulse
   std::span<std::uint8_t> rigid_touched;
+  std::span<const ContactRow> rigid_rows;  // among rigid bodies and colliders (rigid_solver.h)
 };
 
 /// A soft body's step under way.

@@ -111,6 +111,33 @@ void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshColli
   }
 }
 
+// Of the rigid bodies that a row joins to a soft one, directly or through others.
+template <class Real>
+void add_rigid_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
+  const std::size_t first = passes.bodies.size();
+  const auto is_rigid = [&](const Support& side) {
+    return side.body >= first && side.body < first + world.rigid.size();
+  };
+  std::vector<std::uint8_t> is_joined(world.rigid.size(), 0);
+  for (const ContactRow& row : passes.rows) {
+    for (const Support* side : {&row.first, &row.second}) {
+      if (is_rigid(*side)) is_joined[side->body - first] = 1;
+    }
+  }
+  const auto joins = [&](const Support& side) { return is_rigid(side) && is_joined[side.body - first] != 0; };
+  for (bool any = true; any;) {
+    any = false;
+    for (const ContactRow& row : world.rigid_rows) {
+      if (!is_rigid(row.second) || joins(row.first) == joins(row.second)) continue;
+      is_joined[row.first.body - first] = is_joined[row.second.body - first] = 1;
+      any = true;
+    }
+  }
+  for (const ContactRow& row : world.rigid_rows) {
+    if (joins(row.first)) passes.rows.push_back(row);
+  }
+}
+
 }  // namespace
 
 template <class Real>
@@ -135,6 +162,7 @@ void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& s
     }
   }
   find_joint_rows(world, passes);
+  add_rigid_rows(world, passes);
 }
 
 template void find_coupled_rows(const CoupledWorld<float>&, SurfaceContacts<float>&, CoupledPasses&);

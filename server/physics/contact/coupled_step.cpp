@@ -430,6 +430,12 @@ void CoupledStep<Real>::note(const CoupledWorld<Real>& world) const {
   const std::size_t soft_count = passes_.bodies.size();
   for (const ContactRow& row : passes_.rows) {
     if (joint_of(row) || !(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
+    if (row.first.body >= soft_count) {  // two rigid bodies, or one and a collider
+      for (const Support* side : {&row.first, &row.second}) {
+        if (side->body < soft_count + world.rigid.size()) world.rigid_touched[side->body - soft_count] = 1;
+      }
+      continue;
+    }
     world.soft_touched[row.first.body] = 1;
     const std::size_t second = row.second.body;
     const bool is_rigid = second >= soft_count && second < soft_count + world.rigid.size();

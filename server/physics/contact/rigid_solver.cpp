@@ -42,6 +42,12 @@ constexpr double shortened = 0.9;
 // Of the time to a bounce: a piece ends before it, so that the next one begins with it.
 constexpr double nearly = 0.999;
 
+// Of the inverse mass: the corners of a box say the same several times over, and friction at them does too. Four times
+// as many factorisations were spent on choosing among equal answers.
+constexpr double softness_share = 1e-7;
+// Of a contact's size: where an approach goes no further than this in a substep, another solver has answered it.
+constexpr double met_share = 1e-5;
+
 // Of a free body's inverse mass: along what gives way less than this, locked axes hold the body.
 constexpr double free_share_min = 1e-6;
 
@@ -63,6 +69,12 @@ Vec3d relative_velocity(std::span<const RigidState> rigid, const RigidContact& c
 
 double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) {
   return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
+}
+
+// Beside those of soft bodies: their kinds are other ones (surface_rows.cpp, solid_rows.cpp).
+std::uint64_t rigid_row_key(std::uint32_t first, std::uint32_t second) {
+  constexpr std::uint64_t rigid_kind = 7;
+  return (static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) | rigid_kind;
 }
 
 // Not where locked axes hold both.
@@ -103,14 +115,13 @@ std::size_t RigidSolver::bytes() const {
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                         std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
-  const double resting_m_s = resting_substeps * gravity_m_s2.norm() * dt_s;
-  pressed_.assign(rigid.size(), 0);
-  before_.clear();
-  for (const RigidState& body : rigid) before_.push_back({body.velocity, body.angular_velocity});
-
-  find_contacts(rigid, colliders, dt_s);
-  find_groups(rigid.size());
-  prepare(rigid, gravity_m_s2, resting_m_s, dt_s);
+  begin(rigid, colliders, gravity_m_s2, dt_s);
+  for (RigidContact& c : contacts_) {
+    const bool is_touched = touched[c.a] != 0 || (c.b != no_body && touched[c.b] != 0);
+    const double off_m_s = relative_velocity(rigid, c).dot(c.normal) - c.target_m_s;
+    c.is_met = gave_rows_ && is_touched && off_m_s > -met_share * c.size_m / dt_s;
+  }
+  gave_rows_ = false;
   solve_velocities(rigid, dt_s);
   take_groups_for_pieces(rigid, dt_s);
   note_pressed();
@@ -131,6 +142,39 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
       rigid[i].position -= 0.5 * dt_s * dt_s * pull_m_s2(rigid[i], gravity_m_s2);
     }
   }
+}
+
+void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+                              const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
+                              std::vector<ContactRow>& rows) {
+  begin(rigid, colliders, gravity_m_s2, dt_s);
+  gave_rows_ = true;
+  std::vector<std::uint8_t> in_pieces(rigid.size(), 0);
+  for (const RigidContact& c : contacts_) {
+    if (bend_over(rigid, c, dt_s) > 1.0) in_pieces[groups_[c.a]] = 1;
+  }
+  load_rows(rigid);
+  for (ContactRow& row : rows_) {
+    const RigidContact& c = contacts_[row.key.features];
+    if (in_pieces[groups_[c.a]] != 0) continue;
+    aim_row(rigid, row);
+    row.softness_1_kg = softness_share * inverse_mass_along(rigid, c, c.normal);
+    row.first.body = first + c.a;
+    row.second.body = c.b == no_body ? fixed : first + c.b;
+    row.key.bodies = rigid_row_key(row.first.body, row.second.body);
+    rows.push_back(row);
+  }
+}
+
+// As bodies and colliders are now.
+void RigidSolver::begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+                        const Vec3d& gravity_m_s2, double dt_s) {
+  pressed_.assign(rigid.size(), 0);
+  before_.clear();
+  for (const RigidState& body : rigid) before_.push_back({body.velocity, body.angular_velocity});
+  find_contacts(rigid, colliders, dt_s);
+  find_groups(rigid.size());
+  prepare(rigid, gravity_m_s2, resting_substeps * gravity_m_s2.norm() * dt_s, dt_s);
 }
 
 void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
@@ -177,7 +221,7 @@ void RigidSolver::find_groups(std::size_t bodies) {
 void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s,
                           double dt_s) {
   for (RigidContact& c : contacts_) {
-    c.bounces = false;
+    c.bounces = c.is_met = false;
     c.normal_impulse_n_s = 0.0;
     c.arm_a = c.point - rigid[c.a].position;
     if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
@@ -235,21 +279,25 @@ void RigidSolver::load_rows(std::span<const RigidState> rigid) {
     row.second.arm = c.arm_b;
     row.normal = c.normal;
   }
-  group_rows(rows_, yields_, row_groups_);
+}
+
+// Sets what the row of a contact is to reach.
+void RigidSolver::aim_row(std::span<const RigidState> rigid, ContactRow& row) const {
+  const RigidContact& c = contacts_[row.key.features];
+  const Vec3d tangent = c.normal.unitOrthogonal();
+  const double across_1_kg =
+      std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent)));
+  row.friction = gives_way(rigid, c, across_1_kg) ? c.surface.friction : 0.0;
+  row.free_m_s = relative_velocity(rigid, c);
+  row.least_m_s = c.target_m_s;
 }
 
 // A group ends its sweeps by itself, so that it has the same bits whoever else there is.
 void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
   load_rows(rigid);
-  for (ContactRow& row : rows_) {
-    const RigidContact& c = contacts_[row.key.features];
-    const Vec3d tangent = c.normal.unitOrthogonal();
-    const double across_1_kg =
-        std::max(inverse_mass_along(rigid, c, tangent), inverse_mass_along(rigid, c, c.normal.cross(tangent)));
-    row.friction = gives_way(rigid, c, across_1_kg) ? c.surface.friction : 0.0;
-    row.free_m_s = relative_velocity(rigid, c);
-    row.least_m_s = c.target_m_s;
-  }
+  std::erase_if(rows_, [this](const ContactRow& row) { return contacts_[row.key.features].is_met; });
+  group_rows(rows_, yields_, row_groups_);
+  for (ContactRow& row : rows_) aim_row(rigid, row);
   for (const RowGroup& group : row_groups_) {
     const auto rows = std::span(rows_).subspan(group.begin, group.end - group.begin);
     double size_m = std::numeric_limits<double>::infinity();

@@ -18,8 +18,15 @@ namespace pneuma::physics {
 /// far for that, while they may touch something, go through the substep in pieces, each with its own look for contacts.
 class RigidSolver {
  public:
-  /// `touched`: one a rigid body, set where a soft body met it in this substep (it is not in free flight then). Moves
-  /// what goes in pieces, and marks it as moved.
+  /// Appends the rows of contacts that the substep may bring about, for a step that solves them together with those of
+  /// soft bodies: as its rigid bodies would go without contact. Bodies have the responses from `first` on, colliders
+  /// the response `fixed`. What would go in pieces has none.
+  void append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+                   const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
+                   std::vector<ContactRow>& rows);
+  /// `touched`: one a rigid body, set where something met it in this substep already (it is not in free flight then).
+  /// After append_rows, their contacts are answered again only where an approach was left. Moves what goes in pieces,
+  /// and marks it as moved.
   void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
              std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
@@ -30,11 +37,14 @@ class RigidSolver {
     Vec3d velocity = Vec3d::Zero();
     Vec3d angular_velocity = Vec3d::Zero();
   };
+  void begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
+             double dt_s);
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s);
   void find_groups(std::size_t bodies);
   void load_rows(std::span<const RigidState> rigid);
+  void aim_row(std::span<const RigidState> rigid, ContactRow& row) const;
   void solve_velocities(std::span<RigidState> rigid, double dt_s);
   void take_groups_for_pieces(std::span<RigidState> rigid, double dt_s);
   void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
@@ -55,6 +65,7 @@ class RigidSolver {
   std::vector<Response> responses_;    // one a rigid body, and of all colliders
   std::vector<Vec3d> shifts_m_;        // one a body
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
+  bool gave_rows_ = false;             // in this substep
   std::vector<Motion> before_;         // one a body: as contact found it
   std::vector<std::uint32_t> groups_in_pieces_;
   std::vector<std::uint32_t> members_;    // of the group that goes in pieces
