@@ -1,5 +1,5 @@
 // Shows that a guided load of 1,000 kg, which can only rise and sink, stands on a ball of 1 kg at one substep a tick,
-// that the ball carries its weight, and that a light plate between them changes nothing of that.
+// that the ball carries its weight, and that it stands on a light plate between them as well.
 #include <cmath>
 
 #include "numerics/worlds.h"
@@ -50,6 +50,7 @@ TEST_P(GuidedLoad, StandsOnALightBallThatCarriesItsWeight) {
   EXPECT_EQ(box.position.z(), 0.05);
   EXPECT_FALSE(world.is_frozen(0));
 }
+
 // The plate weighs as little as the ball. What lies on it is solved together with what it lies on: one after the other,
 // the plate went through the ball.
 TEST_P(GuidedLoad, StandsOnALightPlateOnALightBall) {

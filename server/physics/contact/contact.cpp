@@ -125,6 +125,7 @@ void Contacts<Real>::forget_touches(const ContactWorld<Real>& world) {
   pairs_.clear();
   soft_touched_.assign(world.soft.size(), 0);
   rigid_touched_.assign(world.rigid.size(), 0);
+  rigid_solved_.assign(world.rigid.size(), 0);
   if (world.joints.empty()) return;
   for (std::size_t r = 0; r < world.rigid.size(); ++r) {
     if (world.rigid[r].tie != 0 && world.rigid[r].is_awake()) rigid_touched_[r] = 1;
@@ -157,14 +158,20 @@ void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
   const SubstepPhysics physics = world.physics();
   refit_stale(world);
   rigid_rows_.clear();
+  if (!world.rigid.empty()) find_rigid_rows(world);
+  coupled_.run({world, bounds_, soft_touched_, rigid_touched_, rigid_rows_, rigid_solver_.groups(), rigid_solved_},
+               surfaces_);
+  for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
+    if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
+  }
+}
+
+template <class Real>
+void Contacts<Real>::find_rigid_rows(const ContactWorld<Real>& world) {
   const auto first = static_cast<std::uint32_t>(world.soft.size());
   const auto fixed = static_cast<std::uint32_t>(first + world.rigid.size() + world.colliders.size());
   rigid_solver_.append_rows(world.rigid, world.colliders, world.substep.surroundings.gravity, world.substep.dt_s, first,
                             fixed, rigid_rows_);
-  coupled_.run({world, bounds_, soft_touched_, rigid_touched_, rigid_rows_}, surfaces_);
-  for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
-    if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
-  }
 }
 
 template <class Real>
@@ -247,7 +254,7 @@ void Contacts<Real>::meet_rigid_bodies(const ContactWorld<Real>& world) {
   if (world.rigid.empty()) return;
   const StageTimer timer(world.substep.profile, Stage::rigid);
   wake_near_rigid(world);
-  rigid_solver_.solve(world.rigid, world.colliders, rigid_touched_, world.substep.surroundings.gravity,
+  rigid_solver_.solve(world.rigid, world.colliders, {rigid_touched_, rigid_solved_}, world.substep.surroundings.gravity,
                       world.substep.dt_s);
 }
 

@@ -61,6 +61,7 @@ class Contacts {
   void meet_surfaces(const ContactWorld<Real>& world);
   void meet_bounding_volumes(const ContactWorld<Real>& world);
   void meet_coupled(const ContactWorld<Real>& world);
+  void find_rigid_rows(const ContactWorld<Real>& world);
   void wake_hit_pairs(const ContactWorld<Real>& world);
   void meet_solids(const ContactWorld<Real>& world);
   void meet_rigid_bodies(const ContactWorld<Real>& world);
@@ -84,6 +85,7 @@ class Contacts {
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b
   std::vector<VertexHit> hits_;                   // of the pair under way
   std::vector<SolidMove> collider_moves_;
+  std::vector<std::uint8_t> rigid_solved_;   // together with soft bodies
   std::vector<std::uint8_t> rigid_touched_;  // in this substep, before rigid bodies met each other
   std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;

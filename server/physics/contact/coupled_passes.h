@@ -20,7 +20,9 @@ struct CoupledWorld : ContactWorld<Real> {
   std::span<const BodyBounds> bounds;
   std::span<std::uint8_t> soft_touched;  // set of those that got an impulse
   std::span<std::uint8_t> rigid_touched;
-  std::span<const ContactRow> rigid_rows;  // among rigid bodies and colliders (rigid_solver.h)
+  std::span<const ContactRow> rigid_rows;       // among rigid bodies and colliders (rigid_solver.h)
+  std::span<const std::uint32_t> rigid_groups;  // one a rigid body, if there are rows
+  std::span<std::uint8_t> rigid_solved;         // set of those whose rows were taken
 };
 
 /// A soft body's step under way.

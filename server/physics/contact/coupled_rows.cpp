@@ -1,6 +1,7 @@
 #include "physics/contact/coupled_rows.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "physics/rigid/rigid_motion.h"
@@ -12,6 +13,8 @@ namespace {
 constexpr double parted_share = 0.2;
 // A body that was put across a mesh is out of it within this time: what it then keeps is its speed on the way.
 constexpr double way_out_time_s = 0.3;
+// Of a group of rigid bodies: with more, a load's rows would be too many to be solved together (solver.h).
+constexpr std::size_t rigid_rows_max = 64;
 
 template <class Real>
 EndPlace place_of(const CoupledWorld<Real>& world, const CoupledPasses& passes, const JointState& joint,
@@ -111,30 +114,30 @@ void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshColli
   }
 }
 
-// Of the rigid bodies that a row joins to a soft one, directly or through others.
+// Adds the rows of each group of rigid bodies that a row of soft bodies or a joint touches.
 template <class Real>
 void add_rigid_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
+  if (world.rigid_rows.empty()) return;
   const std::size_t first = passes.bodies.size();
-  const auto is_rigid = [&](const Support& side) {
-    return side.body >= first && side.body < first + world.rigid.size();
+  const auto rigid_of = [&](const Support& side) -> std::optional<std::size_t> {
+    if (side.body < first || side.body >= first + world.rigid.size()) return std::nullopt;
+    return side.body - first;
   };
-  std::vector<std::uint8_t> is_joined(world.rigid.size(), 0);
+  std::vector<std::uint8_t> is_touched(world.rigid.size(), 0);  // of a group, at its first body
   for (const ContactRow& row : passes.rows) {
     for (const Support* side : {&row.first, &row.second}) {
-      if (is_rigid(*side)) is_joined[side->body - first] = 1;
+      if (const auto rigid = rigid_of(*side)) is_touched[world.rigid_groups[*rigid]] = 1;
     }
   }
-  const auto joins = [&](const Support& side) { return is_rigid(side) && is_joined[side.body - first] != 0; };
-  for (bool any = true; any;) {
-    any = false;
-    for (const ContactRow& row : world.rigid_rows) {
-      if (!is_rigid(row.second) || joins(row.first) == joins(row.second)) continue;
-      is_joined[row.first.body - first] = is_joined[row.second.body - first] = 1;
-      any = true;
-    }
-  }
+  std::vector<std::size_t> counts(world.rigid.size(), 0);
+  for (const ContactRow& row : world.rigid_rows) ++counts[world.rigid_groups[*rigid_of(row.first)]];
   for (const ContactRow& row : world.rigid_rows) {
-    if (joins(row.first)) passes.rows.push_back(row);
+    const std::uint32_t group = world.rigid_groups[*rigid_of(row.first)];
+    if (is_touched[group] == 0 || counts[group] > rigid_rows_max) continue;
+    passes.rows.push_back(row);
+    for (const Support* side : {&row.first, &row.second}) {
+      if (const auto rigid = rigid_of(*side)) world.rigid_solved[*rigid] = 1;
+    }
   }
 }
 

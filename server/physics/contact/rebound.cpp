@@ -189,7 +189,10 @@ class Rebound {
       sum.square_j += 0.5 * (mass_kg * change.squaredNorm() + turn.dot(after_[i].inertia_kg_m2 * turn));
     }
     for (std::size_t k = 0; k < world_.rigid.size(); ++k) add_energy_of_rigid(k, sum);
-    for (const ContactRow& row : passes_.rows) sum.taken_j += row.impulse_n_s.dot(surface_velocity_of(row));
+    for (const ContactRow& row : passes_.rows) {
+      const bool is_rigid = row.first.body >= soft_count();
+      sum.taken_j += row.impulse_n_s.dot(is_rigid ? mean_velocity_of_rigid(row) : surface_velocity_of(row));
+    }
     double driven_j = 0.0;  // by the surfaces that the rebound pushes off
     for (const ContactRow& row : rows_) driven_j += row.impulse_n_s.dot(surface_velocity_of(row));
     sum.linear_j -= driven_j;
@@ -225,6 +228,19 @@ class Rebound {
       return sum;
     };
     return energy_j(body.start, body.u0) - energy_j(passes_.surface(index).from, body.u);
+  }
+
+  // Of a row between rigid bodies, or one and a collider, as they give way: what its impulse does to their energy is
+  // not the soft bodies'.
+  [[nodiscard]] Vec3d mean_velocity_of_rigid(const ContactRow& row) const {
+    const auto at = [this](const Support& side) -> Vec3d {
+      const std::size_t k = side.body - soft_count();
+      if (k >= world_.rigid.size()) return Vec3d::Zero();
+      const RigidState& rigid = world_.rigid[k];
+      return velocity_at(Vec3d(0.5 * (rigid.velocity + passes_.rigid_velocities_m_s[k])),
+                         Vec3d(0.5 * (rigid.angular_velocity + passes_.rigid_turnings_rad_s[k])), side.arm);
+    };
+    return at(row.first) - at(row.second);
   }
 
   // Of a collider, where the row touches it; what gives way drives nothing.

@@ -16,10 +16,12 @@ namespace {
 
 // A box on a floor settles in about 10 sweeps, a stack of five in 40; most substeps end early.
 constexpr std::uint32_t velocity_sweeps_max = 50;
-// Sweeps hand a weight down by a share of it: a box on one of a tenth of its mass sank through it. Groups of so unequal
-// masses are solved together, up to so many rows; of more, or in heaps of equal boxes, that took 16 ms for 12 boxes.
+// Sweeps hand a weight down by a share of it. A box on one of a tenth of its mass sank through it, and five equal boxes
+// fell over at 60 substeps a second. So groups of few rows are solved together, and of unequal masses also larger ones.
+// Not all are: a heap of 12 equal boxes has 50 to 90 rows and took 16 ms a substep.
 constexpr double unequal_masses_ratio = 4.0;
 constexpr std::size_t unequal_rows_max = 64;
+constexpr std::size_t equal_rows_max = 40;
 constexpr std::uint32_t push_sweeps_max = 10;
 // Of a contact's size: a sweep whose impulses move less than this in the substep is the last.
 constexpr double settled_change = 2e-13;
@@ -71,9 +73,9 @@ double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c
   return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
 }
 
-// Beside those of soft bodies: their kinds are other ones (surface_rows.cpp, solid_rows.cpp).
+// Beside those of soft bodies: their kinds are 0 to 7 (surface_rows.cpp, solid_rows.cpp, mesh_colliders.cpp).
 std::uint64_t rigid_row_key(std::uint32_t first, std::uint32_t second) {
-  constexpr std::uint64_t rigid_kind = 7;
+  constexpr std::uint64_t rigid_kind = 8;
   return (static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) | rigid_kind;
 }
 
@@ -110,18 +112,15 @@ std::size_t RigidSolver::bytes() const {
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
          contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) +
          row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + responses_.capacity() * sizeof(Response) +
-         pressed_.capacity() + before_.capacity() * sizeof(Motion) + colliders_.capacity() * sizeof(ColliderState);
+         pressed_.capacity() + (before_.capacity() * sizeof(Motion)) + shifts_m_.capacity() * sizeof(Vec3d) +
+         colliders_.capacity() * sizeof(ColliderState);
 }
 
-void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
-                        std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s) {
+void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Met& met,
+                        const Vec3d& gravity_m_s2, double dt_s) {
+  const std::span<const std::uint8_t> touched = met.touched;
   begin(rigid, colliders, gravity_m_s2, dt_s);
-  for (RigidContact& c : contacts_) {
-    const bool is_touched = touched[c.a] != 0 || (c.b != no_body && touched[c.b] != 0);
-    const double off_m_s = relative_velocity(rigid, c).dot(c.normal) - c.target_m_s;
-    c.is_met = gave_rows_ && is_touched && off_m_s > -met_share * c.size_m / dt_s;
-  }
-  gave_rows_ = false;
+  leave_out_met(rigid, met.solved, dt_s);
   solve_velocities(rigid, dt_s);
   take_groups_for_pieces(rigid, dt_s);
   note_pressed();
@@ -144,21 +143,31 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
   }
 }
 
+// Whole groups: what supports a body is not left out of what pushes it.
+void RigidSolver::leave_out_met(std::span<const RigidState> rigid, std::span<const std::uint8_t> solved, double dt_s) {
+  std::vector<std::uint8_t> is_open(rigid.size(), 0);
+  for (const RigidContact& c : contacts_) {
+    const bool was_solved = solved[c.a] != 0 && (c.b == no_body || solved[c.b] != 0);
+    const double off_m_s = relative_velocity(rigid, c).dot(c.normal) - c.target_m_s;
+    if (!was_solved || off_m_s < -met_share * c.size_m / dt_s) is_open[groups_[c.a]] = 1;
+  }
+  for (RigidContact& c : contacts_) c.is_met = is_open[groups_[c.a]] == 0;
+}
+
 void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
                               const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
                               std::vector<ContactRow>& rows) {
   begin(rigid, colliders, gravity_m_s2, dt_s);
-  gave_rows_ = true;
-  std::vector<std::uint8_t> in_pieces(rigid.size(), 0);
+  std::vector<std::uint8_t> is_left_out(rigid.size(), 0);
   for (const RigidContact& c : contacts_) {
-    if (bend_over(rigid, c, dt_s) > 1.0) in_pieces[groups_[c.a]] = 1;
+    if (c.bounces || bend_over(rigid, c, dt_s) > 1.0) is_left_out[groups_[c.a]] = 1;
   }
   load_rows(rigid);
   for (ContactRow& row : rows_) {
     const RigidContact& c = contacts_[row.key.features];
-    if (in_pieces[groups_[c.a]] != 0) continue;
+    if (is_left_out[groups_[c.a]] != 0) continue;
     aim_row(rigid, row);
-    row.softness_1_kg = softness_share * inverse_mass_along(rigid, c, c.normal);
+    soften(rigid, row);
     row.first.body = first + c.a;
     row.second.body = c.b == no_body ? fixed : first + c.b;
     row.key.bodies = rigid_row_key(row.first.body, row.second.body);
@@ -201,7 +210,7 @@ void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, doub
   }
 }
 
-// A group ends its rounds by itself, so that it has the same bits whoever else there is.
+// Of all contacts that may come; row_groups_ are those of the rows alone.
 void RigidSolver::find_groups(std::size_t bodies) {
   groups_.resize(bodies);
   std::iota(groups_.begin(), groups_.end(), 0U);
@@ -292,6 +301,21 @@ void RigidSolver::aim_row(std::span<const RigidState> rigid, ContactRow& row) co
   row.least_m_s = c.target_m_s;
 }
 
+void RigidSolver::soften(std::span<const RigidState> rigid, ContactRow& row) const {
+  const RigidContact& c = contacts_[row.key.features];
+  row.softness_1_kg = softness_share * inverse_mass_along(rigid, c, c.normal);
+}
+
+// From no impulse, and softer.
+void RigidSolver::begin_again(std::span<const RigidState> rigid, ContactRow& row) {
+  row.impulse_n_s.setZero();
+  soften(rigid, row);
+  for (const std::uint32_t body : {row.first.body, row.second.body}) {
+    if (yields_[body] == 0) continue;
+    responses_[body] = RigidResponse(inverse_masses_1_kg(rigid[body]), inverse_inertia_1_kg_m2(rigid[body]));
+  }
+}
+
 // A group ends its sweeps by itself, so that it has the same bits whoever else there is.
 void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
   load_rows(rigid);
@@ -315,8 +339,13 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
     const bool are_unequal = lightest_1_kg > unequal_masses_ratio * heaviest_1_kg;
     const SolveLimits limits{.sweeps_max = velocity_sweeps_max,
                              .enough_m_s = settled_change * size_m / dt_s,
-                             .direct_rows_max = are_unequal ? unequal_rows_max : 0};
-    counts_.unconverged += solve_rows(rows, responses_, limits).converged ? 0 : 1;
+                             .direct_rows_max = are_unequal ? unequal_rows_max : equal_rows_max};
+    bool converged = solve_rows(rows, responses_, limits).converged;
+    if (!converged && rows.size() <= limits.direct_rows_max) {
+      for (ContactRow& row : rows) begin_again(rigid, row);
+      converged = solve_rows(rows, responses_, limits).converged;
+    }
+    counts_.unconverged += converged ? 0 : 1;
   }
   counts_.rows += rows_.size();
   for (const ContactRow& row : rows_) {

@@ -20,15 +20,22 @@ class RigidSolver {
  public:
   /// Appends the rows of contacts that the substep may bring about, for a step that solves them together with those of
   /// soft bodies: as its rigid bodies would go without contact. Bodies have the responses from `first` on, colliders
-  /// the response `fixed`. What would go in pieces has none.
+  /// the response `fixed`. Groups that go in pieces or bounce have none.
   void append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
                    const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
                    std::vector<ContactRow>& rows);
-  /// `touched`: one a rigid body, set where something met it in this substep already (it is not in free flight then).
-  /// After append_rows, their contacts are answered again only where an approach was left. Moves what goes in pieces,
+  /// Of the last look for contacts, one a body: the first of those that it is in contact with, itself included.
+  [[nodiscard]] std::span<const std::uint32_t> groups() const { return groups_; }
+
+  /// What a substep has done to each rigid body before.
+  struct Met {
+    std::span<const std::uint8_t> touched;  // it is not in free flight
+    std::span<const std::uint8_t> solved;   // its rows of append_rows were solved
+  };
+  /// A group whose rows were solved is answered again only where an approach was left in it. Moves what goes in pieces,
   /// and marks it as moved.
-  void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
-             std::span<const std::uint8_t> touched, const Vec3d& gravity_m_s2, double dt_s);
+  void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Met& met,
+             const Vec3d& gravity_m_s2, double dt_s);
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t bytes() const;
 
@@ -37,6 +44,7 @@ class RigidSolver {
     Vec3d velocity = Vec3d::Zero();
     Vec3d angular_velocity = Vec3d::Zero();
   };
+  void leave_out_met(std::span<const RigidState> rigid, std::span<const std::uint8_t> solved, double dt_s);
   void begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
              double dt_s);
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
@@ -45,6 +53,8 @@ class RigidSolver {
   void find_groups(std::size_t bodies);
   void load_rows(std::span<const RigidState> rigid);
   void aim_row(std::span<const RigidState> rigid, ContactRow& row) const;
+  void soften(std::span<const RigidState> rigid, ContactRow& row) const;
+  void begin_again(std::span<const RigidState> rigid, ContactRow& row);
   void solve_velocities(std::span<RigidState> rigid, double dt_s);
   void take_groups_for_pieces(std::span<RigidState> rigid, double dt_s);
   void move_in_pieces(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
@@ -59,13 +69,12 @@ class RigidSolver {
   std::vector<RigidPair> pairs_;
   std::vector<RigidContact> contacts_;
   std::vector<std::uint32_t> groups_;  // one a body: the first of those that it is in contact with, itself included
-  std::vector<ContactRow> rows_;       // of contacts_, by their places
+  std::vector<ContactRow> rows_;       // of contacts_; key.features is the contact's place
   std::vector<RowGroup> row_groups_;
   std::vector<std::uint8_t> yields_;
   std::vector<Response> responses_;    // one a rigid body, and of all colliders
   std::vector<Vec3d> shifts_m_;        // one a body
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
-  bool gave_rows_ = false;             // in this substep
   std::vector<Motion> before_;         // one a body: as contact found it
   std::vector<std::uint32_t> groups_in_pieces_;
   std::vector<std::uint32_t> members_;    // of the group that goes in pieces

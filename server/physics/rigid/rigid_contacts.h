@@ -34,7 +34,7 @@ struct RigidContact {
   Vec3d arm_a = Vec3d::Zero();
   Vec3d arm_b = Vec3d::Zero();
   bool gives_way = false;   // along the normal
-  bool is_met = false;      // answered by another solver
+  bool is_met = false;      // its group was answered before
   double target_m_s = 0.0;  // the least normal velocity that may remain
   bool bounces = false;
   double normal_impulse_n_s = 0.0;

@@ -243,9 +243,9 @@ struct RoundedHull {
   double radius_m = 0.0;
 
   [[nodiscard]] double reach_m(const Vec3d& way) const {
-    double reach_m = -std::numeric_limits<double>::infinity();
-    for (const Vec3d& point : points) reach_m = std::max(reach_m, point.dot(way));
-    return reach_m + radius_m;
+    double furthest_m = -std::numeric_limits<double>::infinity();
+    for (const Vec3d& point : points) furthest_m = std::max(furthest_m, point.dot(way));
+    return furthest_m + radius_m;
   }
 };
 
@@ -260,6 +260,7 @@ RoundedHull hull_of(const RigidState& body) {
     hull.points = built(make_box(box->half_extents_m, 1))->positions_m;
   }
   if (const auto* solid = std::get_if<ConvexShape>(&shape)) hull.points = solid->mesh->positions_m;
+  EXPECT_FALSE(hull.points.empty());
   for (Vec3d& point : hull.points) point = body.position + body.orientation * point;
   return hull;
 }
@@ -267,9 +268,9 @@ RoundedHull hull_of(const RigidState& body) {
 /// How far one must at least move to be clear of the other, found among the directions of a sphere's vertices.
 double overlap_m(const RoundedHull& a, const RoundedHull& b) {
   static const MeshPtr sphere = built(make_icosphere(3, 1.0));
-  double overlap_m = std::numeric_limits<double>::infinity();
-  for (const Vec3d& way : sphere->positions_m) overlap_m = std::min(overlap_m, a.reach_m(way) + b.reach_m(-way));
-  return overlap_m;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const Vec3d& way : sphere->positions_m) least_m = std::min(least_m, a.reach_m(way) + b.reach_m(-way));
+  return least_m;
 }
 
 // Momentum goes from one to the other. At 10 m/s none enters the other by more than it moves in four steps.
