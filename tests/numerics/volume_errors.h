@@ -57,7 +57,8 @@ inline std::vector<std::vector<Vec3d>> turned_m(const Mesh& mesh) {
   std::uniform_real_distribution<double> anywhere(-1.0, 1.0);
   std::vector<std::vector<Vec3d>> all(60, mesh.positions_m);
   for (std::vector<Vec3d>& x : all) {
-    const Quatd turn{anywhere(random), anywhere(random), anywhere(random), anywhere(random)};
+    Quatd turn;
+    for (const Eigen::Index i : {2, 1, 0, 3}) turn.coeffs()[i] = anywhere(random);  // z, y, x, w
     for (Vec3d& p : x) p = turn.normalized() * p;
   }
   return all;
