@@ -8,6 +8,7 @@
 #include "physics/forces/soft_setup.h"
 #include "physics/rest/sleep.h"
 #include "physics/rigid/rigid_mass.h"
+#include "physics/rigid/rigid_motion.h"
 #include "physics/state/origin.h"
 
 namespace pneuma::physics {

@@ -6,6 +6,7 @@
 #include "physics/forces/measures.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/implicit/tr_bdf2.h"
+#include "physics/state/whole_motion.h"
 
 namespace pneuma::physics {
 namespace {
@@ -38,13 +39,34 @@ double energy_j(const SoftState<Real>& body, bool moved, const Surroundings& sur
   return kinetic_j(body) + potential_j<Real>(body, {.x = places}, surroundings);
 }
 
-}  // namespace
+// With its particles where they are, or where the substep takes them.
+template <class Real>
+WholeMotion whole_of(const SoftState<Real>& body, bool moved) {
+  return whole_motion(
+      body.x.size(), [&](std::size_t i) { return body.mass_kg(i); },
+      [&](std::size_t i) {
+        const Vec3d place = body.x[i].template cast<double>();
+        return moved ? Vec3d(place + body.dr[i].template cast<double>()) : place;
+      },
+      [&](std::size_t i) { return Vec3d(body.v[i].template cast<double>()); });
+}
+
+// Turns a body that nothing holds as a whole, by its velocities alone. Each method's equations lose some of its angular
+// momentum: of a ball that turns at 2 rad/s, implicit Euler lost 5 % a second at 60 Hz.
+template <class Real>
+void keep_spin(SoftState<Real>& body, const Vec3d& spin_kg_m2_s) {
+  const WholeMotion after = whole_of(body, true);
+  const Vec3d turn_rad_s = after.inverse_inertia_1_kg_m2 * (spin_kg_m2_s - after.spin_kg_m2_s);
+  for (std::size_t i = 0; i < body.v.size(); ++i) {
+    const Vec3d place = body.x[i].template cast<double>() + body.dr[i].template cast<double>();
+    body.v[i] += turn_rad_s.cross(place - after.centre).template cast<Real>();
+  }
+}
 
 template <class Real>
-void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const SolveSettings& settings,
-                const SubstepContext& context, SolverScratch<Real>& scratch) {
+void solve_by_method(SoftState<Real>& body, ImplicitTables<Real>& tables, const SolveSettings& settings,
+                     const SubstepContext& context, SolverScratch<Real>& scratch) {
   const Surroundings& surroundings = context.surroundings;
-  body.dr.resize(body.x.size());
   if (context.integrator == Integrator::xpbd) return xpbd(body, context, scratch.xpbd);
   if (!scratch.implicit) scratch.implicit.emplace();
   const bool driven = is_driven(body, surroundings);
@@ -65,6 +87,18 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Solve
     body.v = scratch.start_m_s;
     body.solve_failed = !euler_again(body, tables, settings.accuracy, context, *scratch.implicit);
   }
+}
+
+}  // namespace
+
+template <class Real>
+void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const SolveSettings& settings,
+                const SubstepContext& context, SolverScratch<Real>& scratch) {
+  body.dr.resize(body.x.size());
+  const bool is_free = !is_driven(body, context.surroundings);
+  const Vec3d spin_kg_m2_s = is_free ? whole_of(body, false).spin_kg_m2_s : Vec3d(Vec3d::Zero());
+  solve_by_method(body, tables, settings, context, scratch);
+  if (is_free && !body.solve_failed) keep_spin(body, spin_kg_m2_s);
 }
 
 template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const SolveSettings&, const SubstepContext&,

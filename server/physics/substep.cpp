@@ -74,6 +74,7 @@ SubstepContext Simulation::context_on(Workers& workers) {
           .surroundings = {scene.gravity, scene.atmosphere},
           .dt_s = period_s() / choice.substeps,
           .is_first_of_tick = substep_index == 0,
+          .substeps_left = choice.substeps - substep_index,
           .workers = &workers,
           .profile = profiling ? &profile : nullptr};
 }

@@ -1,5 +1,6 @@
 // Shows that a guided load of 1,000 kg, which can only rise and sink, stands on a ball of 1 kg at one substep a tick,
-// that the ball carries its weight, and that it stands on a light plate between them as well.
+// that the ball carries its weight, and that it stands on a light plate between them as well. And that a plate which
+// the ball reaches round bounces on it.
 #include <cmath>
 
 #include "numerics/worlds.h"
@@ -34,16 +35,22 @@ Scene load_on_ball(double stiffness_n_m) {
   return scene;
 }
 
-// It stands. In the mean of the last 20 s the ball carries the weight to 0.1 %: the load's momentum does not change by
-// more. (So it does over a minute, which takes a quarter of one to run.)
+// It stands for a minute, in the mean of which the ball carries the weight to 0.1 %: the load's momentum does not
+// change by more. It trembles meanwhile, by 0.12 m/s on the stiff ball; over 20 s, that alone may be 0.16 % of the
+// weight.
 TEST_P(GuidedLoad, StandsOnALightBallThatCarriesItsWeight) {
   World world = make_world(load_on_ball(GetParam()));
   run_ticks(world, 60 * 10);
   const RigidState& box = world.rigid_bodies()[0];
   const double from_m_s = box.velocity.y();
   const double from_m = box.position.y();
-  run_ticks(world, 60 * 20);
-  EXPECT_LT(std::abs(box.velocity.y() - from_m_s) / (9.81 * 20.0), 1e-3);
+  double squares_m2_s2 = 0.0;
+  for (int tick = 0; tick < 60 * 60; ++tick) {
+    run_ticks(world, 1);
+    squares_m2_s2 += box.velocity.squaredNorm() / (60.0 * 60.0);
+  }
+  EXPECT_LT(std::abs(box.velocity.y() - from_m_s) / (9.81 * 60.0), 1e-3);
+  EXPECT_LT(std::sqrt(squares_m2_s2), 0.2);
   EXPECT_NEAR(box.position.y(), from_m, 0.05);
   EXPECT_GT(box.position.y() - 0.5, 0.5);
   EXPECT_EQ(box.position.x(), 0.1);
@@ -74,6 +81,43 @@ TEST_P(GuidedLoad, StandsOnALightPlateOnALightBall) {
   }
   EXPECT_FALSE(world.is_frozen(0));
 }
+
+class GuidedPlate : public testing::TestWithParam<Integrator> {};
+
+// A plate that the ball reaches round sinks in, and is thrown back. What meets its rim and its corners gives no energy.
+TEST_P(GuidedPlate, BouncesOnABallThatReachesRoundIt) {
+  for (const double half_m : {0.2, 0.3, 0.5}) {
+    Scene scene = load_on_ball(1e4);
+    scene.stepping.integrator = GetParam();
+    scene.stepping.substeps = is_explicit(GetParam()) ? 0 : 4;
+    scene.soft_bodies[0].springs.damping_n_s_m = 1.0;
+    scene.soft_bodies[0].gas->moles = 2000.0 / (8.314462618 * 293.15);
+    RigidBody& plate = scene.rigid_bodies[0];
+    plate.shape = BoxShape{{half_m, 0.05, half_m}};
+    plate.mass_kg = 50.0;
+    plate.position = {0, 1.2, 0};
+    World world = make_world(std::move(scene));
+    const auto energy_j = [&] {
+      const BodyMeasures ball = world.measure(0);
+      const RigidState& state = world.rigid_bodies()[0];
+      const double of_plate_j = 50.0 * (0.5 * state.velocity.squaredNorm() + 9.81 * state.position.y());
+      return ball.kinetic_j + ball.elastic_j + ball.gas_j + ball.gravity_j + of_plate_j;
+    };
+    run_ticks(world, 10);  // until the gas, which the mesh was not made for, has swung out
+    const double first_j = energy_j();
+    for (int tick = 0; tick < 60 * 3; ++tick) {
+      run_ticks(world, 1);
+      ASSERT_LT(energy_j(), 1.01 * first_j) << half_m << " m, tick " << tick;
+      ASSERT_GT(world.rigid_bodies()[0].position.y(), world.measure(0).centre_of_mass.y()) << half_m << " m";
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, GuidedPlate,
+                         testing::Values(Integrator::symplectic_euler, Integrator::midpoint, Integrator::implicit_euler,
+                                         Integrator::tr_bdf2),
+                         test_name_of);
+
 INSTANTIATE_TEST_SUITE_P(Stiffness, GuidedLoad, testing::Values(1e4, 1e6));
 
 }  // namespace

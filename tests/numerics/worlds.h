@@ -1,6 +1,9 @@
 // What the numerics suites share beside the known scenes.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,13 @@ namespace pneuma::physics {
 /// For the name of a test.
 inline std::string test_name_of(const testing::TestParamInfo<Integrator>& param) {
   return std::string(name_of(param.param));
+}
+
+/// A hundred random scenes, or as many as PNEUMA_RANDOM_SCENES asks for: the program of the tests, run by itself, takes
+/// it.
+inline std::uint32_t tens_of_scenes() {
+  const char* asked = std::getenv("PNEUMA_RANDOM_SCENES");
+  return asked == nullptr ? 10U : std::max(1U, static_cast<std::uint32_t>(std::strtoul(asked, nullptr, 10) / 10));
 }
 
 /// Mean period between the crossings, of which there are at least two.

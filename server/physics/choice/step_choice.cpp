@@ -154,11 +154,14 @@ double longest_accurate_step_s(Integrator integrator, const Frequencies& frequen
 struct Flight {
   double fall_time_s = unlimited;  // in which it falls by its own length
   double spin_rad_s = 0.0;         // at the start
+  double relaxation_s = 0.0;       // damping over stiffness
 };
 
 Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2) {
   if (!body.pins.empty() || (body.pin_boundary && !body.mesh->closed)) return {};
-  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), body.angular_velocity.norm()};
+  const double relaxation_s = body.springs.damping_n_s_m / body.springs.stiffness_n_m;  // 0 / 0 binds nothing below
+  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), body.angular_velocity.norm(),
+          relaxation_s};
 }
 
 // The step at which a fall by the body's length is off by `error` of it. The methods of order 1 put a fall from rest
@@ -169,20 +172,30 @@ double fall_step_s(Integrator integrator, const Flight& flight, double error) {
   return exact ? unlimited : error * flight.fall_time_s;
 }
 
-// The step at which a turn by a radian is off by `error` of it. Of what is as stiff as can be implicit Euler and XPBD
-// take the chord for the arc, explicit Euler the tangent, and each lose or win (wh)^2 of the spin a step; TR-BDF2 loses
-// up to half of that where its step does not resolve the springs (measured on the ball above at k = 1e6 N/m, 4 rad/s).
-// The others resolve what they step, and turn it with it.
+// The step at which a turn by a radian is off by `error` of it. Explicit Euler takes the tangent for the arc. The
+// methods that solve keep a free body's angular momentum (solve_step.cpp) and still turn it by less than the arc: by
+// that share of (wh)^2, measured on a ball of k = 1e6 N/m at 4 and 8 rad/s. They also shrink it by (wh)^2 / 2 a step,
+// which its springs take back in its relaxation time. A body whose damping outweighs its springs is given the step at
+// which the chord stands for the arc. The others resolve what they step, and turn it with it.
 double turn_step_s(Integrator integrator, const Flight& flight, double error) {
+  constexpr double implicit_euler_share = 0.82;
   constexpr double tr_bdf2_share = 0.5;
-  if (!(flight.spin_rad_s > 0.0)) return unlimited;
+  const double w = flight.spin_rad_s;
+  if (!(w > 0.0)) return unlimited;
+  const double by_chord_s = 2.0 * error / w;
+  const auto solved_s = [&](double share) {
+    const double by_arc_s = std::sqrt(error / share) / w;
+    const double by_shrinking_s = 2.0 * error / (w * w * flight.relaxation_s);
+    return std::max(by_chord_s, std::min(by_arc_s, by_shrinking_s));
+  };
   switch (integrator) {
     case Integrator::explicit_euler:
+      return by_chord_s;
     case Integrator::implicit_euler:
     case Integrator::xpbd:
-      return 2.0 * error / flight.spin_rad_s;
+      return solved_s(implicit_euler_share);
     case Integrator::tr_bdf2:
-      return 2.0 * error / (tr_bdf2_share * flight.spin_rad_s);
+      return solved_s(tr_bdf2_share);
     default:
       return unlimited;
   }

@@ -31,7 +31,6 @@ bool runs_through(const SurfaceBody& edges, std::uint32_t edge, const SurfaceBod
 double highest_m(std::span<const Vec3d> from, std::span<const Vec3d> to, const Vec3d& towards) {
   double highest = -std::numeric_limits<double>::infinity();
   for (const Vec3d& at : from) highest = std::max(highest, towards.dot(at));
-  if (to.data() == from.data()) return highest;
   for (const Vec3d& at : to) highest = std::max(highest, towards.dot(at));
   return highest;
 }
@@ -50,16 +49,8 @@ constexpr std::size_t sorted_boxes_min = 512;
 // About the ways of an edge's ends, or of a vertex named twice.
 Box CandidateFinder::Ways::box(std::uint32_t start, std::uint32_t end) const {
   const Vec3d margin = Vec3d::Constant(margin_m);
-  if (to.data() == from.data()) {
-    return {from[start].cwiseMin(from[end]) - margin, from[start].cwiseMax(from[end]) + margin};
-  }
   return {from[start].cwiseMin(to[start]).cwiseMin(from[end]).cwiseMin(to[end]) - margin,
           from[start].cwiseMax(to[start]).cwiseMax(from[end]).cwiseMax(to[end]) + margin};
-}
-
-CandidateFinder::Ways CandidateFinder::places_of(const SurfaceBody& body, double margin_m) {
-  const Vec3d margin = Vec3d::Constant(margin_m);
-  return {&body, body.from, body.from, {body.at.low - margin, body.at.high + margin}, margin_m};
 }
 
 void CandidateFinder::sort_by_low(std::vector<FaceBox>& faces) {
@@ -126,8 +117,20 @@ void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
   find(pair, bodies, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
 }
 
-void CandidateFinder::find_near(SurfacePair& pair, std::span<SurfaceBody> bodies, double reach_m) {
-  find(pair, bodies, places_of(bodies[pair.first], 0.5 * reach_m), places_of(bodies[pair.second], 0.5 * reach_m));
+void CandidateFinder::add_astray(SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  const SurfaceBody& a = bodies[pair.first];
+  const SurfaceBody& b = bodies[pair.second];
+  take_near_faces(ways_of(a), ways_of(b));
+  const auto take_astray = [this](const SurfaceBody& body, std::span<const FaceBox> near) {
+    astray_.clear();
+    for (const FaceBox& face : near) {
+      const auto& [p, q, r] = body.topology->mesh->faces[face.face];
+      if (body.astray[p] != 0 || body.astray[q] != 0 || body.astray[r] != 0) astray_.push_back(face);
+    }
+    return !astray_.empty();
+  };
+  if (a.any_astray && take_astray(a, near_a_)) add_near_faces(pair, ways_of(a), astray_, ways_of(b), near_b_);
+  if (b.any_astray && take_astray(b, near_b_)) add_near_faces(pair, ways_of(a), near_a_, ways_of(b), astray_);
 }
 
 void CandidateFinder::BoxList::clear() {
@@ -188,7 +191,8 @@ std::size_t CandidateFinder::BoxList::bytes() const {
 }
 
 std::size_t CandidateFinder::bytes() const {
-  return heights_m_.capacity() * sizeof(double) + (near_a_.capacity() + near_b_.capacity()) * sizeof(FaceBox) +
+  return heights_m_.capacity() * sizeof(double) +
+         (near_a_.capacity() + near_b_.capacity() + astray_.capacity()) * sizeof(FaceBox) +
          (boxes_.vertices.capacity() + boxes_.edges.capacity()) * sizeof(Box) + features_a_.bytes() +
          features_b_.bytes() + overlapping_.capacity() * sizeof(std::uint32_t);
 }
@@ -276,8 +280,14 @@ void CandidateFinder::find_among(SurfacePair& pair, std::span<const SurfaceBody>
 
 void CandidateFinder::meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b) {
   pair.candidates.clear();
-  features_a_.take(ways_a, near_a_);
-  features_b_.take(ways_b, near_b_);
+  add_near_faces(pair, ways_a, near_a_, ways_b, near_b_);
+}
+
+void CandidateFinder::add_near_faces(SurfacePair& pair, const Ways& ways_a, std::span<const FaceBox> near_a,
+                                     const Ways& ways_b, std::span<const FaceBox> near_b) {
+  if (near_a.empty() || near_b.empty()) return;
+  features_a_.take(ways_a, near_a);
+  features_b_.take(ways_b, near_b);
   const Mesh& mesh_a = *ways_a.body->topology->mesh;
   const Mesh& mesh_b = *ways_b.body->topology->mesh;
   for_overlapping(features_a_.vertices, features_b_.faces, [&](std::uint32_t vertex, std::uint32_t face) {

@@ -26,8 +26,9 @@ class CandidateFinder {
   /// with itself, those that share no vertex.
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies);
 
-  /// Likewise those that are within `reach_m` where the substep finds them, and some beyond.
-  void find_near(SurfacePair& pair, std::span<SurfaceBody> bodies, double reach_m);
+  /// Adds to the candidates of two bodies those that they lack since vertices went astray (SurfaceBody), and some that
+  /// they have.
+  void add_astray(SurfacePair& pair, std::span<const SurfaceBody> bodies);
 
   /// Likewise of two bodies whose near faces are known: the features of those whose boxes overlap.
   void find_among(SurfacePair& pair, std::span<const SurfaceBody> bodies, std::vector<FaceBox>& near_first,
@@ -82,12 +83,13 @@ class CandidateFinder {
     [[nodiscard]] std::size_t bytes() const { return vertices.bytes() + edges.bytes() + faces.bytes(); }
   };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
-  static Ways places_of(const SurfaceBody& body, double margin_m);
   void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
   void take_near_faces(const Ways& a, const Ways& b);
   static void sort_by_low(std::vector<FaceBox>& faces);
   void meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body, std::vector<Candidate>& candidates) const;
   void meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b);
+  void add_near_faces(SurfacePair& pair, const Ways& ways_a, std::span<const FaceBox> near_a, const Ways& ways_b,
+                      std::span<const FaceBox> near_b);
   template <class Add>
   void for_overlapping(const BoxList& firsts, const BoxList& seconds, const Add& add);
   template <class Visit>
@@ -96,7 +98,7 @@ class CandidateFinder {
                               std::vector<double>& heights_m, std::vector<FaceBox>& near);
 
   std::vector<double> heights_m_;
-  std::vector<FaceBox> near_a_, near_b_;
+  std::vector<FaceBox> near_a_, near_b_, astray_;
   FeatureBoxes boxes_;
   NearFeatures features_a_, features_b_;
   std::vector<std::uint32_t> overlapping_;

@@ -32,22 +32,10 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
   }
 }
 
-// About all that a rigid body may touch in a substep, and a quarter of its size more.
-Aabb<double> reach_of(const RigidState& body, double dt_s) {
-  constexpr double generous = 1.25;
-  const double reach_m =
-      generous * (radius_about_centre(body.body.shape) + body.body.surface.thickness_m + dt_s * body.velocity.norm());
-  return {body.position - Vec3d::Constant(reach_m), body.position + Vec3d::Constant(reach_m)};
-}
-
 template <class Real>
 Aabb<double> swept_by(const SoftState<Real>& body, const BodyBounds& bounds) {
   const Vec3d thickness_m = Vec3d::Constant(body.body.surface.thickness_m);
   return {bounds.swept.min - thickness_m, bounds.swept.max + thickness_m};
-}
-
-bool is_in_reach(const Aabb<double>& swept, const Aabb<double>& reach) {
-  return (swept.min.array() <= reach.max.array()).all() && (swept.max.array() >= reach.min.array()).all();
 }
 
 }  // namespace
@@ -67,19 +55,18 @@ template <class Real>
 void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
   const Meetings may(world);
   if (!may.any) return;
-  const bool vertex_by_vertex = !world.is_implicit();  // the others meet all in one
-  notes_ = world.notes;
+  surface_stage_ = may.surfaces ? Stage::soft_contact : Stage::solid_contact;
+  const bool is_lumped = !world.is_implicit() && (may.surfaces || may.solids) && !world.soft.empty();
   if (may.joints) hold_joints(world);
   find_bounds(world);
   forget_touches(world);
-  if (may.surfaces) take_meshes(world);
-  if (may.surfaces && vertex_by_vertex) meet_surfaces(world);
+  if (may.surfaces) surfaces_.take_meshes(world.colliders, world.substep.dt_s);
   if (may.pairs) meet_bounding_volumes(world);
-  if (!vertex_by_vertex) meet_coupled(world);
-  wake_hit_pairs(world);
-  if (may.solids && vertex_by_vertex) meet_solids(world);
+  if (is_lumped) meet_lumped(world);
+  if (world.is_implicit()) meet_coupled(world);
+  wake_all_touched(world);
   meet_rigid_bodies(world);
-  if (may.surfaces && vertex_by_vertex) filter_moves(world);
+  if (is_lumped) filter_moves(world);
   if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
 }
 
@@ -132,11 +119,6 @@ void Contacts<Real>::forget_touches(const ContactWorld<Real>& world) {
   }
 }
 
-template <class Real>
-void Contacts<Real>::take_meshes(const ContactWorld<Real>& world) {
-  surfaces_.take_meshes(world.colliders, world.substep.dt_s, world.physics().resting_m_s);
-}
-
 // An implicit step solves for its soft bodies' joints together with their contacts.
 template <class Real>
 void Contacts<Real>::hold_joints(const ContactWorld<Real>& world) {
@@ -145,25 +127,19 @@ void Contacts<Real>::hold_joints(const ContactWorld<Real>& world) {
 }
 
 template <class Real>
-void Contacts<Real>::meet_surfaces(const ContactWorld<Real>& world) {
-  const StageTimer timer(world.substep.profile, Stage::soft_contact);
-  const SubstepContext& substep = world.substep;
-  surfaces_.answer({world.soft, bounds_, substep.dt_s, substep.is_first_of_tick}, notes_, soft_touched_);
-  for (std::size_t i = 0; i < bounds_.size(); ++i) bounds_[i].stale = bounds_[i].stale || soft_touched_[i] != 0;
+void Contacts<Real>::meet_lumped(const ContactWorld<Real>& world) {
+  const StageTimer timer(world.substep.profile, surface_stage_);
+  lumped_.answer({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
 }
 
 template <class Real>
 void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
-  const StageTimer timer(world.substep.profile, Stage::soft_contact);
-  const SubstepPhysics physics = world.physics();
+  const StageTimer timer(world.substep.profile, surface_stage_);
   refit_stale(world);
   rigid_rows_.clear();
   if (!world.rigid.empty()) find_rigid_rows(world);
   coupled_.run({world, bounds_, soft_touched_, rigid_touched_, rigid_rows_, rigid_solver_.groups(), rigid_solved_},
                surfaces_);
-  for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
-    if (rigid_touched_[r] != 0) wake_touched(world.soft, world.rigid, world.soft.size() + r, physics);
-  }
 }
 
 template <class Real>
@@ -208,45 +184,11 @@ void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world) {
       meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, response,
                   hits_);
       some[p].hit = !hits_.empty();
-      if (notes_.empty()) continue;
+      if (world.notes.empty()) continue;
       for (const VertexHit& hit : hits_)
-        notes_[a].push_back({hit.vertex, VertexContact::Other::soft, b, hit.hit.normal});
+        world.notes[a].push_back({hit.vertex, VertexContact::Other::soft, b, hit.hit.normal});
     }
   }
-}
-
-// Colliders last: they do not give way, so what a rigid body pushed into them must come back.
-template <class Real>
-void Contacts<Real>::meet_solids(const ContactWorld<Real>& world) {
-  if (world.soft.empty()) return;
-  const StageTimer timer(world.substep.profile, Stage::solid_contact);
-  const SubstepPhysics physics = world.physics();
-  const std::span<SoftState<Real>> soft = world.soft;
-  const std::span<RigidState> rigid = world.rigid;
-  const std::span<const ColliderState> colliders = world.colliders;
-  for (std::uint32_t r = 0; r < rigid.size(); ++r) {
-    if (!is_active(rigid[r])) continue;
-    refit_stale(world);
-    Aabb<double> reach = reach_of(rigid[r], physics.dt_s);
-    for (std::size_t i = 0; i < soft.size(); ++i) {
-      if (!is_in_reach(swept_[i], reach)) continue;
-      if (!bounds_[i].active || !(soft[i].is_awake() || rigid[r].is_awake())) continue;
-      if (!meet_rigid(soft[i], bounds_[i], rigid[r], r, physics, notes_of(i))) continue;
-      reach = reach_of(rigid[r], physics.dt_s);
-      rigid_touched_[r] = 1;
-      wake_touched(soft, rigid, i, physics);
-      wake_touched(soft, rigid, soft.size() + r, physics);
-    }
-  }
-  if (colliders.empty()) return;
-  refit_stale(world);
-  collider_moves_.clear();
-  for (const ColliderState& collider : colliders) collider_moves_.push_back(move_of(collider, physics.dt_s));
-  const auto meet = [&](std::size_t i) {
-    if (!bounds_[i].active || !soft[i].is_awake()) return;
-    meet_colliders<Real>(soft[i], bounds_[i], collider_moves_, physics, notes_of(i));
-  };
-  for_each(world, bounds_.size(), meet);
 }
 
 template <class Real>
@@ -258,12 +200,10 @@ void Contacts<Real>::meet_rigid_bodies(const ContactWorld<Real>& world) {
                       world.substep.dt_s);
 }
 
-// After solids have met the vertices, the surfaces look once more that no move crosses one.
 template <class Real>
 void Contacts<Real>::filter_moves(const ContactWorld<Real>& world) {
-  const StageTimer timer(world.substep.profile, Stage::soft_contact);
-  refit_stale(world);
-  surfaces_.cut({world.soft, bounds_, world.substep.dt_s, world.substep.is_first_of_tick});
+  const StageTimer timer(world.substep.profile, surface_stage_);
+  lumped_.cut({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
 }
 
 template <class Real>
@@ -286,15 +226,19 @@ void Contacts<Real>::fit(const SoftState<Real>& body, const Extents<Real>* known
 }
 
 template <class Real>
-void Contacts<Real>::wake_hit_pairs(const ContactWorld<Real>& world) {
+void Contacts<Real>::wake_all_touched(const ContactWorld<Real>& world) {
   const SubstepPhysics physics = world.physics();
+  const auto wake = [&](std::size_t body) { wake_touched(world.soft, world.rigid, body, physics); };
   for (const SoftPair& pair : pairs_) {
     if (!pair.hit) continue;
-    wake_touched(world.soft, world.rigid, pair.a, physics);
-    wake_touched(world.soft, world.rigid, pair.b, physics);
+    wake(pair.a);
+    wake(pair.b);
   }
   for (std::size_t i = 0; i < soft_touched_.size(); ++i) {
-    if (soft_touched_[i] != 0) wake_touched(world.soft, world.rigid, i, physics);
+    if (soft_touched_[i] != 0) wake(i);
+  }
+  for (std::size_t r = 0; r < rigid_touched_.size(); ++r) {
+    if (rigid_touched_[r] != 0) wake(world.soft.size() + r);
   }
 }
 
@@ -319,9 +263,9 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   add(Stage::broad_phase, order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
-  add(Stage::soft_contact, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes());
+  add(surface_stage_,
+      hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + lumped_.bytes() + coupled_.bytes());
   add(Stage::joints, joints_.bytes());
-  add(Stage::solid_contact, collider_moves_.capacity() * sizeof(SolidMove));
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes() +
                         rigid_rows_.capacity() * sizeof(ContactRow));
 }

@@ -8,21 +8,20 @@
 #include "physics/contact/contact_bounds.h"
 #include "physics/contact/contact_note.h"
 #include "physics/contact/contact_soft.h"
-#include "physics/contact/contact_solid.h"
 #include "physics/contact/contact_world.h"
 #include "physics/contact/coupled_step.h"
 #include "physics/contact/joint_contacts.h"
+#include "physics/contact/lumped_contacts.h"
 #include "physics/contact/rigid_solver.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
-#include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
 
-/// Finds and answers the contacts of one world. It holds nothing but scratch between substeps, so that a steady world
+/// Finds and answers the contacts of one world. It holds nothing but scratch between ticks, so that a steady world
 /// allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
 template <class Real>
 class Contacts {
@@ -36,7 +35,7 @@ class Contacts {
 
   /// What the rows of all substeps so far came to.
   [[nodiscard]] RowCounts row_counts() const {
-    return surfaces_.counts() + coupled_.counts() + joints_.counts() + rigid_solver_.counts();
+    return lumped_.counts() + coupled_.counts() + joints_.counts() + rigid_solver_.counts();
   }
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
@@ -57,17 +56,14 @@ class Contacts {
   void hold_joints(const ContactWorld<Real>& world);
   void find_bounds(const ContactWorld<Real>& world);
   void forget_touches(const ContactWorld<Real>& world);
-  void take_meshes(const ContactWorld<Real>& world);
-  void meet_surfaces(const ContactWorld<Real>& world);
+  void meet_lumped(const ContactWorld<Real>& world);
   void meet_bounding_volumes(const ContactWorld<Real>& world);
   void meet_coupled(const ContactWorld<Real>& world);
   void find_rigid_rows(const ContactWorld<Real>& world);
-  void wake_hit_pairs(const ContactWorld<Real>& world);
-  void meet_solids(const ContactWorld<Real>& world);
+  void wake_all_touched(const ContactWorld<Real>& world);
   void meet_rigid_bodies(const ContactWorld<Real>& world);
   void filter_moves(const ContactWorld<Real>& world);
 
-  [[nodiscard]] ContactNotes* notes_of(std::size_t body) const { return notes_.empty() ? nullptr : &notes_[body]; }
   void refit_stale(const ContactWorld<Real>& world);
   void wake_near_rigid(const ContactWorld<Real>& world);
   /// Calls work(0) to work(count - 1): on the workers where there is enough to do.
@@ -78,20 +74,20 @@ class Contacts {
   std::vector<Aabb<double>> swept_;         // likewise, their swept boxes side by side
   std::vector<std::uint8_t> soft_touched_;  // likewise: by another's surface, in this substep
   SurfaceContacts<Real> surfaces_;
+  LumpedContacts<Real> lumped_;
   CoupledStep<Real> coupled_;
   JointContacts<Real> joints_;
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<SoftPair> pairs_;
   std::vector<std::vector<std::uint32_t>> near_;  // one a pair under way: the vertices of a that may touch b
   std::vector<VertexHit> hits_;                   // of the pair under way
-  std::vector<SolidMove> collider_moves_;
-  std::vector<std::uint8_t> rigid_solved_;   // together with soft bodies
-  std::vector<std::uint8_t> rigid_touched_;  // in this substep, before rigid bodies met each other
+  std::vector<std::uint8_t> rigid_solved_;        // together with soft bodies
+  std::vector<std::uint8_t> rigid_touched_;       // in this substep, before rigid bodies met each other
   std::vector<RigidContact> rigid_near_;
   RigidSolver rigid_solver_;
   std::vector<ContactRow> rigid_rows_;  // that an implicit step solves with its own
   std::size_t vertices_ = 0;
-  std::span<ContactNotes> notes_;  // of the substep under way
+  Stage surface_stage_ = Stage::soft_contact;  // under which the contacts of soft bodies' surfaces are counted
 };
 
 }  // namespace pneuma::physics

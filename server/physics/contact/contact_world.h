@@ -6,14 +6,24 @@
 #include <vector>
 
 #include "physics/contact/contact_note.h"
-#include "physics/contact/contact_solid.h"
 #include "physics/contact/joint.h"
 #include "physics/implicit/implicit_solver.h"
+#include "physics/rigid/contact_surface.h"
 #include "physics/state/extents.h"
 #include "physics/state/state.h"
 #include "physics/state/substep_context.h"
 
 namespace pneuma::physics {
+
+struct SubstepPhysics {
+  Vec3d gravity_m_s2 = Vec3d::Zero();
+  double dt_s = 0.0;
+  double resting_m_s = 0.0;
+
+  [[nodiscard]] static SubstepPhysics of(const Vec3d& gravity_m_s2, double dt_s) {
+    return {gravity_m_s2, dt_s, resting_substeps * gravity_m_s2.norm() * dt_s};
+  }
+};
 
 /// Spans are one a soft body, unless they are of others.
 template <class Real>

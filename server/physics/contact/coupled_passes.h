@@ -11,6 +11,7 @@
 #include "physics/contact/row.h"
 #include "physics/contact/solid_rows.h"
 #include "physics/contact/surface_body.h"
+#include "physics/state/whole_motion.h"
 
 namespace pneuma::physics {
 
@@ -36,6 +37,7 @@ struct CoupledBody {
   std::vector<Vec3d> x0;     // m, from the body's origin
   std::vector<Vec3d> u0, u;  // m/s
   std::vector<Vec3d> step;   // m/s
+  double stress_n_m = 0.0;   // of its rotations, in the last pass
   BodyMetric metric;
 
   [[nodiscard]] const std::vector<double>& masses_kg() const { return metric.matrix().diagonal; }
@@ -47,6 +49,8 @@ struct CoupledPasses {
   std::vector<SolidPlace> solids;                                 // rigid bodies, then colliders
   std::vector<Vec3d> rigid_velocities_m_s, rigid_turnings_rad_s;  // of the pass before
   std::vector<SurfaceBody>* surfaces = nullptr;                   // of the bodies, then of colliders that are meshes
+  SolidRowFinder solid_rows;
+  SolidCutter solid_cutter;
   std::vector<ContactRow> rows;
   std::vector<Vec3d> joints_left_m;  // of each joint's error, at the substep's end
 
@@ -65,11 +69,11 @@ struct CoupledPasses {
   return sum;
 }
 
-/// At the support's vertices, by their weights.
-[[nodiscard]] inline Vec3d mean_of(const Support& at, std::span<const Vec3d> values) {
-  Vec3d sum = Vec3d::Zero();
-  for (std::uint32_t i = 0; i < at.count; ++i) sum += at.weights[i] * values[at.vertices[i]];
-  return sum;
+[[nodiscard]] inline WholeMotion whole_of(const CoupledBody& body, std::span<const Vec3d> places,
+                                          std::span<const Vec3d> velocities) {
+  return whole_motion(
+      places.size(), [&](std::size_t i) { return body.masses_kg()[i]; }, [&](std::size_t i) { return places[i]; },
+      [&](std::size_t i) { return velocities[i]; });
 }
 
 }  // namespace pneuma::physics

@@ -159,9 +159,8 @@ void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& s
       if (is_rigid ? !is_active(world.rigid[k]) : !world.soft[i].is_awake()) continue;
       if (is_rigid && !world.soft[i].is_awake() && !world.rigid[k].is_awake()) continue;
       if (!may_meet(body, way, passes.solids[k])) continue;
-      find_solid_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);
-      if (is_rigid)
-        find_corner_rows(body, i, passes.bodies[i].start, passes.solids[k], world.substep.dt_s, passes.rows);
+      passes.solid_rows.find(skin_move_of(body, passes.bodies[i].start), i, passes.solids[k], world.substep.dt_s, 0.0,
+                             passes.rows);
     }
   }
   find_joint_rows(world, passes);

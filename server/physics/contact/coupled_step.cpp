@@ -7,6 +7,8 @@
 #include "physics/contact/coupled_rows.h"
 #include "physics/contact/filter.h"
 #include "physics/contact/rebound.h"
+#include "physics/contact/solver.h"
+#include "physics/contact/spins.h"
 #include "physics/forces/force_terms.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/rigid/rigid_mass.h"
@@ -48,6 +50,7 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     take_answers(world, surfaces);
     if (move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m()) break;
   }
+  keep_spins(world, passes_);
   rebound(world, passes_);
   mark_broken(world);
   store(world);
@@ -56,7 +59,8 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
 
 template <class Real>
 void CoupledStep<Real>::begin(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
-  surfaces.find_all(world.soft, world.bounds);
+  surfaces.load(world.soft, world.bounds, SurfaceContacts<Real>::Whose::all, 1.0);
+  surfaces.find_pairs(world.soft);
   passes_.surfaces = &surfaces.bodies();
   warm_.clear();
   passes_.joints_left_m.clear();
@@ -96,6 +100,7 @@ void CoupledStep<Real>::load_solids(const CoupledWorld<Real>& world) {
     SolidPlace& solid = passes_.solids.emplace_back();
     solid.shape = &rigid.body.shape;
     solid.surface = &rigid.body.surface;
+    solid.yields = true;
     solid.at = {rigid.position, rigid.orientation};
     solid.velocity = solid.ahead = rigid.velocity;
     solid.angular_velocity = solid.ahead_turning = rigid.angular_velocity;
@@ -202,7 +207,8 @@ bool CoupledStep<Real>::step_freely(const CoupledWorld<Real>& world, std::size_t
   if (!sum.allFinite()) return false;
   const std::span<const Vec3d> gradient = solver_.volume_gradient_m2();
   const double gas = s * s * volume_stiffness_pa_m3(state);
-  body.metric.move_to({x_, gradient, gas, stress_share * stress_n_m}, residual_, body.step);
+  body.stress_n_m = stress_share * stress_n_m;
+  body.metric.move_to({x_, gradient, gas, body.stress_n_m}, residual_, body.step);
   if (body.is_free) {
     const Vec3d missing = (sum - weighted_sum(masses_kg, body.step)) / total(masses_kg);
     for (Vec3d& step : body.step) step += missing;
@@ -358,7 +364,7 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
     SurfaceBody& surface = surfaces.bodies()[i];
     const Box way = surface.box_of_moves();
     for (const SolidPlace& solid : passes_.solids) {
-      if (may_meet(surface, way, solid)) cut_at_solid(surface, solid, s);
+      if (may_meet(surface, way, solid)) passes_.solid_cutter.cut(surface, solid, s);
     }
   }
   cut_moves(surfaces.pairs(), surfaces.bodies());
@@ -457,7 +463,8 @@ void CoupledStep<Real>::note(const CoupledWorld<Real>& world) const {
 template <class Real>
 std::size_t CoupledStep<Real>::bytes() const {
   std::size_t sum = solver_.bytes() + (passes_.rows.capacity() + warm_.capacity()) * sizeof(ContactRow) +
-                    responses_.capacity() * sizeof(Response) + (x_.capacity() + residual_.capacity()) * sizeof(Vec3d);
+                    responses_.capacity() * sizeof(Response) + passes_.solid_rows.bytes() +
+                    passes_.solid_cutter.bytes() + (x_.capacity() + residual_.capacity()) * sizeof(Vec3d);
   for (const CoupledBody& body : passes_.bodies) {
     sum +=
         (body.start.capacity() + body.x0.capacity() + body.u0.capacity() + body.u.capacity() + body.step.capacity()) *

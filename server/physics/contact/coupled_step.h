@@ -7,6 +7,7 @@
 
 #include "physics/contact/coupled_passes.h"
 #include "physics/contact/groups.h"
+#include "physics/contact/response.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/implicit/implicit_solver.h"
 

@@ -11,10 +11,10 @@ constexpr double distance_min_m = 1e-12;
 
 }  // namespace
 
-void FeatureMeasures::measure(SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+void FeatureMeasures::measure(SurfacePair& pair, std::span<const SurfaceBody> bodies, std::size_t first) {
   for (const FeaturePair kind : {FeaturePair::vertex_face, FeaturePair::edge_edge}) {
     of_kind_.clear();
-    for (std::uint32_t i = 0; i < pair.candidates.size(); ++i) {
+    for (auto i = static_cast<std::uint32_t>(first); i < pair.candidates.size(); ++i) {
       if (pair.candidates[i].pair == kind) of_kind_.push_back(i);
     }
     for_measured(kind, pair, of_kind_, bodies,

@@ -13,8 +13,8 @@ namespace pneuma::physics {
 
 class FeatureMeasures {
  public:
-  /// Measures all candidates of the pair where the substep (or the pass) finds them.
-  void measure(SurfacePair& pair, std::span<const SurfaceBody> bodies);
+  /// Measures the candidates of the pair, from one on, where the substep (or the pass) finds them.
+  void measure(SurfacePair& pair, std::span<const SurfaceBody> bodies, std::size_t first = 0);
 
   /// Likewise those of one kind that `which` lists, and calls visit(i, candidate) for each, with a copy of it.
   template <class Visit>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "physics/contact/surface_rows.h"
 
@@ -65,15 +66,17 @@ class MoveFilter {
  private:
   void find_cuts(const SurfacePair& pair, std::uint32_t round) {
     const double kept_m = kept_distance_m(pair, bodies_);
+    const double far_m = round > 1 ? std::numeric_limits<double>::infinity() : kept_share * kept_m + closing_m(pair);
     for (const Candidate& candidate : pair.candidates) {
+      if (candidate.apart_m >= far_m) continue;
       const FeatureCorners corners = corners_of(pair, candidate);
       if (round > 1 && !changed_in(corners, round - 1)) continue;
       const FourPoints moves = corners.moves(bodies_);
       const double margin_m = kept_share * kept_m;
-      const double free_m = candidate.apart_m - pair.drifted_m - margin_m;
+      const double free_m = candidate.apart_m - margin_m;
       if (free_m >= 0.0 && free_m * free_m >= largest_relative_move_m2(candidate.pair, moves)) continue;
       const FourPoints start = corners.start(bodies_);
-      const bool is_measured = !candidate.apart.isZero(0.0) && pair.drifted_m == 0.0;
+      const bool is_measured = !candidate.apart.isZero(0.0);
       const double distance = is_measured ? candidate.apart_m : distance_m(candidate.pair, start);
       const double floor_m = floor_share * kept_m;
       const double least_m = std::min(distance, std::max(floor_m, std::min(margin_m, start_share * distance)));
@@ -81,6 +84,19 @@ class MoveFilter {
       const double share = safe_share(candidate.pair, start, moves, least_m);
       if (share < 1.0) cuts_.push_back({corners, share});
     }
+  }
+
+  // The most that any two features of the pair move towards each other, with the cuts that the filter began with.
+  [[nodiscard]] double closing_m(const SurfacePair& pair) {
+    moves_.resize(bodies_.size());
+    for (const std::uint32_t index : {pair.first, pair.second}) {
+      if (moves_[index]) continue;
+      const SurfaceBody& body = bodies_[index];
+      moves_[index] = drift_of(body.to.size(), [&](std::size_t i) -> Vec3d {
+        return body.cuts[i] * body.move_m(static_cast<std::uint32_t>(i));
+      });
+    }
+    return between_m(*moves_[pair.first], *moves_[pair.second]);
   }
 
   // A candidate whose four ways are as they were when it was last looked at needs no other look.
@@ -128,6 +144,7 @@ class MoveFilter {
 
   std::span<const SurfacePair> pairs_;
   std::span<SurfaceBody> bodies_;
+  std::vector<std::optional<SurfaceDrift>> moves_;      // one a body of a pair
   std::vector<std::vector<std::uint32_t>> changed_in_;  // one a vertex, of each body: the round that last cut it
   std::vector<Cut> cuts_;
   std::vector<VertexCut> next_;

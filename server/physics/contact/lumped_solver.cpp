@@ -4,9 +4,21 @@
 #include <cmath>
 
 namespace pneuma::physics {
+namespace {
 
-void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const SurfaceBody> bodies) {
-  for (const Slot& slot : slots_) slot_of_[first_of_[slot.body] + slot.vertex] = 0;
+// How the relative velocity at the end of an arm answers to an impulse there, along a direction.
+double inverse_mass_along_1_kg(const LumpedRigid& rigid, const Vec3d& arm, const Vec3d& direction) {
+  const Vec3d turning = arm.cross(direction);
+  return rigid.inverse_masses_1_kg.dot(direction.cwiseAbs2()) + turning.dot(rigid.inverse_inertia_1_kg_m2 * turning);
+}
+
+}  // namespace
+
+void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const SurfaceBody> bodies,
+                        std::size_t rigid_count) {
+  for (const Slot& slot : slots_) {
+    if (slot.body < first_of_.size()) slot_of_[first_of_[slot.body] + slot.vertex] = 0;
+  }
   slots_.clear();
   first_of_.resize(bodies.size());
   std::size_t count = 0;
@@ -15,87 +27,242 @@ void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const Surfac
     count += bodies[i].inverse_masses_1_kg.size();
   }
   slot_of_.resize(count);
-
+  rigid_.assign(rigid_count, {});
   rows_.clear();
+  sides_.clear();
+  impulses_.clear();
+  first_solid_row_ = rows.size();
   for (const ContactRow& from : rows) {
-    Row& row = rows_.emplace_back();
-    row.normal.head<3>() = from.normal;
+    LumpedRow& row = rows_.emplace_back();
+    Vec3d::Map(row.normal) = from.normal;
     row.friction = from.friction;
-    std::size_t corner = 0;
+    double inverse_mass_1_kg = 0.0;
+    std::uint32_t corners = 0;
     const auto take = [&](const Support& support, double sign) {
-      for (std::uint32_t i = 0; i < support.count; ++i, ++corner) {
+      for (std::uint32_t i = 0; i < support.count; ++i, ++corners) {
         const double weight = sign * support.weights[i];
-        const double inverse_mass_1_kg = bodies[support.body].inverse_masses_1_kg[support.vertices[i]];
-        row.slots[corner] = slot_of(support.body, support.vertices[i]);
-        row.weights[corner] = weight;
-        row.pushes_1_kg[corner] = weight * inverse_mass_1_kg;
-        row.inverse_mass_1_kg += weight * weight * inverse_mass_1_kg;
+        const double of_corner_1_kg = bodies[support.body].inverse_masses_1_kg[support.vertices[i]];
+        row.corners[corners] = slot_of(support.body, support.vertices[i]);
+        row.weights[corners] = weight;
+        row.pushes_1_kg[corners] = weight * of_corner_1_kg;
+        inverse_mass_1_kg += weight * weight * of_corner_1_kg;
       }
     };
     take(from.first, 1.0);
-    take(from.second, -1.0);
-    for (; corner < 4; ++corner) row.slots[corner] = row.slots[0];
+    const std::size_t solid = from.second.body - std::min<std::size_t>(from.second.body, bodies.size());
+    const bool is_of_solid = from.second.body >= bodies.size();
+    if (!is_of_solid) take(from.second, -1.0);
+    row.pushed_count = corners;
+    if (is_of_solid) {
+      if (sides_.empty()) first_solid_row_ = rows_.size() - 1;
+      SolidSide& side = sides_.emplace_back();
+      side.skin_inverse_mass_1_kg = inverse_mass_1_kg;
+      for (std::uint32_t i = 0; i < from.first.count; ++i) {
+        side.corner_inverse_masses_1_kg[i] = bodies[from.first.body].inverse_masses_1_kg[from.first.vertices[i]];
+      }
+      if (solid < rigid_count) {
+        side.rigid = static_cast<std::uint32_t>(solid);
+      } else {
+        side.slot = static_cast<std::uint32_t>(slots_.size());
+        slots_.push_back({from.second.body, 0});
+        row.corners[corners] = side.slot;
+        row.weights[corners++] = -1.0;
+      }
+    }
+    row.corner_count = corners <= 2 ? 2 : 4;
+    for (; corners < 4; ++corners) row.corners[corners] = row.corners[0];
+    row.mass_kg = inverse_mass_1_kg > 0.0 ? 1.0 / inverse_mass_1_kg : 0.0;
+
+    LumpedImpulse& impulse = impulses_.emplace_back();
+    impulse.pressed_n_s = std::max(0.0, from.impulse_n_s.dot(from.normal));
+    Vec3d::Map(impulse.rubbed_n_s) = from.impulse_n_s - from.impulse_n_s.dot(from.normal) * from.normal;
   }
 }
 
 std::uint32_t LumpedSolver::slot_of(std::uint32_t body, std::uint32_t vertex) {
   std::uint32_t& known = slot_of_[first_of_[body] + vertex];
   if (known == 0) {
-    Slot& slot = slots_.emplace_back();
-    slot.body = body;
-    slot.vertex = vertex;
+    slots_.push_back({body, vertex});
     known = static_cast<std::uint32_t>(slots_.size());
   }
   return known - 1;
 }
 
-void LumpedSolver::push(const Row& row, const Eigen::Vector4d& impulse_n_s) {
-  for (std::size_t i = 0; i < 4; ++i) slots_[row.slots[i]].change_m_s += row.pushes_1_kg[i] * impulse_n_s;
+void LumpedSolver::share(std::size_t index, std::span<const double> weights) {
+  LumpedRow& row = rows_[index];
+  SolidSide& side = sides_[index - first_solid_row_];
+  side.skin_inverse_mass_1_kg = 0.0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double of_corner_1_kg = side.corner_inverse_masses_1_kg[static_cast<Eigen::Index>(i)];
+    row.weights[i] = weights[i];
+    row.pushes_1_kg[i] = weights[i] * of_corner_1_kg;
+    side.skin_inverse_mass_1_kg += weights[i] * weights[i] * of_corner_1_kg;
+  }
+  row.mass_kg = side.skin_inverse_mass_1_kg > 0.0 ? 1.0 / side.skin_inverse_mass_1_kg : 0.0;
 }
 
-// The same answer as in solver.cpp, where the inverse mass is one number.
-double LumpedSolver::answer(Row& row, bool with_friction) {
-  if (!(row.inverse_mass_1_kg > 0.0)) return 0.0;
-  Eigen::Vector4d velocity = row.free_m_s;
-  for (std::size_t i = 0; i < 4; ++i) velocity += row.weights[i] * slots_[row.slots[i]].change_m_s;
-  const double approach_m_s = velocity.dot(row.normal);
-  const double pressed_n_s = row.impulse_n_s.dot(row.normal);
-  const double normal_n_s = std::max(0.0, pressed_n_s + (row.least_m_s - approach_m_s) / row.inverse_mass_1_kg);
-  if (normal_n_s == 0.0 && pressed_n_s == 0.0) return 0.0;
-  Eigen::Vector4d impulse_n_s = normal_n_s * row.normal;
-  if (with_friction && row.friction > 0.0) {
-    Eigen::Vector4d rubbed_n_s =
-        row.impulse_n_s - pressed_n_s * row.normal - (velocity - approach_m_s * row.normal) / row.inverse_mass_1_kg;
-    const double most_n_s = row.friction * normal_n_s;
-    const double rubbed_n2_s2 = rubbed_n_s.squaredNorm();
-    if (rubbed_n2_s2 > most_n_s * most_n_s) rubbed_n_s *= most_n_s / std::sqrt(rubbed_n2_s2);
-    impulse_n_s += rubbed_n_s;
-  }
-  const Eigen::Vector4d change_n_s = impulse_n_s - row.impulse_n_s;
-  row.impulse_n_s = impulse_n_s;
-  push(row, change_n_s);
-  return change_n_s.squaredNorm() * row.inverse_mass_1_kg * row.inverse_mass_1_kg;
+void LumpedSolver::turn(std::size_t index, const Vec3d& normal, const Vec3d& arm) {
+  LumpedRow& row = rows_[index];
+  Vec3d::Map(row.normal) = normal;
+  Eigen::Map<Vec3d> rubbed_n_s(impulses_[index].rubbed_n_s);
+  rubbed_n_s -= rubbed_n_s.dot(normal) * normal;
+  SolidSide& side = sides_[index - first_solid_row_];
+  if (side.rigid == none) return;
+  side.arm = arm;
+  const double inverse_mass_1_kg =
+      side.skin_inverse_mass_1_kg + inverse_mass_along_1_kg(rigid_[side.rigid], arm, normal);
+  row.mass_kg = inverse_mass_1_kg > 0.0 ? 1.0 / inverse_mass_1_kg : 0.0;
 }
 
-SolveOutcome LumpedSolver::solve(std::span<ContactRow> rows, const SolveLimits& limits, bool with_friction) {
-  for (Slot& slot : slots_) slot.change_m_s.setZero();
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    Row& row = rows_[i];
-    row.free_m_s.head<3>() = rows[i].free_m_s;
-    row.least_m_s = rows[i].least_m_s;
-    row.impulse_n_s.head<3>() = rows[i].impulse_n_s;
-    if (!rows[i].impulse_n_s.isZero(0.0)) push(row, row.impulse_n_s);
+Vec3d LumpedSolver::rigid_velocity_m_s(std::size_t row) const {
+  const SolidSide& side = sides_[row - first_solid_row_];
+  const LumpedRigid& rigid = rigid_[side.rigid];
+  return rigid.velocity + rigid.angular_velocity.cross(side.arm);
+}
+
+Vec3d LumpedSolver::impulse_n_s(std::size_t row) const {
+  return impulses_[row].pressed_n_s * Vec3d::Map(rows_[row].normal) + Vec3d::Map(impulses_[row].rubbed_n_s);
+}
+
+Vec3d LumpedSolver::at_vertices(const LumpedRow& row, const Values& values) const {
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < row.corner_count; ++i) {
+    sum += row.weights[i] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]);
   }
+  return sum;
+}
+
+Vec3d LumpedSolver::at_skin(std::size_t index, const Values& values) const {
+  const LumpedRow& row = rows_[index];
+  Vec3d sum = row.weights[0] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[0]);
+  for (std::size_t i = 1; i < row.pushed_count; ++i) {
+    sum += row.weights[i] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]);
+  }
+  return sum;
+}
+
+void LumpedSolver::project(const Values& values, std::size_t count, std::span<double> along) const {
+  kernels_->project(rows_.data(), count, values.data(), along.data());
+}
+
+void LumpedSolver::push_vertices(const LumpedRow& row, const Vec3d& impulse_n_s, Values& values) const {
+  for (std::size_t i = 0; i < row.pushed_count; ++i) {
+    Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]) += row.pushes_1_kg[i] * impulse_n_s;
+  }
+}
+
+void LumpedSolver::push_rigid(const SolidSide& side, const Vec3d& impulse_n_s) {
+  LumpedRigid& rigid = rigid_[side.rigid];
+  rigid.velocity -= rigid.inverse_masses_1_kg.cwiseProduct(impulse_n_s);
+  rigid.angular_velocity -= rigid.inverse_inertia_1_kg_m2 * side.arm.cross(impulse_n_s);
+}
+
+void LumpedSolver::push(Values& velocities_m_s) {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    if (impulses_[r].pressed_n_s == 0.0) continue;
+    const Vec3d all_n_s = impulse_n_s(r);
+    push_vertices(rows_[r], all_n_s, velocities_m_s);
+    if (r < first_solid_row_) continue;
+    const SolidSide& side = sides_[r - first_solid_row_];
+    if (side.rigid != none) push_rigid(side, all_n_s);
+  }
+}
+
+SolveOutcome LumpedSolver::solve(const Due& due, const SolveLimits& limits, Values& velocities_m_s) {
+  const auto sweep_of = [&](std::span<const std::uint32_t> which) -> RowSweep {
+    return {rows_.data(), impulses_.data(), which.data(), which.size(), velocities_m_s.data(), true};
+  };
   SolveOutcome outcome;
   outcome.converged = false;
   while (!outcome.converged && outcome.sweeps < limits.sweeps_max) {
     ++outcome.sweeps;
-    double largest_m2_s2 = 0.0;
-    for (Row& row : rows_) largest_m2_s2 = std::max(largest_m2_s2, answer(row, with_friction));
+    double largest_m2_s2 = kernels_->sweep(sweep_of(due.skins));
+    largest_m2_s2 = std::max(largest_m2_s2, sweep_rigid(due.rigid, velocities_m_s));
+    largest_m2_s2 = std::max(largest_m2_s2, kernels_->sweep(sweep_of(due.fixed)));
     outcome.converged = largest_m2_s2 <= limits.enough_m_s * limits.enough_m_s;
   }
-  for (std::size_t i = 0; i < rows_.size(); ++i) rows[i].impulse_n_s = rows_[i].impulse_n_s.head<3>();
   return outcome;
+}
+
+// As sweep_rows (sweep_kernel_source.h), where a push along the normal slides the two as well.
+double LumpedSolver::sweep_rigid(std::span<const std::uint32_t> due, Values& velocities_m_s) {
+  double largest_m2_s2 = 0.0;
+  for (const std::uint32_t r : due) {
+    const LumpedRow& row = rows_[r];
+    const SolidSide& side = sides_[r - first_solid_row_];
+    const LumpedRigid& rigid = rigid_[side.rigid];
+    LumpedImpulse& impulse = impulses_[r];
+    const auto normal = Vec3d::Map(row.normal);
+    const auto relative_m_s = [&]() -> Vec3d {
+      return at_vertices(row, velocities_m_s) - rigid.velocity - rigid.angular_velocity.cross(side.arm);
+    };
+    const auto change = [&](const Vec3d& change_n_s) {
+      push_vertices(row, change_n_s, velocities_m_s);
+      push_rigid(side, change_n_s);
+    };
+    const double approach_m_s = relative_m_s().dot(normal);
+    const double pressed_n_s = std::max(0.0, impulse.pressed_n_s + (impulse.least_m_s - approach_m_s) * row.mass_kg);
+    if (pressed_n_s == 0.0 && impulse.pressed_n_s == 0.0) continue;
+    const double change_n_s = pressed_n_s - impulse.pressed_n_s;
+    impulse.pressed_n_s = pressed_n_s;
+    change(change_n_s * normal);
+    const double changed_m_s = change_n_s / row.mass_kg;
+    largest_m2_s2 = std::max(largest_m2_s2, changed_m_s * changed_m_s);
+    if (row.friction == 0.0) continue;
+    const Vec3d relative = relative_m_s();
+    const Vec3d slip_m_s = relative - relative.dot(normal) * normal;
+    const double speed_m_s = slip_m_s.norm();
+    Eigen::Map<Vec3d> rubbed_n_s(impulse.rubbed_n_s);
+    const Vec3d before_n_s = rubbed_n_s;
+    double inverse_mass_1_kg = 0.0;
+    if (speed_m_s > 0.0) {
+      inverse_mass_1_kg = side.skin_inverse_mass_1_kg + inverse_mass_along_1_kg(rigid, side.arm, slip_m_s / speed_m_s);
+      if (inverse_mass_1_kg > 0.0) rubbed_n_s -= slip_m_s / inverse_mass_1_kg;
+    }
+    const double most_n_s = row.friction * pressed_n_s;
+    const double rubbed = rubbed_n_s.norm();
+    if (rubbed > most_n_s) rubbed_n_s *= most_n_s / rubbed;
+    const Vec3d across_n_s = rubbed_n_s - before_n_s;
+    change(across_n_s);
+    largest_m2_s2 = std::max(largest_m2_s2, across_n_s.squaredNorm() * inverse_mass_1_kg * inverse_mass_1_kg);
+  }
+  return largest_m2_s2;
+}
+
+void LumpedSolver::part(const Due& due, std::span<const double> least_m, Values& moves_m) {
+  parting_.assign(rows_.size(), {});
+  for (const auto* list : {&due.skins, &due.fixed}) {
+    for (const std::uint32_t r : *list) parting_[r].least_m_s = least_m[r];
+  }
+  const auto sweep_of = [&](std::span<const std::uint32_t> which) -> RowSweep {
+    return {rows_.data(), parting_.data(), which.data(), which.size(), moves_m.data(), false};
+  };
+  (void)kernels_->sweep(sweep_of(due.skins));
+  part_rigid(due.rigid, least_m, moves_m);
+  (void)kernels_->sweep(sweep_of(due.fixed));
+}
+
+// A rigid body is shifted, not turned.
+void LumpedSolver::part_rigid(std::span<const std::uint32_t> due, std::span<const double> least_m, Values& moves_m) {
+  for (const std::uint32_t r : due) {
+    const LumpedRow& row = rows_[r];
+    const SolidSide& side = sides_[r - first_solid_row_];
+    LumpedRigid& rigid = rigid_[side.rigid];
+    const auto normal = Vec3d::Map(row.normal);
+    const double missing_m = least_m[r] - (at_vertices(row, moves_m) - rigid.shift_m).dot(normal);
+    const double inverse_mass_1_kg = side.skin_inverse_mass_1_kg + rigid.inverse_masses_1_kg.dot(normal.cwiseAbs2());
+    if (missing_m <= 0.0 || inverse_mass_1_kg == 0.0) continue;
+    const Vec3d push_kg_m = missing_m / inverse_mass_1_kg * normal;
+    push_vertices(row, push_kg_m, moves_m);
+    rigid.shift_m -= rigid.inverse_masses_1_kg.cwiseProduct(push_kg_m);
+  }
+}
+
+std::size_t LumpedSolver::bytes() const {
+  return slots_.capacity() * sizeof(Slot) + rows_.capacity() * sizeof(LumpedRow) +
+         sides_.capacity() * sizeof(SolidSide) + rigid_.capacity() * sizeof(LumpedRigid) +
+         (impulses_.capacity() + parting_.capacity()) * sizeof(LumpedImpulse) +
+         first_of_.capacity() * sizeof(std::size_t) + slot_of_.capacity() * sizeof(std::uint32_t);
 }
 
 }  // namespace pneuma::physics

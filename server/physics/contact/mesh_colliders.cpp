@@ -1,6 +1,7 @@
 #include "physics/contact/mesh_colliders.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -10,9 +11,6 @@
 
 namespace pneuma::physics {
 namespace {
-
-// Beside the kinds of rows that surface_rows.cpp and solid_rows.cpp have.
-constexpr std::uint64_t way_out_kind = 7;
 
 MeshTree::Box local_box(const Frame& frame, const Box& box, double grown_m) {
   const Vec3d centre = frame.to_local(0.5 * (box.low + box.high));
@@ -32,7 +30,7 @@ void find_mesh_colliders(std::span<const ColliderState> colliders, double dt_s, 
     meshes.push_back({.index = i,
                       .tree = state.tree,
                       .surface = c.surface,
-                      .moves = !c.velocity.isZero(0.0) || !c.angular_velocity.isZero(0.0),
+                      .moves = is_moving(c),
                       .start = {state.position, state.orientation},
                       .end = {state.position + dt_s * c.velocity, turned_to}});
   }
@@ -44,6 +42,7 @@ void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopolog
   if (!body.topology) {
     body.topology = std::move(topology);
     body.surface = mesh.surface;
+    body.spacing_m = diagonal_m(positions_m) / std::sqrt(static_cast<double>(count));
     body.shell_m = mesh.surface.thickness_m;
     body.margin_m = (1.0 + row_slack_share) * body.shell_m;
     body.inverse_masses_1_kg.assign(count, 0.0);
@@ -113,8 +112,7 @@ void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t 
     row.gap_m = side * nearest.distance_m - kept_m;
     const double slack_m = row_slack_share * kept_m;
     if (row.gap_m > slack_m && row.gap_m + soft.move_m(i).dot(row.normal) > slack_m) continue;
-    row.key = {(static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) | way_out_kind,
-               i};
+    row.key = feature_key(FeatureKind::way_out, first, second, i);
     row.first.body = first;
     row.first.add(i, 1.0);
     row.second.body = second;
@@ -126,7 +124,7 @@ void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t 
 }
 
 bool is_way_out(const ContactRow& row) {
-  return (row.key.bodies & 0xffU) == way_out_kind;
+  return (row.key.bodies & 0xffU) == static_cast<std::uint64_t>(FeatureKind::way_out);
 }
 
 void carry_with_meshes(std::span<const SurfacePair> pairs, std::span<const MeshCollider> meshes,

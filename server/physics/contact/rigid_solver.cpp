@@ -73,16 +73,14 @@ double distance_after_m(std::span<const RigidState> rigid, const RigidContact& c
   return c.distance_m + dt_s * relative_velocity(rigid, c).dot(c.normal);
 }
 
-// Beside those of soft bodies: their kinds are 0 to 7 (surface_rows.cpp, solid_rows.cpp, mesh_colliders.cpp).
-std::uint64_t rigid_row_key(std::uint32_t first, std::uint32_t second) {
-  constexpr std::uint64_t rigid_kind = 8;
-  return (static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) | rigid_kind;
-}
-
 // Not where locked axes hold both.
 bool gives_way(std::span<const RigidState> rigid, const RigidContact& c, double inverse_mass_1_kg) {
   const double free_1_kg = rigid[c.a].inverse_mass_1_kg + (c.b == no_body ? 0.0 : rigid[c.b].inverse_mass_1_kg);
   return inverse_mass_1_kg > free_share_min * free_1_kg;
+}
+
+RigidResponse response_of(const RigidState& body) {
+  return {inverse_masses_1_kg(body), inverse_inertia_1_kg_m2(body)};
 }
 
 bool has_bounced(const RigidContact& c) {
@@ -112,7 +110,7 @@ std::size_t RigidSolver::bytes() const {
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
          contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) +
          row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + responses_.capacity() * sizeof(Response) +
-         pressed_.capacity() + (before_.capacity() * sizeof(Motion)) + shifts_m_.capacity() * sizeof(Vec3d) +
+         pressed_.capacity() + before_.capacity() * sizeof(Motion) + shifts_m_.capacity() * sizeof(Vec3d) +
          colliders_.capacity() * sizeof(ColliderState);
 }
 
@@ -170,7 +168,7 @@ void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const
     soften(rigid, row);
     row.first.body = first + c.a;
     row.second.body = c.b == no_body ? fixed : first + c.b;
-    row.key.bodies = rigid_row_key(row.first.body, row.second.body);
+    row.key = feature_key(FeatureKind::rigid, row.first.body, row.second.body, row.key.features);
     rows.push_back(row);
   }
 }
@@ -277,7 +275,7 @@ void RigidSolver::load_rows(std::span<const RigidState> rigid) {
     if (!c.gives_way) continue;
     for (const std::uint32_t body : {c.a, c.b}) {
       if (body == no_body || yields_[body] != 0) continue;
-      responses_[body] = RigidResponse(inverse_masses_1_kg(rigid[body]), inverse_inertia_1_kg_m2(rigid[body]));
+      responses_[body] = response_of(rigid[body]);
       yields_[body] = 1;
     }
     ContactRow& row = rows_.emplace_back();
@@ -312,7 +310,7 @@ void RigidSolver::begin_again(std::span<const RigidState> rigid, ContactRow& row
   soften(rigid, row);
   for (const std::uint32_t body : {row.first.body, row.second.body}) {
     if (yields_[body] == 0) continue;
-    responses_[body] = RigidResponse(inverse_masses_1_kg(rigid[body]), inverse_inertia_1_kg_m2(rigid[body]));
+    responses_[body] = response_of(rigid[body]);
   }
 }
 

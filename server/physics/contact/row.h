@@ -29,12 +29,40 @@ struct Support {
   }
 };
 
+/// At the support's vertices, by their weights.
+[[nodiscard]] inline Vec3d mean_of(const Support& at, std::span<const Vec3d> values) {
+  Vec3d sum = Vec3d::Zero();
+  for (std::uint32_t i = 0; i < at.count; ++i) sum += at.weights[i] * values[at.vertices[i]];
+  return sum;
+}
+
 /// What touches what, whatever the order in which it was found. Rows are solved in this order.
 struct FeatureKey {
   std::uint64_t bodies = 0;
   std::uint64_t features = 0;
   auto operator<=>(const FeatureKey&) const = default;
 };
+
+/// Kinds of contacts: none shares a key with one of another kind.
+enum class FeatureKind : std::uint8_t {
+  vertex_face,
+  vertex_edge,
+  vertex_vertex,
+  edge_edge,
+  solid_vertex,
+  solid_corner,
+  solid_edge,
+  way_out,  // of a body that was put across a mesh
+  rigid,    // two rigid bodies, or one and a collider
+};
+
+/// `first` and `second` are responses' indices.
+[[nodiscard]] inline FeatureKey feature_key(FeatureKind kind, std::uint32_t first, std::uint32_t second,
+                                            std::uint64_t features) {
+  return {(static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) |
+              static_cast<std::uint64_t>(kind),
+          features};
+}
 
 /// What a row allows. `contact`: to part, and to slide against friction. `tie`: nothing. `guide`: what is along the
 /// normal.

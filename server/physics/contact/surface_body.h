@@ -1,7 +1,9 @@
 // A soft body as contact of surfaces sees it in one substep: in double, whatever the body steps in.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <span>
@@ -17,13 +19,24 @@ namespace pneuma::physics {
 struct SurfaceDrift {
   Vec3d shift_m = Vec3d::Zero();
   double path_m = 0.0;
-
-  SurfaceDrift& operator+=(const SurfaceDrift& more) {
-    shift_m += more.shift_m;
-    path_m += more.path_m;
-    return *this;
-  }
 };
+/// Of `count` moves, by their index.
+template <class Move>
+[[nodiscard]] SurfaceDrift drift_of(std::size_t count, const Move& move_m) {
+  SurfaceDrift drift;
+  for (std::size_t i = 0; i < count; ++i) drift.shift_m += move_m(i);
+  drift.shift_m /= static_cast<double>(count);
+  double furthest_m2 = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    furthest_m2 = std::max(furthest_m2, (move_m(i) - drift.shift_m).squaredNorm());
+  }
+  drift.path_m = std::sqrt(furthest_m2);
+  return drift;
+}
+/// The most that a vertex of one has moved towards one of the other.
+[[nodiscard]] inline double between_m(const SurfaceDrift& a, const SurfaceDrift& b) {
+  return (a.shift_m - b.shift_m).norm() + a.path_m + b.path_m;
+}
 
 struct SurfaceBody {
   std::shared_ptr<const SurfaceTopology> topology;
@@ -32,17 +45,18 @@ struct SurfaceBody {
   double shell_m = 0.0;                     // that it keeps free around itself; two surfaces keep the sum of theirs
   std::vector<double> inverse_masses_1_kg;  // one a vertex; 0 of pinned ones
   // One a vertex, of bodies that are near others in this substep.
-  std::vector<Vec3d> from;      // where the substep finds it, m; nothing crosses there
-  std::vector<Vec3d> to;        // where it would end
-  std::vector<double> cuts;     // the share of its move that it may make
-  SurfaceDrift drift;           // of `from`, since the body was first near another
-  SurfaceDrift substep;         // from `from` to `to`
-  std::vector<Vec3d> boxed_to;  // `to` as the candidates were found for it
-  Box at;                       // of all vertices where the substep finds them
-  Box way;                      // of all vertices, grown by margin_m
-  double slack_m = 0.0;         // what `to` may differ by from boxed_to
-  double margin_m = 0.0;        // the shell, with the room beyond it that rows see, and the slack
-  SurfaceBoxes boxes;           // of bodies that meet themselves
+  std::vector<Vec3d> from;           // where the substep finds it, m; nothing crosses there
+  std::vector<Vec3d> to;             // where it would end
+  std::vector<double> cuts;          // the share of its move that it may make
+  SurfaceDrift substep;              // of the move of the substep that it was loaded in
+  std::vector<Vec3d> boxed_to;       // `to` as the candidates were found for it
+  std::vector<std::uint8_t> astray;  // vertices that end too far beside that way
+  bool any_astray = false;
+  Box at;                 // of all vertices where the substep finds them
+  Box way;                // of all vertices, grown by margin_m
+  double slack_m = 0.0;   // what `to` may differ by from boxed_to
+  double margin_m = 0.0;  // the shell, with the room beyond it that rows see, and the slack
+  SurfaceBoxes boxes;     // of bodies that meet themselves
 
   [[nodiscard]] Vec3d move_m(std::uint32_t vertex) const { return to[vertex] - from[vertex]; }
   [[nodiscard]] Box box_of_moves() const {
@@ -53,7 +67,7 @@ struct SurfaceBody {
   }
   [[nodiscard]] std::size_t bytes() const {
     return (from.capacity() + to.capacity() + boxed_to.capacity()) * sizeof(Vec3d) +
-           (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) +
+           (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) + astray.capacity() +
            (boxes.nodes.capacity() + boxes.faces.capacity()) * sizeof(Box);
   }
 };
@@ -78,7 +92,6 @@ struct SurfacePair {
   std::uint32_t first = 0;
   std::uint32_t second = 0;
   std::vector<Candidate> candidates = {};
-  double drifted_m = 0.0;  // what any two of them may have come nearer since they were measured
 };
 
 /// The distance that the two surfaces of a pair keep.

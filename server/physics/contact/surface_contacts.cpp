@@ -5,64 +5,28 @@
 #include <ranges>
 #include <utility>
 
-#include "physics/contact/filter.h"
 #include "physics/contact/surface_shell.h"
 #include "physics/rigid/sweep.h"
 
 namespace pneuma::physics {
 namespace {
 
-// What comes after answer() may change a move by this much before its candidates are found anew: of the body's moves,
-// and of the shell.
+// What follows may change a move by this much before its candidates are found anew: of the body's moves, and of the
+// shell.
 constexpr double move_slack_share = 0.1;
 constexpr double shell_slack_share = 0.5;
-// What begins the substep nearer than the kept distance goes back to it within this time. At once, the springs would be
-// fed.
-constexpr double surface_overlap_time_s = 0.1;
+// Of the shell: what moves that must not cross keep to each side (filter.h keeps a tenth).
+constexpr double crossing_share = 0.25;
 // In which bodies that were put into each other move by the smaller one's length.
 constexpr double parting_time_s = 0.3;
-// The solve of velocities starts from the impulses of the substep before. Eight sweeps kept a heap of eight balls awake
-// for 15 s in place of 17, and took a tenth longer.
-constexpr std::uint32_t surface_sweeps_max = 5;
-// Of the largest approach: what a sweep may change and be the last. Ten times as much leaves a tremble that keeps piles
-// awake three times as long.
-constexpr double surface_enough_share = 2e-3;
-// Likewise of the way that is missing: what is left goes back in the next substep.
-constexpr double place_enough_share = 0.05;
 
-// Their mean, and the most beside it.
-SurfaceDrift drift_of(std::span<const Vec3d> moves_m) {
-  Vec3d sum = Vec3d::Zero();
-  for (const Vec3d& move : moves_m) sum += move;
-  const Vec3d mean = sum / static_cast<double>(moves_m.size());
-  double furthest_m2 = 0.0;
-  for (const Vec3d& move : moves_m) furthest_m2 = std::max(furthest_m2, (move - mean).squaredNorm());
-  return {mean, std::sqrt(furthest_m2)};
-}
-
-Box grown(const Aabb<double>& box, double by_m) {
-  return {box.min - Vec3d::Constant(by_m), box.max + Vec3d::Constant(by_m)};
-}
-
-bool holds_box(const Box& outer, const Box& inner) {
-  return (inner.low.array() >= outer.low.array()).all() && (inner.high.array() <= outer.high.array()).all();
-}
-
-// What is within this needs a row.
-double row_reach_m(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
-  return (1.0 + row_slack_share) * kept_distance_m(pair, bodies);
-}
-
-template <class Value>
-Vec3d relative(const ContactRow& row, const Value& value) {
-  Vec3d sum = Vec3d::Zero();
-  for (std::uint32_t i = 0; i < row.first.count; ++i) {
-    sum += row.first.weights[i] * value(row.first.body, row.first.vertices[i]);
-  }
-  for (std::uint32_t i = 0; i < row.second.count; ++i) {
-    sum -= row.second.weights[i] * value(row.second.body, row.second.vertices[i]);
-  }
-  return sum;
+// Sets the box of the ways from where the vertices were loaded by way of where they are.
+void fit_way(SurfaceBody& body) {
+  Box way = body.at;
+  for (const Vec3d& at : body.from) way.include(at);
+  for (const Vec3d& at : body.to) way.include(at);
+  const Vec3d margin = Vec3d::Constant(body.margin_m);
+  body.way = {way.low - margin, way.high + margin};
 }
 
 bool keeps_to_boxes(const SurfaceBody& body) {
@@ -70,6 +34,25 @@ bool keeps_to_boxes(const SurfaceBody& body) {
     if (!((body.to[i] - body.boxed_to[i]).cwiseAbs().maxCoeff() <= body.slack_m)) return false;
   }
   return true;
+}
+
+double squared_distance_m2(const Vec3d& point, const Vec3d& start, const Vec3d& end) {
+  const Vec3d way = end - start;
+  const double way_m2 = way.squaredNorm();
+  const double share = way_m2 > 0.0 ? std::clamp(way.dot(point - start) / way_m2, 0.0, 1.0) : 0.0;
+  return (point - start - share * way).squaredNorm();
+}
+
+// Marks the vertices that end further beside the ways that their candidates were found for than these have room.
+void mark_astray(SurfaceBody& body) {
+  const double room_m = body.margin_m - crossing_share * body.shell_m;
+  body.any_astray = false;
+  body.astray.resize(body.to.size());
+  for (std::size_t i = 0; i < body.to.size(); ++i) {
+    const bool strays = !(squared_distance_m2(body.to[i], body.from[i], body.boxed_to[i]) <= room_m * room_m);
+    body.astray[i] = strays ? 1 : 0;
+    body.any_astray = body.any_astray || strays;
+  }
 }
 
 }  // namespace
@@ -83,10 +66,8 @@ std::shared_ptr<const SurfaceTopology> SurfaceContacts<Real>::topology_of(const 
 }
 
 template <class Real>
-void SurfaceContacts<Real>::take_meshes(std::span<const ColliderState> colliders, double dt_s, double resting_m_s) {
+void SurfaceContacts<Real>::take_meshes(std::span<const ColliderState> colliders, double dt_s) {
   find_mesh_colliders(colliders, dt_s, meshes_);
-  mesh_dt_s_ = dt_s;
-  mesh_resting_m_s_ = resting_m_s;
 }
 
 template <class Real>
@@ -97,50 +78,6 @@ void SurfaceContacts<Real>::load_meshes(std::size_t soft_count) {
     load_surface(meshes_[k], topology_of(meshes_[k].tree->mesh), bodies_[soft_count + k]);
   }
   may_carry_ = true;
-}
-
-template <class Real>
-void SurfaceContacts<Real>::add_ways_out(std::vector<ContactRow>& rows) const {
-  for (const auto& [first, second] : crossed_) {
-    if (second >= meshes_begin_) find_ways_out(meshes_[second - meshes_begin_], first, second, bodies_, rows);
-  }
-}
-
-template <class Real>
-void SurfaceContacts<Real>::carry(std::size_t soft_count) {
-  if (!std::exchange(may_carry_, false)) return;
-  places_m_.resize(soft_count);
-  const bool moves = std::ranges::any_of(meshes_, &MeshCollider::moves);
-  for (std::size_t i = 0; moves && i < soft_count; ++i) places_m_[i] = bodies_[i].from;
-  carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
-  for (std::size_t i = 0; moves && i < soft_count; ++i) {
-    if (carried_[i] == 0) continue;
-    moves_m_.resize(places_m_[i].size());
-    for (std::size_t k = 0; k < moves_m_.size(); ++k) moves_m_[k] = bodies_[i].from[k] - places_m_[i][k];
-    bodies_[i].drift += drift_of(moves_m_);
-  }
-}
-
-// Of the vertices that hit a mesh, as they would any other collider; not those that their own body presses against it.
-template <class Real>
-double SurfaceContacts<Real>::bounce_m_s(std::span<const SoftState<Real>> soft, const ContactRow& row,
-                                         double approach_m_s) {
-  const bool hits = row.gap_m + mesh_dt_s_ * approach_m_s < 0.0;
-  if (!hits || row.restitution == 0.0 || approach_m_s >= -mesh_resting_m_s_) return 0.0;
-  const bool soft_first = row.first.body < meshes_begin_;
-  const std::uint32_t body = soft_first ? row.first.body : row.second.body;
-  const Support& on_mesh = soft_first ? row.second : row.first;
-  if (!means_m_s_[body]) {
-    Vec3d sum = Vec3d::Zero();
-    for (const Vec3<Real>& velocity : soft[body].v) sum += velocity.template cast<double>();
-    means_m_s_[body] = sum / static_cast<double>(soft[body].v.size());
-  }
-  Vec3d mean = *means_m_s_[body];
-  for (std::uint32_t i = 0; i < on_mesh.count; ++i) {
-    mean -= on_mesh.weights[i] / mesh_dt_s_ * bodies_[on_mesh.body].move_m(on_mesh.vertices[i]);
-  }
-  const double whole_m_s = (soft_first ? 1.0 : -1.0) * mean.dot(row.normal);
-  return whole_m_s < -mesh_resting_m_s_ ? -row.restitution * approach_m_s : 0.0;
 }
 
 template <class Real>
@@ -157,134 +94,156 @@ void SurfaceContacts<Real>::load_tables(const SoftState<Real>& state, SurfaceBod
   body.cuts.assign(count, 1.0);
 }
 
-// Where the bodies are and go, as boxes.
 template <class Real>
-void SurfaceContacts<Real>::load_ways(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds,
-                                      bool all) {
+void SurfaceContacts<Real>::load(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds, Whose whose,
+                                 double moves) {
   load_meshes(soft.size());
-  loaded_.assign(soft.size(), 0);
+  loaded_.clear();
   meeting_.clear();
-  selves_.clear();
-  seen_.clear();
   for (std::uint32_t i = 0; i < soft.size(); ++i) {
     const SoftState<Real>& state = soft[i];
     const bool meets_others = state.body.collision.soft == SoftCollision::exact;
     const bool is_seen = meets_others || state.body.collision.self || !meshes_.empty();
-    if (!bounds[i].active || (!all && !is_seen)) continue;
+    if (!bounds[i].active || (whose == Whose::of_those_that_meet && !is_seen)) continue;
     SurfaceBody& body = bodies_[i];
     if (!body.topology) load_tables(state, body);
-    const double move_m =
-        (bounds[i].swept.max - bounds[i].start.max).cwiseMax(bounds[i].start.min - bounds[i].swept.min).norm();
-    body.slack_m = move_slack_share * move_m + shell_slack_share * body.shell_m;
-    body.margin_m = (1.0 + row_slack_share) * body.shell_m + body.slack_m;
-    body.at = grown(bounds[i].start, 0.0);
-    body.way = grown(bounds[i].swept, body.margin_m);
-    if (is_seen) seen_.push_back(i);
+    load_vertices(state, moves, body);
+    loaded_.push_back(i);
     if (meets_others) meeting_.push_back(i);
-    if (state.body.collision.self && state.is_awake()) selves_.push_back(i);
+  }
+  list_selves(soft);
+}
+
+template <class Real>
+void SurfaceContacts<Real>::list_selves(std::span<const SoftState<Real>> soft) {
+  selves_.clear();
+  for (const std::uint32_t i : loaded_) {
+    if (soft[i].body.collision.self && soft[i].is_awake()) selves_.push_back(i);
   }
 }
 
 template <class Real>
-void SurfaceContacts<Real>::load_vertices(const SoftState<Real>& state, SurfaceBody& body) {
-  moves_m_.resize(state.x.size());
-  for (std::size_t i = 0; i < state.x.size(); ++i) {
-    const Vec3d at = state.origin_m + state.x[i].template cast<double>();
-    moves_m_[i] = at - body.from[i];
-    body.from[i] = at;
+void SurfaceContacts<Real>::load_vertices(const SoftState<Real>& state, double moves, SurfaceBody& body) {
+  std::ranges::fill(body.cuts, 1.0);
+  for (std::size_t i = 0; i < body.from.size(); ++i) body.from[i] = state.position_m(i);
+  body.at = {};
+  for (const Vec3d& at : body.from) body.at.include(at);
+  if (state.is_awake()) {
+    for (std::size_t i = 0; i < body.to.size(); ++i) body.to[i] = state.dr[i].template cast<double>();
+    body.substep = drift_of(body.to.size(), [&](std::size_t i) -> const Vec3d& { return body.to[i]; });
+    for (std::size_t i = 0; i < body.to.size(); ++i) body.to[i] = body.from[i] + moves * body.to[i];
+  } else {
+    body.substep = {};
+    body.to = body.from;
   }
-  body.drift += drift_of(moves_m_);
-  load_moves(state, body);
+  body.boxed_to = body.to;
+  body.margin_m = 0.0;
+  fit_way(body);
+  const double move_m = (body.way.high - body.at.high).cwiseMax(body.at.low - body.way.low).norm();
+  body.slack_m = move_slack_share * move_m + shell_slack_share * body.shell_m;
+  body.margin_m = (1.0 + row_slack_share) * body.shell_m + body.slack_m;
+  body.way.low.array() -= body.margin_m;
+  body.way.high.array() += body.margin_m;
 }
 
 template <class Real>
-void SurfaceContacts<Real>::load_moves(const SoftState<Real>& state, SurfaceBody& body) {
-  moves_m_.resize(state.dr.size());
-  for (std::size_t i = 0; i < state.dr.size(); ++i) {
-    moves_m_[i] = state.dr[i].template cast<double>();
-    body.to[i] = body.from[i] + moves_m_[i];
-  }
-  body.substep = drift_of(moves_m_);
+void SurfaceContacts<Real>::list_near(std::span<const SoftState<Real>> soft) {
+  near_.clear();
+  for_near(soft, [&](std::uint32_t first, std::uint32_t second) { near_.emplace_back(first, second); });
+  std::ranges::sort(near_);
 }
 
 // A pair that does not cross never will; so each is looked at when it first comes near, and while it is crossed.
 template <class Real>
-void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft, bool watched) {
-  near_.clear();
-  for (const std::uint32_t i : selves_) near_.emplace_back(i, i);
-  sort_and_sweep(
-      meeting_, [&](std::uint32_t i) { return bodies_[i].way.low.x(); },
-      [&](std::uint32_t i) { return bodies_[i].way.high.x(); },
-      [&](std::uint32_t a, std::uint32_t b) {
-        if (!soft[a].is_awake() && !soft[b].is_awake()) return;
-        if (bodies_[a].way.overlaps(bodies_[b].way)) near_.emplace_back(std::min(a, b), std::max(a, b));
-      });
-  for (std::uint32_t k = 0; k < meshes_.size(); ++k) {
-    const auto mesh = static_cast<std::uint32_t>(meshes_begin_ + k);
-    for (const std::uint32_t i : seen_) {
-      if (soft[i].is_awake() && bodies_[i].way.overlaps(bodies_[mesh].way)) near_.emplace_back(i, mesh);
-    }
+bool SurfaceContacts<Real>::is_crossed(const SurfacePair& pair) {
+  if (pair.first == pair.second) return false;
+  const BodyPair key(pair.first, pair.second);
+  const auto known = std::ranges::lower_bound(clear_, key);
+  if (known != clear_.end() && *known == key) return false;
+  if (finder_.are_crossed(pair, bodies_)) return true;
+  // A mesh that moves may run over a body between it and another one.
+  if (!is_mesh(pair.second) || !mesh(pair.second).moves) clear_.insert(known, key);
+  return false;
+}
+
+template <class Real>
+void SurfaceContacts<Real>::find_candidates(SurfacePair& pair) {
+  if (is_mesh(pair.second)) {
+    mesh_finder_.find(mesh(pair.second), pair, bodies_);
+  } else {
+    finder_.find(pair, bodies_);
   }
-  std::ranges::sort(near_);
+}
+
+template <class Real>
+void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
+  list_near(soft);
   crossed_.clear();
-  if (watched) keep_watches();
   std::size_t count = 0;
-  std::size_t watch = 0;
-  for (std::size_t at = 0; at < near_.size(); ++at) {
-    const auto [first, second] = near_[at];
+  for (const auto& [first, second] : near_) {
     if (pairs_.size() == count) pairs_.emplace_back();
     SurfacePair& pair = pairs_[count];
     pair.first = first;
     pair.second = second;
-    for (const std::uint32_t i : {first, second}) {
-      if (i >= meshes_begin_ || loaded_[i] != 0) continue;
-      loaded_[i] = 1;
-      load_vertices(soft[i], bodies_[i]);
-      if (!watched || !meshes_.empty()) bodies_[i].boxed_to = bodies_[i].to;
-    }
-    if (first != second) {
-      const std::pair key(first, second);
-      const auto known = std::ranges::lower_bound(clear_, key);
-      if (known == clear_.end() || *known != key) {
-        if (finder_.are_crossed(pair, bodies_)) {
-          crossed_.push_back(key);
-          continue;
-        }
-        // A mesh that moves may run over a body between it and another one.
-        if (second < meshes_begin_ || !meshes_[second - meshes_begin_].moves) clear_.insert(known, key);
-      }
-    }
-    if (second >= meshes_begin_) {
-      mesh_finder_.find(meshes_[second - meshes_begin_], pair, bodies_);
-      measures_.measure(pair, bodies_);
-      pair.drifted_m = 0.0;
-    } else if (watched) {
-      while (watches_[watch].bodies() != near_[at]) ++watch;
-      const double slack_m = shell_slack_share * std::min(bodies_[first].shell_m, bodies_[second].shell_m);
-      watches_[watch].look(row_reach_m(pair, bodies_) + slack_m, bodies_, finder_, measures_, pair);
+    if (is_crossed(pair)) {
+      crossed_.emplace_back(first, second);
     } else {
-      finder_.find(pair, bodies_);
+      find_candidates(pair);
+      ++count;
     }
-    ++count;
   }
   pairs_.resize(count);
 }
 
-// Those of pairs that are near still, and new ones.
+// The boxes hold all ways from where the bodies were loaded to near where they went then.
 template <class Real>
-void SurfaceContacts<Real>::keep_watches() {
-  next_watches_.clear();
-  std::size_t old = 0;
-  for (const auto& key : near_) {
-    if (key.second >= meshes_begin_) continue;
-    while (old < watches_.size() && watches_[old].bodies() < key) ++old;
-    if (old < watches_.size() && watches_[old].bodies() == key) {
-      next_watches_.push_back(std::move(watches_[old]));
+void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> soft) {
+  if (std::ranges::all_of(loaded_, [&](std::uint32_t i) { return keeps_to_boxes(bodies_[i]); })) return;
+  for (const std::uint32_t i : loaded_) {
+    fit_way(bodies_[i]);
+    bodies_[i].boxed_to = bodies_[i].to;
+  }
+  find_pairs(soft);
+}
+
+// Candidates hold where no vertex that strayed belongs to a face that may meet the other body.
+template <class Real>
+void SurfaceContacts<Real>::update_crossing_candidates(std::span<const SoftState<Real>> soft, bool any_woken) {
+  for (const std::uint32_t i : loaded_) {
+    mark_astray(bodies_[i]);
+    fit_way(bodies_[i]);
+  }
+  const bool any_astray = std::ranges::any_of(loaded_, [&](std::uint32_t i) { return bodies_[i].any_astray; });
+  if (!any_astray && !any_woken) return;
+  if (any_woken) list_selves(soft);
+  list_near(soft);
+  next_pairs_.clear();
+  auto old = pairs_.begin();
+  for (const BodyPair& near : near_) {
+    const auto key = [](const SurfacePair& pair) { return BodyPair(pair.first, pair.second); };
+    while (old != pairs_.end() && key(*old) < near) ++old;
+    if (old != pairs_.end() && key(*old) == near) {
+      SurfacePair& pair = next_pairs_.emplace_back(std::move(*old));
+      if (!bodies_[near.first].any_astray && !bodies_[near.second].any_astray) continue;
+      const bool is_whole = is_mesh(near.second) || near.first == near.second;
+      const std::size_t known = is_whole ? 0 : pair.candidates.size();
+      if (is_whole) {
+        find_candidates(pair);
+      } else {
+        finder_.add_astray(pair, bodies_);
+      }
+      measures_.measure(pair, bodies_, known);
+    } else if (std::ranges::binary_search(crossed_, near)) {
+      continue;
     } else {
-      next_watches_.emplace_back(key.first, key.second);
+      SurfacePair pair{near.first, near.second};
+      if (is_crossed(pair)) continue;
+      find_candidates(pair);
+      measures_.measure(pair, bodies_);
+      next_pairs_.push_back(std::move(pair));
     }
   }
-  watches_.swap(next_watches_);
+  pairs_.swap(next_pairs_);
 }
 
 template <class Real>
@@ -294,152 +253,23 @@ void SurfaceContacts<Real>::find_rows(std::vector<ContactRow>& rows) {
 }
 
 template <class Real>
-bool SurfaceContacts<Real>::pairs_hold() {
-  std::size_t watch = 0;
-  return std::ranges::all_of(pairs_, [&](SurfacePair& pair) {
-    if (pair.second >= meshes_begin_) return keeps_to_boxes(bodies_[pair.first]);
-    while (watches_[watch].bodies() != std::pair(pair.first, pair.second)) ++watch;
-    return watches_[watch].holds(row_reach_m(pair, bodies_), bodies_, pair);
-  });
-}
-
-template <class Real>
-void SurfaceContacts<Real>::answer(const Substep& substep, std::span<ContactNotes> notes,
-                                   std::span<std::uint8_t> touched) {
-  const std::span<SoftState<Real>> soft = substep.soft;
-  const double dt_s = substep.dt_s;
-  load_ways(soft, substep.bounds, false);
-  find_pairs(soft, true);
-  rows_.clear();
-  row_finder_.find(pairs_, bodies_, rows_);
-  add_ways_out(rows_);
-  counts_.rows += rows_.size();
-  if (rows_.empty()) {
-    warm_.clear();
-    return;
-  }
-  solver_.load(rows_, bodies_);
-  solve_velocities(soft, dt_s, !substep.is_first);
-  note(notes, touched);
-  solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
-    if (body >= meshes_begin_ || change_m_s.isZero(0.0)) return;
-    soft[body].v[vertex] += change_m_s.template cast<Real>();
-    soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
-    SurfaceBody& surface = bodies_[body];
-    surface.to[vertex] = surface.from[vertex] + soft[body].dr[vertex].template cast<double>();
-  });
-  solve_places(soft, dt_s);
-}
-
-// What is not there yet may come as near as its gap. Single vertices do not bounce, whatever the surfaces' restitution:
-// what they would bounce off is a few grams of another skin, and the springs and the gas behind both give back what
-// they took.
-template <class Real>
-void SurfaceContacts<Real>::solve_velocities(std::span<const SoftState<Real>> soft, double dt_s, bool warm) {
-  double enough_m_s = 0.0;
-  auto last = warm_.begin();
-  means_m_s_.assign(meshes_.empty() ? 0 : meshes_begin_, std::nullopt);
-  for (ContactRow& row : rows_) {
-    row.free_m_s = relative(row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d {
-      if (body >= meshes_begin_) return bodies_[body].move_m(vertex) / dt_s;
-      return soft[body].v[vertex].template cast<double>();
-    });
-    const double approach_m_s = row.free_m_s.dot(row.normal);
-    row.least_m_s = -std::max(row.gap_m, 0.0) / dt_s;
-    if (row.first.body >= meshes_begin_ || row.second.body >= meshes_begin_) {
-      const double away_m_s = bounce_m_s(soft, row, approach_m_s);
-      if (away_m_s > 0.0) row.least_m_s = away_m_s;
-    }
-    enough_m_s = std::max(enough_m_s, surface_enough_share * std::abs(approach_m_s));
-    while (last != warm_.end() && last->key < row.key) ++last;
-    if (warm && last != warm_.end() && last->key == row.key) row.impulse_n_s = last->impulse_n_s;
-  }
-  const SolveOutcome outcome = solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = enough_m_s}, true);
-  counts_.unconverged += outcome.converged ? 0 : 1;
-  warm_.clear();
-  for (const ContactRow& row : rows_) {
-    if (!row.impulse_n_s.isZero(0.0)) warm_.push_back({row.key, row.impulse_n_s});
-  }
-}
-
-// Moves alone: what is nearer than it should be goes back without a velocity, which would be energy.
-template <class Real>
-void SurfaceContacts<Real>::solve_places(std::span<SoftState<Real>> soft, double dt_s) {
-  double shortest_m_s = 0.0;
-  for (ContactRow& row : rows_) {
-    row.free_m_s = relative(
-        row, [&](std::uint32_t body, std::uint32_t vertex) -> Vec3d { return bodies_[body].move_m(vertex) / dt_s; });
-    row.least_m_s = (row.gap_m > 0.0 ? -row.gap_m : -row.gap_m * std::min(1.0, dt_s / surface_overlap_time_s)) / dt_s;
-    row.impulse_n_s.setZero();
-    shortest_m_s = std::max(shortest_m_s, row.least_m_s - row.free_m_s.dot(row.normal));
-  }
-  if (shortest_m_s <= 0.0) return;
-  (void)solver_.solve(rows_, {.sweeps_max = surface_sweeps_max, .enough_m_s = place_enough_share * shortest_m_s},
-                      false);
-  solver_.for_changes([&](std::uint32_t body, std::uint32_t vertex, const Vec3d& change_m_s) {
-    if (body >= meshes_begin_ || change_m_s.isZero(0.0)) return;
-    soft[body].dr[vertex] += (dt_s * change_m_s).template cast<Real>();
-  });
-}
-
-template <class Real>
-void SurfaceContacts<Real>::note(std::span<ContactNotes> notes, std::span<std::uint8_t> touched) const {
-  for (const ContactRow& row : rows_) {
-    if (!(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
-    for (const std::uint32_t body : {row.first.body, row.second.body}) {
-      if (body < meshes_begin_) touched[body] = 1;
-    }
-    if (notes.empty()) continue;
-    const auto append = [&](const Support& of, std::uint32_t other, const Vec3d& normal) {
-      if (of.body >= meshes_begin_) return;
-      const bool is_mesh = other >= meshes_begin_;
-      const auto kind = is_mesh ? VertexContact::Other::collider : VertexContact::Other::soft;
-      const std::uint32_t index = is_mesh ? meshes_[other - meshes_begin_].index : other;
-      for (std::uint32_t i = 0; i < of.count; ++i) notes[of.body].push_back({of.vertices[i], kind, index, normal});
-    };
-    append(row.first, row.second.body, row.normal);
-    append(row.second, row.first.body, -row.normal);
+void SurfaceContacts<Real>::add_ways_out(std::vector<ContactRow>& rows) const {
+  for (const auto& [first, second] : crossed_) {
+    if (is_mesh(second)) find_ways_out(mesh(second), first, second, bodies_, rows);
   }
 }
 
 template <class Real>
-void SurfaceContacts<Real>::find_all(std::span<const SoftState<Real>> soft, std::span<const BodyBounds> bounds) {
-  load_ways(soft, bounds, true);
-  find_pairs(soft, false);
-  for (std::uint32_t i = 0; i < soft.size(); ++i) {
-    if (!bounds[i].active) continue;
-    SurfaceBody& body = bodies_[i];
-    std::ranges::fill(body.cuts, 1.0);
-    if (loaded_[i] != 0) continue;
-    load_vertices(soft[i], body);
-    body.boxed_to = body.to;
-  }
-}
-
-// The boxes hold all ways from where the substep found the vertices to near where they went then.
-template <class Real>
-void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> soft) {
-  const auto holds = [&](std::uint32_t i) { return keeps_to_boxes(bodies_[i]); };
-  if (std::ranges::all_of(seen_, holds)) return;
-  for (std::uint32_t i = 0; i < soft.size(); ++i) {
-    SurfaceBody& body = bodies_[i];
-    if (body.from.empty() || !(body.way.low.x() <= body.way.high.x())) continue;
-    Box way = body.at;
-    for (const Vec3d& at : body.from) way.include(at);
-    for (const Vec3d& at : body.to) way.include(at);
-    const Vec3d margin = Vec3d::Constant(body.margin_m);
-    body.way = {way.low - margin, way.high + margin};
-    body.boxed_to = body.to;
-    loaded_[i] = 1;  // as they are now, not as the substep found them
-  }
-  find_pairs(soft, false);
+void SurfaceContacts<Real>::carry(std::size_t soft_count) {
+  if (!std::exchange(may_carry_, false)) return;
+  carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
 }
 
 // A body that was moved so may run through a third one now, so its pairs are looked at once more.
 template <class Real>
 void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
   for (const auto& [first, second] : crossed_) {
-    if (second >= meshes_begin_) continue;
+    if (is_mesh(second)) continue;
     SoftState<Real>& a = soft[first];
     SoftState<Real>& b = soft[second];
     const auto inverse_mass_1_kg = [](const SoftState<Real>& state) {
@@ -469,47 +299,12 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
 }
 
 template <class Real>
-void SurfaceContacts<Real>::cut(const Substep& substep) {
-  const std::span<SoftState<Real>> soft = substep.soft;
-  bool holds = true;
-  for (std::uint32_t i = 0; i < soft.size(); ++i) {
-    SurfaceBody& body = bodies_[i];
-    if (!body.topology || !substep.bounds[i].active) continue;
-    holds = holds && holds_box(body.way, grown(substep.bounds[i].swept, (1.0 + row_slack_share) * body.shell_m));
-    if (loaded_[i] == 0) continue;
-    load_moves(soft[i], body);
-  }
-  if (!holds || !pairs_hold()) {
-    load_ways(soft, substep.bounds, false);
-    find_pairs(soft, true);
-  }
-  if (pairs_.empty()) return;
-  carry(soft.size());
-  (void)cut_moves(pairs_, bodies_);
-  for (std::uint32_t i = 0; i < soft.size(); ++i) {
-    if (loaded_[i] == 0) continue;
-    for (std::size_t k = 0; k < bodies_[i].cuts.size(); ++k) {
-      const double cut = std::exchange(bodies_[i].cuts[k], 1.0);
-      if (cut >= 1.0 || soft[i].is_pinned(k)) continue;
-      if (carried_[i] == 0) {
-        soft[i].dr[k] *= static_cast<Real>(cut);
-      } else {
-        const Vec3d end = bodies_[i].from[k] + cut * bodies_[i].move_m(static_cast<std::uint32_t>(k));
-        soft[i].dr[k] = (end - soft[i].position_m(k)).template cast<Real>();
-      }
-      ++counts_.cut_vertices;
-    }
-  }
-  for (std::size_t i = meshes_begin_; i < bodies_.size(); ++i) std::ranges::fill(bodies_[i].cuts, 1.0);
-}
-
-template <class Real>
 std::size_t SurfaceContacts<Real>::bytes() const {
-  std::size_t sum = pairs_.capacity() * sizeof(SurfacePair) + rows_.capacity() * sizeof(ContactRow) +
-                    warm_.capacity() * sizeof(WarmImpulse) + finder_.bytes() + mesh_finder_.bytes() +
-                    measures_.bytes() + row_finder_.bytes() + solver_.bytes();
-  for (const PairWatch& watch : watches_) sum += sizeof(PairWatch) + watch.bytes();
-  for (const SurfacePair& pair : pairs_) sum += pair.candidates.capacity() * sizeof(Candidate);
+  std::size_t sum = (pairs_.capacity() + next_pairs_.capacity()) * sizeof(SurfacePair) + finder_.bytes() +
+                    mesh_finder_.bytes() + measures_.bytes() + row_finder_.bytes();
+  for (const auto* pairs : {&pairs_, &next_pairs_}) {
+    for (const SurfacePair& pair : *pairs) sum += pair.candidates.capacity() * sizeof(Candidate);
+  }
   for (const SurfaceBody& body : bodies_) sum += body.bytes();
   for (const auto& topology : topologies_) sum += topology->bytes();
   return sum;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -10,18 +11,14 @@
 namespace pneuma::physics {
 namespace {
 
-enum class SurfaceRowKind : std::uint64_t { vertex_face, vertex_edge, vertex_vertex, edge_edge };
-
 constexpr std::uint64_t no_corner = 0xffff;
 
 // A vertex's body and index.
 using Corner = std::pair<std::uint32_t, std::uint32_t>;
 
-FeatureKey key_of(SurfaceRowKind kind, std::uint32_t first, std::uint32_t second,
+FeatureKey key_of(FeatureKind kind, std::uint32_t first, std::uint32_t second,
                   const std::array<std::uint64_t, 4>& parts) {
-  return {(static_cast<std::uint64_t>(first) << 32U) | (static_cast<std::uint64_t>(second) << 8U) |
-              static_cast<std::uint64_t>(kind),
-          (parts[0] << 48U) | (parts[1] << 32U) | (parts[2] << 16U) | parts[3]};
+  return feature_key(kind, first, second, (parts[0] << 48U) | (parts[1] << 32U) | (parts[2] << 16U) | parts[3]);
 }
 
 // Of the corners that have a share, so that neighbouring faces name the edge or the vertex that they share alike.
@@ -40,16 +37,16 @@ FeatureKey key_of_vertex(const FeatureCorners& corners, const std::array<double,
     std::swap(first, second);
     std::swap(parts[0], parts[1]);
   }
-  const SurfaceRowKind kind = count == 4   ? SurfaceRowKind::vertex_face
-                              : count == 3 ? SurfaceRowKind::vertex_edge
-                                           : SurfaceRowKind::vertex_vertex;
+  const FeatureKind kind = count == 4   ? FeatureKind::vertex_face
+                           : count == 3 ? FeatureKind::vertex_edge
+                                        : FeatureKind::vertex_vertex;
   return key_of(kind, first, second, parts);
 }
 
 FeatureKey key_of(const Candidate& candidate, const FeatureCorners& corners) {
   if (candidate.pair == FeaturePair::vertex_face) return key_of_vertex(corners, candidate.shares);
   const auto& v = corners.vertices;
-  return key_of(SurfaceRowKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
+  return key_of(FeatureKind::edge_edge, corners.bodies[0], corners.bodies[2], {v[0], v[1], v[2], v[3]});
 }
 
 // Of each corner, in the way from the second feature's nearest point to the first's.
@@ -71,15 +68,41 @@ double closing_m(const Candidate& candidate, const FeatureCorners& corners, std:
   return closing.dot(candidate.apart);
 }
 
+bool is_inside_face(const Candidate& candidate) {
+  const auto& [a, b, c] = candidate.shares;
+  return a > 0.0 && b > 0.0 && c > 0.0;
+}
+
 }  // namespace
+
+void RowFinder::find_nearest(const SurfacePair& pair, std::span<const SurfaceBody> bodies) {
+  constexpr double nothing = std::numeric_limits<double>::infinity();
+  nearest_m_[0].assign(bodies[pair.first].from.size(), nothing);
+  nearest_m_[1].assign(bodies[pair.second].from.size(), nothing);
+  for (const Candidate& candidate : pair.candidates) {
+    if (candidate.pair != FeaturePair::vertex_face) continue;
+    double& nearest = nearest_m_[candidate.swapped ? 1 : 0][candidate.corners[0]];
+    nearest = std::min(nearest, candidate.apart_m);
+  }
+}
+
+// A vertex over one face is near the edges of the next ones too, and sees these sideways: a row in that direction would
+// stop it from sliding on.
+bool RowFinder::is_beside(const Candidate& candidate) const {
+  constexpr double last_digits = 1e-9;
+  if (candidate.pair != FeaturePair::vertex_face || is_inside_face(candidate)) return false;
+  const double nearest_m = nearest_m_[candidate.swapped ? 1 : 0][candidate.corners[0]];
+  return candidate.apart_m > (1.0 + last_digits) * nearest_m;
+}
 
 void RowFinder::look(std::uint32_t index, std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies) {
   const SurfacePair& pair = pairs[index];
   const double kept_m = kept_distance_m(pair, bodies);
   const double slack_m = row_slack_share * kept_m;
+  find_nearest(pair, bodies);
   for (std::uint32_t i = 0; i < pair.candidates.size(); ++i) {
     const Candidate& candidate = pair.candidates[i];
-    if (!has_point(candidate)) continue;
+    if (!has_point(candidate) || is_beside(candidate)) continue;
     const double gap_m = candidate.apart_m - kept_m;
     const FeatureCorners corners = corners_of(pair, candidate);
     if (gap_m > slack_m && gap_m + closing_m(candidate, corners, bodies) > slack_m) continue;

@@ -1,6 +1,7 @@
 // The rows of surfaces against each other and themselves.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,7 +21,9 @@ class RowFinder {
   /// is left to the caller. The candidates are measured (FeatureMeasures).
   void find(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies, std::vector<ContactRow>& rows);
 
-  [[nodiscard]] std::size_t bytes() const { return found_.capacity() * sizeof(Found); }
+  [[nodiscard]] std::size_t bytes() const {
+    return found_.capacity() * sizeof(Found) + (nearest_m_[0].capacity() + nearest_m_[1].capacity()) * sizeof(double);
+  }
 
  private:
   // Of a candidate that needs a row, before it is known whether another one names the same.
@@ -31,8 +34,11 @@ class RowFinder {
     std::uint32_t candidate = 0;
   };
   void look(std::uint32_t pair, std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies);
+  void find_nearest(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
+  [[nodiscard]] bool is_beside(const Candidate& candidate) const;
 
   std::vector<Found> found_;
+  std::array<std::vector<double>, 2> nearest_m_;  // of a pair's bodies, one a vertex: the nearest face of the other
 };
 
 }  // namespace pneuma::physics

@@ -5,48 +5,28 @@
 #include <Eigen/Geometry>
 
 #include "physics/machine/portable_math.h"
+#include "physics/state/whole_motion.h"
 
 namespace pneuma::physics {
 namespace {
 
-// Of the squares of the arms: a body with less about an axis does not turn as a whole.
-constexpr double guess_turning_share_min = 1e-9;
 // A turn by less shears edges by half its square, which is nothing.
 constexpr double turn_min_rad = 3e-3;
 
 // Gives the velocities that end the step with the body turned where they would shear it into a larger one.
 template <class Real>
 void turn(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, std::vector<Vec3d>& u) {
-  Vec3d centre = Vec3d::Zero();
-  Vec3d velocity = Vec3d::Zero();
-  body.with_mass_shares([&](auto share) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      centre += share(i) * x[i];
-      velocity += share(i) * u[i];
-    }
-  });
-  centre /= static_cast<double>(x.size());
-  velocity /= static_cast<double>(x.size());
-  Vec3d spin = Vec3d::Zero();
-  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
-  body.with_mass_shares([&](auto share) {
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const Vec3d arm = x[i] - centre;
-      spin += share(i) * arm.cross(u[i] - velocity);
-      products += share(i) * arm * arm.transpose();
-    }
-  });
-  const Eigen::Matrix3d inertia = products.trace() * Eigen::Matrix3d::Identity() - products;
-  const double size = inertia.trace();
-  if (!(inertia.determinant() > guess_turning_share_min * size * size * size)) return;
-  const Vec3d turning = inertia.inverse() * spin;
+  const WholeMotion whole = whole_motion(
+      x.size(), [&](std::size_t i) { return body.mass_kg(i); }, [&](std::size_t i) { return x[i]; },
+      [&](std::size_t i) { return u[i]; });
+  const Vec3d turning = whole.turning_rad_s();
   const double angle = dt_s * turning.norm();
   if (!(angle > turn_min_rad)) return;
   const auto [sine, cosine] = portable_sincos(0.5 * angle);
   const Vec3d axis = sine * turning.normalized();
   const Eigen::Matrix3d rotation = Quatd(cosine, axis.x(), axis.y(), axis.z()).toRotationMatrix();
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const Vec3d arm = x[i] - centre;
+    const Vec3d arm = x[i] - whole.centre;
     u[i] += (rotation * arm - arm) / dt_s - turning.cross(arm);
   }
 }

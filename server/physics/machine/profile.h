@@ -37,23 +37,30 @@ struct StageRow {
 };
 using Profile = std::array<StageRow, stage_count>;
 
-/// Adds the time from its birth to its death to a stage; does nothing where `profile` is null.
+/// Adds the time from its birth to its death to a stage; does nothing where `profile` is null. Where another timer is
+/// running, of the stage `within`, that one counts the rest alone.
 class StageTimer {
  public:
-  StageTimer(Profile* profile, Stage stage)
-      : row_(profile == nullptr ? nullptr : &(*profile)[static_cast<std::size_t>(stage)]) {
-    if (row_ != nullptr) start_ = std::chrono::steady_clock::now();
+  StageTimer(Profile* profile, Stage stage) : StageTimer(profile, stage, stage) {}
+  StageTimer(Profile* profile, Stage stage, Stage within) {
+    if (profile == nullptr) return;
+    row_ = &(*profile)[static_cast<std::size_t>(stage)];
+    if (within != stage) outer_ = &(*profile)[static_cast<std::size_t>(within)];
+    start_ = std::chrono::steady_clock::now();
   }
   ~StageTimer() {
     if (row_ == nullptr) return;
-    row_->time += std::chrono::steady_clock::now() - start_;
+    const auto time = std::chrono::steady_clock::now() - start_;
+    row_->time += time;
     ++row_->calls;
+    if (outer_ != nullptr) outer_->time -= time;
   }
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
 
  private:
-  StageRow* row_;
+  StageRow* row_ = nullptr;
+  StageRow* outer_ = nullptr;
   std::chrono::steady_clock::time_point start_;
 };
 

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/contact/contact_solid.h"
+#include "physics/contact/solid_move.h"
 #include "physics/contact/touch_groups.h"
 #include "physics/forces/force_terms.h"
 #include "physics/forces/soft_setup.h"
 #include "physics/rigid/rigid_contacts.h"
+#include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
 
@@ -194,10 +195,6 @@ bool goes_on(const Body& live, const std::vector<Body>& wanted) {
 }
 
 }  // namespace
-
-bool is_moving(const Collider& collider) {
-  return !collider.velocity.isZero(0.0) || !collider.angular_velocity.isZero(0.0);
-}
 
 template <class Real>
 void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,

@@ -24,9 +24,6 @@ template <class Real>
 void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const ColliderState> colliders,
             const Surroundings& surroundings, double period_s);
 
-/// Whether it goes anywhere.
-[[nodiscard]] bool is_moving(const Collider& collider);
-
 template <class Real>
 void wake_all(std::span<SoftState<Real>> soft, std::span<RigidState> rigid);
 

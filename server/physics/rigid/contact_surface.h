@@ -30,10 +30,6 @@ inline constexpr double skin_share = 1e-10;
 /// the substep; `gained_m_s`: how much of it gravity added after the impact.
 [[nodiscard]] double impact_speed(double normal_m_s, double gained_m_s, double resting_m_s);
 
-/// The velocity after contact of something that moves at `relative_m_s` against a surface it cannot move.
-[[nodiscard]] Vec3d respond(const Vec3d& relative_m_s, const Vec3d& normal, double impact_m_s,
-                            const ContactSurface& surface);
-
 /// The impulse (N s) that contact gives to the first of two things that meet, the second gets its opposite: restitution
 /// along the normal, then Coulomb's share of what stops the sliding. `by_impulse(n)` is the change of `relative_m_s`,
 /// the velocity of the first seen from the second, by an impulse: linear and symmetric. With a restitution of at most 1

@@ -10,9 +10,6 @@
 namespace pneuma::physics {
 namespace {
 
-// Halvings of a segment on the way to its deepest point.
-constexpr int segment_halvings_max = 40;
-
 Knobs knobs_of(const ConvexPose& body) {
   Knobs knobs =
       of_rigid_shape(body.shape, Knobs(), [](const auto& rigid, const auto& one) { return rigid.knobs(one); });
@@ -89,10 +86,10 @@ void touch_mesh(const MeshTree& tree, const ConvexPose& body, double reach_m, st
   MeshToucher(tree, body, reach_m, touches).find();
 }
 
-double deepest_on_segment(const Shape& shape, const Vec3d& first, const Vec3d& way) {
+double deepest_on_segment(const Shape& shape, const Vec3d& first, const Vec3d& way, int halvings) {
   double low = 0.0;
   double high = 1.0;
-  for (int i = 0; i < segment_halvings_max; ++i) {
+  for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (low + high);
     const double slope = nearest_surface(shape, first + middle * way).normal.dot(way);
     if (slope == 0.0) return middle;

@@ -27,7 +27,7 @@ struct MeshTouch {
 void touch_mesh(const MeshTree& tree, const ConvexPose& body, double reach_m, std::vector<MeshTouch>& touches);
 
 /// The share of the way from `first` along `way` at which a segment is nearest to a convex solid, or deepest in it: the
-/// distance to such a solid is convex. In the solid's frame.
-[[nodiscard]] double deepest_on_segment(const Shape& shape, const Vec3d& first, const Vec3d& way);
+/// distance to such a solid is convex. In the solid's frame. Within 2^-halvings of the way.
+[[nodiscard]] double deepest_on_segment(const Shape& shape, const Vec3d& first, const Vec3d& way, int halvings = 40);
 
 }  // namespace pneuma::physics

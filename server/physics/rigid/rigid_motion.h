@@ -10,6 +10,11 @@ namespace pneuma::physics {
 /// Neither frozen nor about to be: finite, and within the limits of speed and place. It may be asleep.
 [[nodiscard]] bool is_active(const RigidState& body);
 
+/// Whether it goes anywhere.
+[[nodiscard]] inline bool is_moving(const Collider& collider) {
+  return !collider.velocity.isZero(0.0) || !collider.angular_velocity.isZero(0.0);
+}
+
 /// Moves the rigid bodies' velocities on by gravity.
 void accelerate_rigid_bodies(std::span<RigidState> rigid, const Vec3d& gravity_m_s2, double dt_s);
 

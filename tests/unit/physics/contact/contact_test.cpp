@@ -29,19 +29,6 @@ TEST(ContactSurface, UnsetLeavesTheDecisionToTheOther) {
   EXPECT_DOUBLE_EQ(combine({}, {}).restitution, 0.0);
 }
 
-TEST(ContactResponse, ReflectsTheNormalPartAndScalesTheTangential) {
-  const Vec3d after = respond({3, -2, 4}, Vec3d::UnitY(), -2.0, {.restitution = 0.5, .friction = 0.2});
-  EXPECT_DOUBLE_EQ(after.y(), 1.0);
-  const double scale = 1.0 - 0.2 * 3.0 / 5.0;  // Coulomb: mu times the change of the normal part
-  EXPECT_NEAR(after.x(), 3.0 * scale, 1e-15);
-  EXPECT_NEAR(after.z(), 4.0 * scale, 1e-15);
-}
-
-TEST(ContactResponse, LeavesWhatParts) {
-  const Vec3d parting(3, 0.1, 4);
-  EXPECT_EQ(respond(parting, Vec3d::UnitY(), 0.0, {.restitution = 0.5, .friction = 0.2}), parting);
-}
-
 TEST(Contact, OneBodyAloneCostsNothing) {
   Rig<double> rig;
   rig.soft.push_back(make_particles<double>(*make_icosphere(2, 1.0), {0, 0, 0}, {1, 2, 3}));
@@ -200,7 +187,7 @@ TEST(Contact, PinnedVertexDoesNotMove) {
   rig.soft.push_back(make_particles<double>(speck(), Vec3d::Zero(), Vec3d::Zero()));
   rig.soft[0].pinned = {1, 0, 0};
   rig.colliders.push_back(make_collider(SphereShape{0.5}));
-  rig.step();
+  rig.run(0.5);  // what is in a solid comes out of it within a few tenths of a second
   EXPECT_EQ(rig.soft[0].x[0], Vec3d(0, 0, 0));
   EXPECT_GT(rig.soft[0].x[1].norm(), 0.49);
 }

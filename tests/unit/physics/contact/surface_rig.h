@@ -54,34 +54,6 @@ inline void fit_way(SurfaceBody& body) {
   body.way.high += Vec3d::Constant(body.margin_m);
 }
 
-/// Of the shell: what moves may change by after rows are found, as in surface_contacts.cpp.
-inline constexpr double move_slack_shells = 0.5;
-
-/// The vertices' mean move, and the most that one moves beside it.
-inline SurfaceDrift drift_between(std::span<const Vec3d> from, std::span<const Vec3d> to) {
-  SurfaceDrift drift;
-  for (std::size_t i = 0; i < from.size(); ++i) drift.shift_m += (to[i] - from[i]) / static_cast<double>(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    drift.path_m = std::max(drift.path_m, (to[i] - from[i] - drift.shift_m).norm());
-  }
-  return drift;
-}
-
-/// What came after the rows may have changed the moves.
-inline void change_moves(SurfaceBody& body, std::vector<Vec3d> to) {
-  body.to = std::move(to);
-  body.substep = drift_between(body.from, body.to);
-}
-
-/// What a substep tells of a body: where it finds the vertices, since the last one, and where they would end.
-inline void begin_substep(SurfaceBody& body, std::vector<Vec3d> from, std::vector<Vec3d> to) {
-  body.drift += drift_between(body.from, from);
-  body.from = std::move(from);
-  change_moves(body, std::move(to));
-  body.slack_m = move_slack_shells * body.shell_m;
-  fit_way(body);
-}
-
 /// Each two bodies, and each with itself where `with_selves`, with their candidates.
 inline std::vector<SurfacePair> all_pairs(std::span<SurfaceBody> bodies, bool with_selves) {
   for (SurfaceBody& body : bodies) fit_way(body);
