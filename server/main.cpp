@@ -3,17 +3,21 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include <CLI/CLI.hpp>
 #include <pthread.h>
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include "app/config.h"
+#include "app/free_memory.h"
 #include "app/health_probe.h"
+#include "app/log.h"
 #include "app/service.h"
 #include "app/web_folder.h"
 #include "app/world_host.h"
@@ -30,6 +34,7 @@ struct Options {
   Config config;
   std::string isa;
   std::string log_level = "info";
+  std::string log_format = "text";
   bool health = false;
 };
 
@@ -71,6 +76,8 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
   rate("--commands-per-s", limits.commands_per_s, "Commands a second of one client");
   rate("--commands-burst", limits.commands_burst, "Commands of one client at once");
   amount("--output-queue-bytes-max", limits.output_queue_bytes_max, "Unsent bytes past which frames are dropped");
+  amount("--queued-bytes-max", limits.queued_bytes_max, "Unsent bytes of all clients together");
+  amount("--received-bytes-max", limits.received_bytes_max, "Bytes of messages that come, of all clients together");
   milliseconds("--hello-timeout-ms", limits.hello_timeout, "Time to say hello");
   milliseconds("--partial-message-timeout-ms", limits.partial_message_timeout, "Time to finish a message begun");
   milliseconds("--ping-interval-ms", limits.ping_interval, "Between pings; two unanswered close");
@@ -85,6 +92,18 @@ std::string wrong_address(const std::string& text) {
 
 std::string wrong_http_address(const std::string& text) {
   return text == "off" ? std::string() : wrong_address(text);
+}
+
+/// Bytes, also as "512 MiB". 0: the server's own choice.
+void add_memory(CLI::App& app, Config::Memory& memory) {
+  const auto amount = [&app](const char* flag, std::size_t& value, const char* what, const char* otherwise) {
+    app.add_option(flag, value, what)->transform(CLI::AsSizeValue(false))->default_str(otherwise)->group("Limits");
+  };
+  amount("--memory-bytes-max", memory.bytes_max, "Memory of the server; half of it is for worlds",
+         "that of the machine or its control group");
+  amount("--client-memory-bytes-max", memory.client_bytes_max, "Of the worlds that one client made",
+         "half of all worlds'");
+  amount("--world-memory-bytes-max", memory.world_bytes_max, "Of one world", "a quarter of all worlds'");
 }
 
 void add_flags(CLI::App& app, Options& options) {
@@ -103,8 +122,14 @@ void add_flags(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option("--web-dir", config.web_dir, "The page for browsers at the HTTP address, or off")
       ->default_str("../share/pneuma/web beside this program, if there is one");
+  app.add_option("--allow-host", config.allow_hosts,
+                 "A name by which the HTTP address is asked, beside its addresses and localhost; * for any")
+      ->take_all();
   app.add_option("--scene", config.scenes, "A built-in scene or a scene file; a world each")->take_all();
   app.add_option("--data-dir", config.data_dir, "Keep worlds here over restarts");
+  app.add_option("--recover", config.recover,
+                 "A kept world that is damaged comes back up to the damage; its files are kept aside")
+      ->take_all();
   app.add_option("--threads", config.threads, "Stepping threads; 0: as many as the hardware has")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
@@ -126,8 +151,12 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--log-level", options.log_level, "Least level that is logged")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  app.add_option("--log-format", options.log_format, "How lines are logged: text, or json, an object a line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str();
   app.add_flag("--health", options.health, "Ask the server at --http whether it is well, and exit");
   add_limits(app, config.limits);
+  add_memory(app, config.memory);
 }
 
 int fail(const pneuma::base::Status& status) {
@@ -152,27 +181,59 @@ int check_health(const Config& config) {
   return 0;
 }
 
-int serve(Config config) {
-  // Blocked before any thread starts, so that only sigwait sees them.
-  sigset_t ending;
-  sigemptyset(&ending);
-  sigaddset(&ending, SIGTERM);
-  sigaddset(&ending, SIGINT);
-  pthread_sigmask(SIG_BLOCK, &ending, nullptr);
+sigset_t signals(std::initializer_list<int> numbers) {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int number : numbers) sigaddset(&set, number);
+  return set;
+}
 
-  if (auto status = read_environment(config); !status.ok()) return fail(status);
+/// Returns when the server is asked to end. No other signal ends it.
+void await_end(const sigset_t& awaited, const std::string& log_level) {
+  constexpr timespec second{1, 0};
+  for (;;) {
+    const int signal = sigtimedwait(&awaited, nullptr, &second);
+    if (signal < 0) {
+      pneuma::app::give_back_free_memory();
+    } else if (signal == SIGTERM || signal == SIGINT) {
+      spdlog::info("signal={} shutting down", signal);
+      return;
+    } else if (signal == SIGUSR1) {
+      spdlog::info("signal={} log_level={}", signal, pneuma::app::toggle_debug_log(log_level));
+    } else {
+      spdlog::info("signal={} changes nothing", signal);
+    }
+  }
+}
+
+/// By a handler: the first process of a container has no default that ends it.
+void end_at_once_when_asked_again() {
+  for (const int number : {SIGTERM, SIGINT}) std::signal(number, [](int) { _exit(1); });
+  const sigset_t ending = signals({SIGTERM, SIGINT});
+  pthread_sigmask(SIG_UNBLOCK, &ending, nullptr);
+}
+
+pneuma::base::Status serve(Options options) {
+  // Blocked before any thread starts, so that only sigtimedwait sees them.
+  const sigset_t awaited = signals({SIGTERM, SIGINT, SIGHUP, SIGUSR1, SIGUSR2});
+  pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+  using pneuma::app::LogForm;
+  pneuma::app::start_log(options.log_level, options.log_format == "json" ? LogForm::json : LogForm::text);
+
+  Config& config = options.config;
+  if (auto status = read_environment(config); !status.ok()) return status;
+  pneuma::app::fit_to_memory(config);
   pneuma::app::Service service(std::move(config), [](const auto& its_config, auto& server, auto& metrics) {
     return std::make_unique<pneuma::app::WorldHost>(its_config, server, metrics);
   });
-  if (auto status = service.start(); !status.ok()) return fail(status);
+  if (auto status = service.start(); !status.ok()) return status;
+  pneuma::app::flush_log();  // what was found at the start comes before the line that says it is over
   std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
   std::fflush(stdout);
 
-  int signal = 0;
-  sigwait(&ending, &signal);
-  spdlog::info("signal={} shutting down", signal);
-  service.stop();
-  return 0;
+  await_end(awaited, options.log_level);
+  end_at_once_when_asked_again();
+  return service.stop();
 }
 
 }  // namespace
@@ -193,13 +254,14 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "pneuma-server: %s\n", error.what());
     return 2;
   }
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("pneuma"));
-  spdlog::set_level(spdlog::level::from_str(options.log_level));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %l %v");
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is a disk that is full
   if (options.health) return check_health(options.config);
   if (!options.isa.empty()) {
     if (auto status = pneuma::physics::use_isa(options.isa); !status.ok()) return fail(status);
   }
-  return serve(std::move(options.config));
+  const pneuma::base::Status served = serve(std::move(options));
+  // Nobody reads standard error: one more line would wait for ever, and so would the end of the log's thread.
+  if (!pneuma::app::flush_log()) std::_Exit(served.ok() ? 0 : 1);
+  return served.ok() ? 0 : fail(served);
 }

@@ -3,22 +3,23 @@
 #include <algorithm>
 #include <exception>
 #include <future>
-#include <limits>
 #include <utility>
 
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace pneuma::app {
 
 namespace {
 
-constexpr std::size_t any_number = std::numeric_limits<std::size_t>::max();
-constexpr BackgroundQueue::Room any_room{any_number, any_number};
+// A tenth of the processor where others want it too.
+constexpr int low_priority_niceness = 10;
 
 }  // namespace
 
 void BackgroundQueue::post(std::function<void()> job) {
-  (void)try_post(std::move(job), 0, any_room);
+  (void)try_post(std::move(job), 0, {});
 }
 
 bool BackgroundQueue::try_post(std::function<void()> job, std::size_t bytes, const Room& room) {
@@ -36,7 +37,7 @@ bool BackgroundQueue::try_post(std::function<void()> job, std::size_t bytes, con
 
 void BackgroundQueue::flush() {
   std::promise<void> reached;
-  if (try_post([&] { reached.set_value(); }, 0, any_room)) reached.get_future().wait();
+  if (try_post([&] { reached.set_value(); }, 0, {})) reached.get_future().wait();
 }
 
 void BackgroundQueue::finish() {
@@ -46,6 +47,12 @@ void BackgroundQueue::finish() {
   }
   changed_.notify_one();
   if (thread_.joinable()) thread_.join();
+}
+
+void BackgroundQueue::run(Priority priority) {
+  // On Linux this is of the thread alone. Where it fails, the work goes on at the priority of the rest.
+  if (priority == Priority::low) ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), low_priority_niceness);
+  work();
 }
 
 void BackgroundQueue::work() {

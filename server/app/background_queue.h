@@ -1,10 +1,12 @@
-// One thread that does in order what must not delay a tick or the network: building worlds, writing checkpoints.
+// One thread that does in order what must not delay a tick or the network: building worlds, writing checkpoints,
+// parsing large messages.
 #pragma once
 
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <mutex>
 #include <thread>
 
@@ -12,7 +14,9 @@ namespace pneuma::app {
 
 class BackgroundQueue {
  public:
-  BackgroundQueue() : thread_([this] { work(); }) {}
+  /// What takes the processor for long runs at a low priority: worlds and the network go first.
+  enum class Priority { normal, low };
+  explicit BackgroundQueue(Priority priority = Priority::normal) : thread_([this, priority] { run(priority); }) {}
   ~BackgroundQueue() { finish(); }
   BackgroundQueue(const BackgroundQueue&) = delete;
   BackgroundQueue& operator=(const BackgroundQueue&) = delete;
@@ -20,10 +24,11 @@ class BackgroundQueue {
   void post(std::function<void()> job);
   /// What may wait, in all.
   struct Room {
-    std::size_t jobs_max;
-    std::size_t bytes_max;
+    std::size_t jobs_max = std::numeric_limits<std::size_t>::max();
+    std::size_t bytes_max = std::numeric_limits<std::size_t>::max();
   };
-  /// False, and the job is not taken, where it would have no room among those that wait. `bytes` is what it holds.
+  /// False, and the job is not taken, where the queue is finishing, or the job would have no room among those that
+  /// wait. `bytes` is what it holds.
   [[nodiscard]] bool try_post(std::function<void()> job, std::size_t bytes, const Room& room);
   /// Returns when what is queued now is done.
   void flush();
@@ -35,6 +40,7 @@ class BackgroundQueue {
     std::function<void()> work;
     std::size_t bytes = 0;
   };
+  void run(Priority priority);
   void work();
 
   std::mutex mutex_;

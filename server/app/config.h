@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,17 +14,31 @@ namespace pneuma::app {
 
 struct Config {
   std::string listen = "127.0.0.1:7420";
-  std::string http = "127.0.0.1:7421";  // or "off"
-  std::string web_dir = "off";          // the folder of the page for browsers, or "off"
-  std::vector<std::string> scenes;      // built-in names or files; a world each
-  std::string data_dir;                 // empty: nothing is kept
-  std::size_t threads = 0;              // 0: as many as the hardware has
-  std::string token_file;               // clients must know the token on its first line
-  std::string token;                    // or this one; both empty: no token is asked for
+  std::string http = "127.0.0.1:7421";   // or "off"
+  std::string web_dir = "off";           // the folder of the page for browsers, or "off"
+  std::vector<std::string> allow_hosts;  // names by which the server is asked over HTTP, beside its addresses
+  std::vector<std::string> scenes;       // built-in names or files; a world each
+  std::string data_dir;                  // empty: nothing is kept
+  std::set<std::string> recover;         // worlds that come back up to the damage in their logs
+  std::size_t threads = 0;               // 0: as many as the hardware has
+  std::string token_file;                // clients must know the token on its first line
+  std::string token;                     // or this one; both empty: no token is asked for
   std::string tls_certificate;
   std::string tls_key;
   std::chrono::duration<double> checkpoint_interval{10.0};
   base::Limits limits;
+
+  /// Bytes of memory that worlds may take, by estimate.
+  struct Memory {
+    std::size_t bytes_max = 0;         // of the server in all; 0: what the machine or its control group has
+    std::size_t worlds_bytes_max = 0;  // of all worlds
+    std::size_t client_bytes_max = 0;  // of those that one client made; 0: half of all
+    std::size_t world_bytes_max = 0;   // of one; 0: a quarter of all
+  };
+  Memory memory;
 };
+
+/// Fills in what is left open of the memory's limits, and cuts those of messages to their share of it.
+void fit_to_memory(Config& config);
 
 }  // namespace pneuma::app

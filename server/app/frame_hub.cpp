@@ -61,7 +61,7 @@ base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSour
 }
 
 base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>& session, const v1::Subscribe& request,
-                                                 double world_rate_hz) {
+                                                 double world_rate_hz, const Admit& admit) {
   if (!std::isfinite(request.rate_hz()) || request.rate_hz() < 0.0) {
     return base::invalid("must be 0 or more", "subscribe.rate_hz");
   }
@@ -116,6 +116,9 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                               " qualities (of rate, error, layers and contents) already",
                           "subscribe");
     }
+    if (!classes_.contains(quality)) {
+      if (base::Status no_room = admit(quality.bytes_per_vertex()); !no_room.ok()) return no_room.inside("subscribe");
+    }
     found = class_of(quality, world_rate_hz);
     found->second.subscribers.try_emplace(session->id(), Subscriber{session});
     found->second.sessions.reset();
@@ -125,6 +128,12 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   }
   set_wishes(*found, session->id(), request, quality);
   return describe(*found, request.world(), world_rate_hz);
+}
+
+double FrameHub::bytes_per_vertex() const {
+  double sum = 0.0;
+  for (const auto& [quality, quality_class] : classes_) sum += quality.bytes_per_vertex();
+  return sum;
 }
 
 v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::string& world,

@@ -18,6 +18,7 @@
 #include "app/outbox.h"
 #include "app/quality_ladder.h"
 #include "app/session.h"
+#include "app/world_bytes.h"
 #include "base/limits.h"
 #include "base/status.h"
 #include "pneuma/v1/session.pb.h"
@@ -43,8 +44,11 @@ class FrameHub {
 
   /// Adds the session to the quality class that `request` asks for; a second time changes only its wishes, for
   /// commands, key frames and adaptive quality. Errors name the field.
-  [[nodiscard]] base::Result<v1::Subscribed> subscribe(const std::shared_ptr<Session>& session,
-                                                       const v1::Subscribe& request, double world_rate_hz);
+  /// `admit` is asked for room in memory where there is no class of that quality yet.
+  using Admit = std::function<base::Status(double bytes_per_vertex)>;
+  [[nodiscard]] base::Result<v1::Subscribed> subscribe(
+      const std::shared_ptr<Session>& session, const v1::Subscribe& request, double world_rate_hz,
+      const Admit& admit = [](double) { return base::Status(); });
   /// False where the session has no such stream.
   bool unsubscribe(net::SessionId session, std::uint32_t stream_id, Outbox& outbox);
   void session_ended(net::SessionId session);
@@ -85,6 +89,8 @@ class FrameHub {
   [[nodiscard]] bool wants_contacts() const;
   [[nodiscard]] std::size_t subscriber_count() const;
   [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
+  /// What the encoders of all classes take for a vertex of the world.
+  [[nodiscard]] double bytes_per_vertex() const;
 
  private:
   // A frame in a day of ticks is the rarest that is told apart.
@@ -100,6 +106,10 @@ class FrameHub {
     bool time_layers;
     bool simulated;
     auto operator<=>(const Quality&) const = default;
+
+    [[nodiscard]] double bytes_per_vertex() const {
+      return stream_bytes_per_vertex(velocities, time_layers, view.level);
+    }
   };
   struct Adaptive {
     std::string world;

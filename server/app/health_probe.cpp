@@ -39,7 +39,8 @@ base::Status judge(const std::string& reply) {
 // Read to the end: the server closes after its answer, and a TLS peer may do so without a word.
 template <class Stream>
 asio::awaitable<base::Status> ask(Stream& stream, const std::string& host) {
-  const std::string request = "GET /healthz HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n";
+  const std::string name = host.find(':') == std::string::npos ? host : '[' + host + ']';  // an IPv6 address
+  const std::string request = "GET /healthz HTTP/1.1\r\nHost: " + name + "\r\nConnection: close\r\n\r\n";
   error_code error;
   co_await asio::async_write(stream, asio::buffer(request), into(error));
   if (error) co_return unavailable("cannot ask: " + error.message());

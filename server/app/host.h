@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,6 @@
 #include "app/world_status.h"
 #include "base/status.h"
 #include "net/server.h"
-#include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
 
@@ -25,7 +23,7 @@ class Host {
   // The network thread; all return at once.
 
   /// Answers when the world is built.
-  virtual void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) = 0;
+  virtual void create(Request request) = 0;
   /// Queues a request for its world. False, and answered, where that cannot be.
   virtual bool ask(const std::string& world, Request request) = 0;
   virtual bool ask_stream(std::uint32_t stream_id, Request request) = 0;
@@ -37,8 +35,8 @@ class Host {
 
   /// Takes no more requests; those that wait are answered.
   virtual void close() = 0;
-  /// After close(): keeps what is to be kept, and returns.
-  virtual void stop() = 0;
+  /// After close(): keeps what is to be kept, and returns. What could not be kept, and why.
+  [[nodiscard]] virtual base::Status stop() = 0;
 };
 
 }  // namespace pneuma::app

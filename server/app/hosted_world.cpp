@@ -4,6 +4,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "app/log.h"
 #include "app/protocol.h"
 #include "base/limits.h"
 #include "base/number_text.h"
@@ -38,10 +39,11 @@ std::uint32_t frozen_count(const physics::World& world) {
 }  // namespace
 
 HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-                         Wiring wiring)
+                         Wiring wiring, WorldMemory memory)
     : name_(std::move(name)),
       wiring_(std::move(wiring)),
       live_(std::move(live)),
+      memory_(std::move(memory)),
       hub_(wiring_.take_stream_id, wiring_.drop_stream_id, wiring_.defer),
       journal_(std::move(journal)),
       paused_(paused) {
@@ -80,7 +82,10 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
   }
   if (destroyed_by_) return;
   if (paused_ && pending_steps_.empty()) hub_.encode_rest(LiveFrames(live_.physics()), live_.tick(), outbox);
-  if (had_commands) publish_status(now);
+  if (had_commands) {
+    memory_.settle(false, live_.physics().integrator(), hub_.bytes_per_vertex());
+    publish_status(now);
+  }
 }
 
 bool HostedWorld::tick_due(TimePoint now) const {
@@ -117,22 +122,23 @@ void HostedWorld::encode(Outbox& outbox) {
 
 void HostedWorld::send_events(Outbox& outbox) {
   for (const physics::FrozenBody& frozen : live_.physics().take_frozen()) {
-    spdlog::warn("world={} body={} tick={} frozen: {}", name_, frozen.name, live_.tick(), frozen.reason);
+    spdlog::warn("world={} body={} tick={} frozen: {}", log_name(name_), log_name(frozen.name), live_.tick(),
+                 frozen.reason);
     hub_.send_to_all(event_message(v1::Event::BODY_FROZEN, name_, live_.tick(), frozen.name, frozen.reason), outbox);
   }
   for (const physics::BodyGasEvent& happened : live_.physics().take_gas_events()) {
     const bool burst = happened.event.kind == physics::GasEvent::Kind::burst;
     if (burst) hub_.mechanics_changed();
     const std::string what = physics::describe(happened.event);
-    spdlog::warn("world={} body={} tick={} {}: {}", name_, happened.name, live_.tick(), burst ? "burst" : "inverted",
-                 what);
+    spdlog::warn("world={} body={} tick={} {}: {}", log_name(name_), log_name(happened.name), live_.tick(),
+                 burst ? "burst" : "inverted", what);
     hub_.send_to_all(event_message(burst ? v1::Event::BODY_BURST : v1::Event::BODY_INVERTED, name_, live_.tick(),
                                    happened.name, what),
                      outbox);
   }
   for (const physics::BrokenJoint& broken : live_.physics().take_broken_joints()) {
     const std::string what = "it takes at most " + base::number_text(broken.break_force_n) + " N";
-    spdlog::info("world={} joint={} tick={} broken: {}", name_, broken.name, live_.tick(), what);
+    spdlog::info("world={} joint={} tick={} broken: {}", log_name(name_), log_name(broken.name), live_.tick(), what);
     v1::ServerMessage message = event_message(v1::Event::JOINT_BROKEN, name_, live_.tick(), {}, what);
     message.mutable_event()->set_joint(broken.name);
     hub_.send_to_all(message, outbox);
@@ -148,8 +154,14 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
   if (!pending_steps_.empty()) {
     PendingStep& pending = pending_steps_.front();
     if (--pending.ticks_left == 0) {
-      if (journal_) journal_->note_tick(live_.tick());
-      outbox.send(pending.session->id(), done_reply(pending.request_id, live_.tick(), name_));
+      const base::Status kept = journal_ ? journal_->note_tick(live_.tick()) : base::Status();
+      if (kept.ok()) {
+        outbox.send(pending.session->id(), done_reply(pending.request_id, live_.tick(), name_));
+      } else {
+        const std::string what = "the world is at tick " + std::to_string(live_.tick()) + ", which cannot be kept: ";
+        outbox.send(pending.session->id(),
+                    error_reply(pending.request_id, {base::StatusCode::unavailable, what + kept.message(), "step"}));
+      }
       pending_steps_.pop_front();
       if (pending_steps_.empty()) clock_.start(now);
     }
@@ -168,7 +180,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
     if (now - last_slow_event_ > slow_event_interval) {
       last_slow_event_ = now;
       const double ratio = window_.summary(now).time_ratio;
-      spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", name_, live_.tick(), ratio,
+      spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", log_name(name_), live_.tick(), ratio,
                    slipped_s_);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
                                      "simulated over real time: " + base::number_text(ratio * time_scale_)),
@@ -179,8 +191,15 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
 }
 
 void HostedWorld::checkpoint(TimePoint now, bool force) {
-  if (journal_ && !mid_tick_ && !halted_ && (force || journal_->checkpoint_due(now, live_.tick())))
-    journal_->checkpoint(now, live_.save(), paused_);
+  if (!journal_ || mid_tick_ || halted_) return;
+  if (force || journal_->checkpoint_due(now, live_.tick())) journal_->checkpoint(now, live_.save(), paused_);
+  publish_trouble();
+}
+
+void HostedWorld::publish_trouble() {
+  std::string trouble = journal_->trouble().message();
+  const std::lock_guard lock(status_mutex_);
+  status_.disk_trouble = std::move(trouble);
 }
 
 std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const {
@@ -190,21 +209,25 @@ std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const
   return clock_.due();
 }
 
+std::optional<HostedWorld::TimePoint> HostedWorld::next_try() const {
+  return journal_ && !destroyed_by_ && !halted_ ? journal_->next_try() : std::nullopt;
+}
+
 void HostedWorld::finish_tick(TimePoint deadline, Outbox& outbox) {
   while (mid_tick_ && std::chrono::steady_clock::now() < deadline) mid_tick_ = !live_.physics().substep(workers_);
   if (!mid_tick_) send_events(outbox);
 }
 
 void HostedWorld::halt(const std::string& why, Outbox& outbox) {
-  spdlog::error("world={} tick={} halted: {}", name_, live_.tick(), why);
+  spdlog::error("world={} tick={} halted: {}", log_name(name_), live_.tick(), why);
   halted_ = true;
   paused_ = true;
   mid_tick_ = false;
   end_steps({base::StatusCode::internal, "the world was halted by a fault"}, outbox);
 }
 
-void HostedWorld::forget() {
-  if (journal_) journal_->remove();
+base::Status HostedWorld::forget() {
+  return journal_ ? journal_->remove() : base::Status();
 }
 
 void HostedWorld::publish_status(TimePoint now) {
@@ -224,6 +247,7 @@ void HostedWorld::publish_status(TimePoint now) {
   listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   listing.set_frozen_bodies(frozen_count(world));
   status.last_active = now;
+  if (journal_) status.disk_trouble = journal_->trouble().message();
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);
 }

@@ -21,6 +21,7 @@
 #include "app/tick_window.h"
 #include "app/world_clock.h"
 #include "app/world_journal.h"
+#include "app/world_memory.h"
 #include "app/world_status.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -38,7 +39,8 @@ class HostedWorld {
   };
 
   /// `journal` may be null: nothing of the world is kept.
-  HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal, Wiring wiring);
+  HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal, Wiring wiring,
+              WorldMemory memory = WorldMemory::unlimited());
 
   // Any thread:
 
@@ -63,6 +65,8 @@ class HostedWorld {
   void checkpoint(TimePoint now, bool force);
   /// When it wants to run next; nothing where it rests.
   [[nodiscard]] std::optional<TimePoint> next_due(TimePoint now) const;
+  /// When it wants to run at the latest where it rests.
+  [[nodiscard]] std::optional<TimePoint> next_try() const;
 
   /// Takes no more requests; those that wait are answered with `why`.
   void close(const base::Status& why, Outbox& outbox);
@@ -73,8 +77,10 @@ class HostedWorld {
 
   /// The request that ended the world; null where it lives.
   [[nodiscard]] const Request* destroyed_by() const { return destroyed_by_ ? &*destroyed_by_ : nullptr; }
+  /// Whether all of it is on the disk; when its stepping has ended and the disk's jobs are done.
+  [[nodiscard]] base::Status kept() const { return journal_ ? journal_->trouble() : base::Status(); }
   /// Removes what is kept of it.
-  void forget();
+  [[nodiscard]] base::Status forget();
 
  private:
   using Answer = base::Result<v1::ServerMessage>;
@@ -98,13 +104,14 @@ class HostedWorld {
   void destroy(const Request& request, Outbox& outbox);
   void session_ended(net::SessionId session, Outbox& outbox);
   void release(std::uint64_t grab_id, Outbox& outbox);
-  /// Appends a change that was carried out to the log, and tells the subscribers who wish to know.
-  void note(const v1::ClientMessage& message, Outbox& outbox);
+  /// Writes a request to the log, before it is carried out.
+  [[nodiscard]] base::Status write_ahead(const v1::ClientMessage& message);
   [[nodiscard]] v1::ServerMessage stats(const Request& request, TimePoint now) const;
 
   /// What became of bodies in the tick, to the log and to all who watch.
   void send_events(Outbox& outbox);
   void publish_status(TimePoint now);
+  void publish_trouble();
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
 
   const std::string name_;
@@ -112,6 +119,7 @@ class HostedWorld {
   Inbox inbox_;
 
   LiveWorld live_;
+  WorldMemory memory_;
   FrameHub hub_;
   std::unique_ptr<WorldJournal> journal_;
   physics::Workers workers_{1};  // worlds run in parallel, not the bodies of a world

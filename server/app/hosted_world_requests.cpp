@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include "app/hosted_world.h"
+#include "app/log.h"
 #include "app/protocol.h"
 #include "app/request_fields.h"
 #include "app/world_stats.h"
@@ -35,29 +36,31 @@ void HostedWorld::answer(const Request& request, TimePoint now, Outbox& outbox) 
   try {
     answer = carry_out(request, now, outbox);
   } catch (const std::exception& error) {
-    spdlog::error("world={} session={} {} threw: {}", name_, request.session->id(), kind_of(request.message),
+    spdlog::error("world={} session={} {} threw: {}", log_name(name_), request.session->id(), kind_of(*request.message),
                   error.what());
     answer = Status(StatusCode::internal, "the server failed at this request");
   }
   if (!answer) return;
   if (!answer->ok()) return refuse(request, answer->status(), outbox);
-  wiring_.metrics->count_command(kind_of(request.message), "ok");
+  wiring_.metrics->count_command(kind_of(*request.message), "ok");
   outbox.send(request.session->id(), **answer);
 }
 
 void HostedWorld::refuse(const Request& request, const Status& why, Outbox& outbox) {
-  const v1::ServerMessage reply = error_reply(request.message.request_id(), why);
-  wiring_.metrics->count_command(kind_of(request.message), v1::Error::Code_Name(reply.error().code()));
+  const double hint_s = why.code() == StatusCode::unavailable ? retry_hint_s : 0.0;
+  const v1::ServerMessage reply = error_reply(request.message->request_id(), why, hint_s);
+  wiring_.metrics->count_command(kind_of(*request.message), v1::Error::Code_Name(reply.error().code()));
   outbox.send(request.session->id(), reply);
 }
 
 std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request, TimePoint now, Outbox& outbox) {
-  const v1::ClientMessage& message = request.message;
+  const v1::ClientMessage& message = *request.message;
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe: {
       Status lacks = FrameHub::check_asked(message.subscribe(), LiveFrames(live_.physics()));
       if (!lacks.ok()) return Answer(std::move(lacks));
-      auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s());
+      auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s(),
+                                       [this](double bytes) { return memory_.admit_stream(bytes); });
       if (!subscribed.ok()) return Answer(subscribed.status());
       v1::ServerMessage reply = reply_to(message);
       *reply.mutable_subscribed() = std::move(*subscribed);
@@ -99,7 +102,7 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
 }
 
 HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) {
-  const v1::ClientMessage& message = request.message;
+  const v1::ClientMessage& message = *request.message;
   const net::SessionId session = request.session->id();
   const auto owns = [&](std::uint64_t grab_id) {
     const auto owner = grab_owners_.find(grab_id);
@@ -113,10 +116,16 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   }
   if (!LiveWorld::is_change(message)) return Status(StatusCode::unsupported, "not a request to a world");
 
+  if (Status failed = write_ahead(message); !failed.ok()) return failed;
   const double period_before_s = live_.physics().tick_period_s();
-  auto effect = live_.change(message);
-  if (!effect.ok()) return effect.status();
-  note(message, outbox);
+  auto effect = live_.change(
+      message, [this](const v1::Scene& source, const physics::Scene& scene) { return memory_.admit(source, scene); });
+  memory_.settle(effect.ok(), live_.physics().integrator(), hub_.bytes_per_vertex());
+  if (!effect.ok()) {
+    if (journal_) journal_->take_back();
+    return effect.status();
+  }
+  hub_.applied(live_.tick(), message, outbox);
   if (effect->edited) hub_.edited();
   // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
   const std::uint64_t shown_from = effect->edited && paused_ && pending_steps_.empty() ? live_.tick() : next_tick();
@@ -139,9 +148,12 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
 }
 
 HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {
+  if (!paused_) {
+    if (Status failed = write_ahead(message); !failed.ok()) return failed;
+    hub_.applied(live_.tick(), message, outbox);
+  }
   end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
-  if (!paused_) note(message, outbox);
   paused_ = true;
   return done_reply(message.request_id(), live_.tick(), name_);
 }
@@ -150,10 +162,13 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
   if (halted_)
     return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "resume.world");
   if (Status wrong = check_time_scale(message.resume()); !wrong.ok()) return wrong;
+  const double time_scale = message.resume().has_time_scale() ? message.resume().time_scale() : time_scale_;
+  if (paused_ || time_scale != time_scale_) {
+    if (Status failed = write_ahead(message); !failed.ok()) return failed;
+    hub_.applied(live_.tick(), message, outbox);
+  }
   end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
             outbox);
-  const double time_scale = message.resume().has_time_scale() ? message.resume().time_scale() : time_scale_;
-  if (paused_ || time_scale != time_scale_) note(message, outbox);
   time_scale_ = time_scale;
   if (paused_) clock_.start(now);
   paused_ = false;
@@ -161,7 +176,7 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
 }
 
 std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
-  const std::uint32_t ticks = request.message.step().ticks();
+  const std::uint32_t ticks = request.message->step().ticks();
   if (halted_)
     return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "step.world"));
   if (!paused_) return Answer(Status(StatusCode::failed_precondition, "the world runs; pause it first", "step.world"));
@@ -174,7 +189,7 @@ std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) 
                              " ticks wait; may be at most " + std::to_string(base::step_ticks_max) + " in all",
                          "step.ticks"));
   }
-  pending_steps_.push_back({request.session, request.message.request_id(), ticks});
+  pending_steps_.push_back({request.session, request.message->request_id(), ticks});
   return std::nullopt;  // answered in end_tick
 }
 
@@ -195,7 +210,7 @@ void HostedWorld::close(const Status& why, Outbox& outbox) {
 
 void HostedWorld::end_steps(const Status& why, Outbox& outbox) {
   if (pending_steps_.empty()) return;
-  if (journal_) journal_->note_tick(live_.tick());
+  if (journal_) (void)journal_->note_tick(live_.tick());  // no tick of theirs is acknowledged as done
   for (const PendingStep& pending : pending_steps_) {
     outbox.send(pending.session->id(), error_reply(pending.request_id, why));
   }
@@ -206,7 +221,7 @@ void HostedWorld::session_ended(net::SessionId session, Outbox& outbox) {
   hub_.session_ended(session);
   const auto dropped =
       std::erase_if(pending_steps_, [&](const PendingStep& pending) { return pending.session->id() == session; });
-  if (dropped > 0 && journal_) journal_->note_tick(live_.tick());
+  if (dropped > 0 && journal_) (void)journal_->note_tick(live_.tick());
   for (auto grab = grab_owners_.begin(); grab != grab_owners_.end();) {
     if (grab->second != session) {
       ++grab;
@@ -221,16 +236,27 @@ void HostedWorld::release(std::uint64_t grab_id, Outbox& outbox) {
   v1::ClientMessage message;
   message.mutable_release_grab()->set_world(name_);
   message.mutable_release_grab()->set_grab_id(grab_id);
-  if (live_.change(message).ok()) note(message, outbox);
+  // Nobody asks for it who could be refused: what cannot be written is done all the same.
+  const bool kept = write_ahead(message).ok();
+  if (live_.change(message).ok()) {
+    hub_.applied(live_.tick(), message, outbox);
+    if (!kept) journal_->lost_a_change();
+  } else if (kept && journal_) {
+    journal_->take_back();
+  }
 }
 
-void HostedWorld::note(const v1::ClientMessage& message, Outbox& outbox) {
-  if (journal_) journal_->append(live_.tick(), message);
-  hub_.applied(live_.tick(), message, outbox);
+// What is acknowledged is written, and what is not written is not done.
+Status HostedWorld::write_ahead(const v1::ClientMessage& message) {
+  if (!journal_) return {};
+  const Status failed = journal_->write(live_.tick(), message);
+  if (failed.ok()) return {};
+  return {StatusCode::unavailable, "the server cannot keep it, so it was not done: " + failed.message(),
+          std::string(kind_of(message))};
 }
 
 v1::ServerMessage HostedWorld::stats(const Request& request, TimePoint now) const {
-  v1::ServerMessage message = reply_to(request.message);
+  v1::ServerMessage message = reply_to(*request.message);
   v1::Stats& out = *message.mutable_stats();
   describe(live_.physics(), out);
   const TickSummary summary = window_.summary(now);

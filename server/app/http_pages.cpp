@@ -32,7 +32,7 @@ net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
   body.append(base::version).append("\n\n");
   body += "/worlds   this page\n";
   body += "/ws       protocol pneuma.v1, one message a WebSocket message\n";
-  body += "/healthz  200 while every running world ticks\n";
+  body += "/healthz  200 while every running world ticks, and the disk takes what is to be kept\n";
   body += "/metrics  for Prometheus\n\n";
   body.append(std::to_string(worlds.size())).append(worlds.size() == 1 ? " world\n" : " worlds\n");
   for (const WorldStatus& world : worlds) body.append(line_of(world.listing)).append("\n");
@@ -41,6 +41,7 @@ net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
 
 net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::steady_clock::time_point now) {
   std::string silent;
+  std::string not_kept;
   std::string damaged;
   for (const WorldStatus& world : worlds) {
     if (world.listing.damaged()) {
@@ -50,8 +51,11 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
                 std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - world.last_active).count()) +
                 " s\n";
     }
+    if (!world.disk_trouble.empty()) {
+      not_kept += "world " + world.listing.name() + " cannot be kept: " + world.disk_trouble + "\n";
+    }
   }
-  if (!silent.empty()) return net::text_reply(503, silent + damaged);
+  if (!silent.empty() || !not_kept.empty()) return net::text_reply(503, silent + not_kept + damaged);
   return net::text_reply(200, "ok\n" + damaged);
 }
 

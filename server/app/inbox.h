@@ -11,15 +11,16 @@
 #include <utility>
 #include <variant>
 
+#include "app/request_reader.h"
 #include "app/session.h"
 #include "base/limits.h"
-#include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
 
 struct Request {
   std::shared_ptr<Session> session;
-  v1::ClientMessage message;
+  MessagePtr message;
+  std::size_t bytes = 0;         // that the message holds in memory
   net::ReaderStats reader = {};  // of GetStats: how the session reads
 };
 struct KeyWanted {
@@ -40,11 +41,11 @@ class Inbox {
   enum class Post { taken, full, closed };
 
   /// A full inbox refuses requests, not what keeps its own books right. All that waits counts, in the memory that it
-  /// takes: a message's empty fields are small on the wire alone. Of the reports on a reader of a stream the last one
+  /// takes. Of the reports on a reader of a stream the last one
   /// waits, beside all that: they come of themselves, at a world that takes none while it is paused, too.
   Post post(Command command) {
     const auto* request = std::get_if<Request>(&command);
-    const std::size_t bytes = request == nullptr ? 0 : request->message.SpaceUsedLong();
+    const std::size_t bytes = request == nullptr ? 0 : request->bytes;
     const std::lock_guard lock(mutex_);
     if (closed_) return Post::closed;
     if (const auto* reader = std::get_if<ReaderReported>(&command)) {
@@ -75,7 +76,7 @@ class Inbox {
     const std::lock_guard lock(mutex_);
     for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
       auto* request = std::get_if<Request>(&it->command);
-      if (request == nullptr || !request->message.has_destroy_world()) continue;
+      if (request == nullptr || !request->message->has_destroy_world()) continue;
       Request found = std::move(*request);
       bytes_ -= it->bytes;
       waiting_.erase(it);

@@ -24,11 +24,13 @@ Result<LiveWorld::Effect> inside(Result<LiveWorld::Effect> effect, const char* f
 
 }  // namespace
 
-Result<LiveWorld::Built> LiveWorld::build(const v1::Scene& scene, const scene_io::MeshLibrary& before) {
+Result<LiveWorld::Built> LiveWorld::build(const v1::Scene& scene, const Admit& admit,
+                                          const scene_io::MeshLibrary& before) {
   auto meshes = scene_io::MeshLibrary::build(scene, before);
   if (!meshes.ok()) return meshes.status();
   auto checked = scene_io::to_physics(scene, *meshes);
   if (!checked.ok()) return checked.status();
+  if (Status no_room = admit(scene, *checked); !no_room.ok()) return no_room;
   auto world = physics::World::create(std::move(*checked));
   if (!world.ok()) return world.status();
   return Built{std::move(*meshes), std::move(*world)};
@@ -42,15 +44,15 @@ LiveWorld::LiveWorld(SharedScene created, SharedScene edited, Built built)
   world_.set_profiling(true);
 }
 
-Result<LiveWorld> LiveWorld::create(v1::Scene scene) {
-  auto built = build(scene);
+Result<LiveWorld> LiveWorld::create(v1::Scene scene, const Admit& admit) {
+  auto built = build(scene, admit);
   if (!built.ok()) return built.status();
   const auto created = std::make_shared<const v1::Scene>(std::move(scene));
   return LiveWorld(created, created, std::move(*built));
 }
 
-Result<LiveWorld> LiveWorld::restore(const Saved& saved) {
-  auto built = build(*saved.edited);
+Result<LiveWorld> LiveWorld::restore(const Saved& saved, const Admit& admit) {
+  auto built = build(*saved.edited, admit);
   if (!built.ok()) return built.status().inside("saved scene");
   if (auto status = built->world.restore(saved.snapshot); !status.ok()) return status.inside("saved state");
   if (saved.tick < built->world.tick()) return base::invalid("is before its state's", "saved tick");
@@ -99,10 +101,10 @@ bool LiveWorld::is_change(const v1::ClientMessage& request) {
   }
 }
 
-Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request) {
+Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request, const Admit& admit) {
   switch (request.request_case()) {
     case v1::ClientMessage::kEdit:
-      return edit(request.edit());
+      return edit(request.edit(), admit);
     case v1::ClientMessage::kImpulse:
       return impulse(request.impulse());
     case v1::ClientMessage::kGrab:
@@ -112,27 +114,27 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request) {
     case v1::ClientMessage::kReleaseGrab:
       return release_grab(request.release_grab());
     case v1::ClientMessage::kReset:
-      return reset();
+      return reset(admit);
     default:
       return Status(base::StatusCode::internal, "not a change");
   }
 }
 
-Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request) {
+Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request, const Admit& admit) {
   switch (request.source_case()) {
     case v1::Edit::kEditJson: {
       const auto parsed = scene_io::parse_edit_json(request.edit_json());
-      return inside(parsed.ok() ? edit(*parsed) : parsed.status(), "edit.edit_json");
+      return inside(parsed.ok() ? edit(*parsed, admit) : parsed.status(), "edit.edit_json");
     }
     case v1::Edit::kEdit:
-      return inside(edit(request.edit()), "edit.edit");
+      return inside(edit(request.edit(), admit), "edit.edit");
     case v1::Edit::SOURCE_NOT_SET:
       break;
   }
   return base::invalid("holds no edit", "edit.source");
 }
 
-Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
+Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit, const Admit& admit) {
   if (edit.changes().empty()) return base::invalid("holds no change", "changes");
   // An edit starts from the scene as it is now: what it does not name, gas and solids in motion too, goes on.
   auto edited = scene_io::apply_edit(scene(), edit);
@@ -142,6 +144,7 @@ Result<LiveWorld::Effect> LiveWorld::edit(const v1::SceneEdit& edit) {
   if (!meshes.ok()) return refused(meshes.status());
   auto built = scene_io::to_physics(*edited, *meshes);
   if (!built.ok()) return refused(built.status());
+  if (Status no_room = admit(*edited, *built); !no_room.ok()) return refused(no_room);
   const std::vector<std::string> renewed = scene_io::renewed_bodies(edit);
   if (auto status = world_.apply(std::move(*built), renewed); !status.ok()) return refused(status);
   const auto& bodies = edited->soft_bodies();
@@ -213,8 +216,8 @@ Result<LiveWorld::Effect> LiveWorld::release_grab(const v1::ReleaseGrab& request
   return Effect{};
 }
 
-Result<LiveWorld::Effect> LiveWorld::reset() {
-  auto built = build(*created_, meshes_);
+Result<LiveWorld::Effect> LiveWorld::reset(const Admit& admit) {
+  auto built = build(*created_, admit, meshes_);
   if (!built.ok()) return built.status().inside("reset");
   tick_offset_ = tick();
   meshes_ = std::move(built->meshes);

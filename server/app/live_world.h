@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -19,6 +20,8 @@ namespace pneuma::app {
 class LiveWorld {
  public:
   using Grabs = std::map<std::uint64_t, std::string>;  // by id: the body that is held
+  /// Asked before a scene is set up, when its meshes are built: whether there is room for it.
+  using Admit = std::function<base::Status(const v1::Scene& source, const physics::Scene& scene)>;
 
   /// What a change did.
   struct Effect {
@@ -39,8 +42,8 @@ class LiveWorld {
   };
 
   /// Builds the scene. Slow for large meshes.
-  [[nodiscard]] static base::Result<LiveWorld> create(v1::Scene scene);
-  [[nodiscard]] static base::Result<LiveWorld> restore(const Saved& saved);
+  [[nodiscard]] static base::Result<LiveWorld> create(v1::Scene scene, const Admit& admit = anything);
+  [[nodiscard]] static base::Result<LiveWorld> restore(const Saved& saved, const Admit& admit = anything);
   /// Between two ticks.
   [[nodiscard]] Saved save() const;
 
@@ -48,7 +51,7 @@ class LiveWorld {
   [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
   /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field from the
   /// request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has changed then.
-  [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request);
+  [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request, const Admit& admit = anything);
 
   [[nodiscard]] physics::World& physics() { return world_; }
   [[nodiscard]] const physics::World& physics() const { return world_; }
@@ -68,16 +71,20 @@ class LiveWorld {
     scene_io::MeshLibrary meshes;
     physics::World world;
   };
-  [[nodiscard]] static base::Result<Built> build(const v1::Scene& scene, const scene_io::MeshLibrary& before = {});
+  [[nodiscard]] static base::Status anything(const v1::Scene& /*source*/, const physics::Scene& /*scene*/) {
+    return {};
+  }
+  [[nodiscard]] static base::Result<Built> build(const v1::Scene& scene, const Admit& admit,
+                                                 const scene_io::MeshLibrary& before = {});
   LiveWorld(SharedScene created, SharedScene edited, Built built);
 
-  [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request);
-  [[nodiscard]] base::Result<Effect> edit(const v1::SceneEdit& edit);
+  [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request, const Admit& admit);
+  [[nodiscard]] base::Result<Effect> edit(const v1::SceneEdit& edit, const Admit& admit);
   [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
   [[nodiscard]] base::Result<Effect> grab(const v1::Grab& request);
   [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);
   [[nodiscard]] base::Result<Effect> release_grab(const v1::ReleaseGrab& request);
-  [[nodiscard]] base::Result<Effect> reset();
+  [[nodiscard]] base::Result<Effect> reset(const Admit& admit);
 
   SharedScene created_;
   SharedScene edited_;

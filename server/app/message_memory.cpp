@@ -9,6 +9,8 @@
 #include <google/protobuf/message.h>
 #include <google/protobuf/wire_format_lite.h>
 
+#include "base/limits.h"
+
 namespace pneuma::app {
 
 namespace {
@@ -22,8 +24,8 @@ using google::protobuf::io::CodedInputStream;
 // Beside the content of what stands in a list, or is kept though the message does not know it: its place there, the
 // list's spare room and head, which a list of one has too, and the allocator's own.
 constexpr std::size_t item_bytes = 48;
-// A list of numbers grows to twice what it holds.
-constexpr std::size_t list_growth = 2;
+// A list of numbers grows to twice what it holds; on an arena the shorter lists that it was stay beside it.
+constexpr std::size_t list_growth = 4;
 // An unknown group is kept as it came, field by field; an empty one of two bytes is the worst.
 constexpr std::size_t group_growth = 40;
 
@@ -58,30 +60,39 @@ std::size_t packed_count(const FieldDescriptor& field, std::string_view bytes) {
   }
 }
 
-class Sum {
+class Measure {
  public:
-  explicit Sum(std::size_t bytes_max) : bytes_max_(bytes_max) {}
+  explicit Measure(const MessageSize& most) : most_(most) {}
 
-  void add_empty(const Descriptor& descriptor) { bytes_ += size_of(descriptor); }
-  /// Goes through a message's fields; false once the sum is past its limit, or the bytes are no such message.
+  void add_empty(const Descriptor& descriptor) { size_.bytes += size_of(descriptor); }
+  /// Goes through a message's fields; false once a limit is passed, or the bytes are no such message.
   bool add(CodedInputStream& in, const Descriptor& descriptor, int depth) {
     while (const std::uint32_t tag = in.ReadTag()) {
+      ++size_.fields;
       if (!add_field(in, descriptor.FindFieldByNumber(WireFormatLite::GetTagFieldNumber(tag)), tag, depth))
         return false;
-      if (!fits()) return false;
+      if (size_.bytes > most_.bytes || size_.fields > most_.fields) return false;
     }
     return in.ConsumedEntireMessage();
   }
-  [[nodiscard]] bool fits() const { return bytes_ <= bytes_max_; }
+  [[nodiscard]] base::Result<MessageSize> result() const {
+    const auto past = [](const std::string& what, std::size_t limit, const char* unit) {
+      return base::Status(base::StatusCode::limit_exceeded, what + " more than " + std::to_string(limit) + unit);
+    };
+    if (too_deep_) return past("holds messages within each other,", base::message_depth_max, " deep");
+    if (size_.fields > most_.fields) return past("holds", most_.fields, " fields");
+    if (size_.bytes > most_.bytes) return past("takes", most_.bytes, " bytes of memory");
+    return size_;
+  }
 
  private:
   bool add_field(CodedInputStream& in, const FieldDescriptor* field, std::uint32_t tag, int depth) {
     if (WireFormatLite::GetTagWireType(tag) != WireFormatLite::WIRETYPE_LENGTH_DELIMITED) {
       const int start = in.CurrentPosition();
       const bool skipped = WireFormatLite::SkipField(&in, tag);  // one that breaks off is kept up to there
-      bytes_ += item_bytes;
+      size_.bytes += item_bytes;
       if (WireFormatLite::GetTagWireType(tag) == WireFormatLite::WIRETYPE_START_GROUP) {
-        bytes_ += static_cast<std::size_t>(in.CurrentPosition() - start) * group_growth;
+        size_.bytes += static_cast<std::size_t>(in.CurrentPosition() - start) * group_growth;
       }
       return skipped;
     }
@@ -90,8 +101,8 @@ class Sum {
     std::uint32_t length = 0;
     if (!in.ReadVarint32(&length)) return false;
     if (is_message) {
-      constexpr int depth_max = 100;  // protobuf's own
-      if (depth == depth_max) return false;
+      too_deep_ = too_deep_ || depth == base::message_depth_max;
+      if (too_deep_) return false;
       const CodedInputStream::Limit outer = in.PushLimit(static_cast<int>(length));
       if (!add(in, *field->message_type(), depth + 1)) return false;
       in.PopLimit(outer);
@@ -99,8 +110,8 @@ class Sum {
     }
     // A number that stands alone cannot be packed: bytes in its place are kept as unknown.
     const bool is_packed = field != nullptr && field->is_packable();
-    bytes_ += item_bytes + (is_packed ? list_growth * number_bytes(*field) * packed_count(*field, rest(in, length))
-                                      : sizeof(std::string) + length);
+    size_.bytes += item_bytes + (is_packed ? list_growth * number_bytes(*field) * packed_count(*field, rest(in, length))
+                                           : sizeof(std::string) + length);
     return in.Skip(static_cast<int>(length));
   }
 
@@ -121,19 +132,21 @@ class Sum {
     return known->second;
   }
 
-  std::size_t bytes_max_;
-  std::size_t bytes_ = 0;
+  const MessageSize most_;
+  MessageSize size_;
+  bool too_deep_ = false;
   std::unordered_map<const Descriptor*, std::size_t> sizes_;  // of empty messages
 };
 
 }  // namespace
 
-bool takes_at_most(std::string_view bytes, const Descriptor& descriptor, std::size_t bytes_max) {
+base::Result<MessageSize> measure_message(std::string_view bytes, const Descriptor& descriptor,
+                                          const MessageSize& most) {
   CodedInputStream in(reinterpret_cast<const std::uint8_t*>(bytes.data()), static_cast<int>(bytes.size()));
-  Sum sum(bytes_max);
-  sum.add_empty(descriptor);
-  sum.add(in, descriptor, 0);
-  return sum.fits();
+  Measure measure(most);
+  measure.add_empty(descriptor);
+  measure.add(in, descriptor, 0);
+  return measure.result();
 }
 
 }  // namespace pneuma::app

@@ -1,5 +1,5 @@
-// What a protobuf message will take in memory, found from its bytes before it is parsed: empty fields are small on the
-// wire alone.
+// How large a protobuf message will be, found from its bytes before it is parsed: empty fields are small on the wire
+// alone.
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,20 @@
 
 #include <google/protobuf/descriptor.h>
 
+#include "base/status.h"
+
 namespace pneuma::app {
 
-/// Whether what parsing makes of the bytes takes at most `bytes_max` of memory, within the allocator's rounding. True
-/// of bytes that are no such message if all that comes before that shows does.
-[[nodiscard]] bool takes_at_most(std::string_view bytes, const google::protobuf::Descriptor& descriptor,
-                                 std::size_t bytes_max);
+struct MessageSize {
+  std::size_t bytes = 0;   // of memory, within the allocator's rounding
+  std::size_t fields = 0;  // those of messages within it too; a packed list is one
+};
+
+/// What parsing makes of the bytes, on the heap or on an arena. Refused with LIMIT_EXCEEDED where that would pass
+/// `most`, or nest deeper than base::message_depth_max. Of bytes that are no such message: what comes before that
+/// shows.
+[[nodiscard]] base::Result<MessageSize> measure_message(std::string_view bytes,
+                                                        const google::protobuf::Descriptor& descriptor,
+                                                        const MessageSize& most);
 
 }  // namespace pneuma::app

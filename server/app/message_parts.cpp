@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <string>
-#include <string_view>
 #include <utility>
-
-#include "app/message_memory.h"
 
 namespace pneuma::app {
 
@@ -27,41 +24,21 @@ MessageParts::Taken refuse(Status why, double retry_after_s = 0.0) {
   return {std::move(why), retry_after_s, std::nullopt};
 }
 
-MessageParts::Taken parse(std::string_view bytes, std::uint64_t request_id) {
-  if (!takes_at_most(bytes, *v1::ClientMessage::descriptor(), base::message_memory_bytes_max)) {
-    return refuse({StatusCode::limit_exceeded,
-                   "what the message holds takes more than " + std::to_string(base::message_memory_bytes_max) +
-                       " bytes of memory",
-                   "part"});
-  }
-  MessageParts::Taken taken;
-  v1::ClientMessage& whole = taken.whole.emplace();
-  if (!whole.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return refuse(base::invalid("all parts together are no ClientMessage", "part"));
-  }
-  if (whole.request_id() != request_id) {
-    return refuse(base::invalid("is " + std::to_string(whole.request_id()) + " in the message and " +
-                                    std::to_string(request_id) + " in its parts",
-                                "request_id"));
-  }
-  if (whole.has_part()) return refuse(base::invalid("is of a message that is a part itself", "part"));
-  return taken;
-}
-
 }  // namespace
 
 MessageParts::MessageParts(const base::Limits& limits)
-    : message_bytes_max_(limits.message_bytes_max), bytes_max_(most_bytes(limits)) {}
+    : message_bytes_max_(limits.message_bytes_max),
+      bytes_max_(most_bytes(limits)),
+      waiting_bytes_max_(limits.parts_waiting_bytes_max) {}
 
-MessageParts::Taken MessageParts::take(std::uint64_t session_id, std::uint64_t request_id, const v1::Part& part,
+MessageParts::Taken MessageParts::take(std::uint64_t session_id, std::uint64_t request_id, const PartView& part,
                                        TimePoint now) {
-  const bool is_last = part.last();
   Taken taken = append(senders_[session_id], request_id, part, now);
-  if (!taken.refused.ok()) give_up(session_id, request_id, is_last);
+  if (!taken.refused.ok()) give_up(session_id, request_id, part.last);
   return taken;
 }
 
-MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_id, const v1::Part& part,
+MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_id, const PartView& part,
                                          TimePoint now) {
   if (sender.assembly && sender.assembly->request_id != request_id) {
     if (now <= sender.assembly->good_until) {
@@ -78,29 +55,34 @@ MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_i
                    "part"},
                   parts_retry_hint_s);
   }
-  const std::string& data = part.data();
-  if (data.empty()) return refuse(base::invalid("is empty", "part.data"));
-  const std::size_t bytes = data.size() + (sender.assembly ? sender.assembly->bytes.size() : 0);
+  if (part.data.empty()) return refuse(base::invalid("is empty", "part.data"));
+  const std::size_t bytes = part.data.size() + (sender.assembly ? sender.assembly->bytes.size() : 0);
   if (bytes > bytes_max_) {
     return refuse({StatusCode::limit_exceeded,
                    "the message has more than " + std::to_string(bytes_max_) + " bytes in its parts", "part"});
   }
-  const std::size_t held = sender.assembly ? sender.assembly->bytes.capacity() : 0;
+  const std::size_t held = sender.assembly ? sender.assembly->held : 0;
   const std::size_t wanted = bytes <= held ? held : std::min(std::max(bytes, 2 * held), bytes_max_);
   if (!has_room(wanted - held, now)) {
     return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, parts_retry_hint_s);
   }
   if (!sender.assembly) sender.assembly.emplace(request_id, now + base::parts_timeout);
   Assembly& assembly = *sender.assembly;
-  assembly.bytes.reserve(wanted);
-  bytes_ += assembly.bytes.capacity() - held;
-  assembly.bytes.insert(assembly.bytes.end(), data.begin(), data.end());
-  put_off(assembly, data.size(), now);
-  if (!part.last()) return {};
-  const std::vector<char> whole = std::move(assembly.bytes);
-  bytes_ -= whole.capacity();
-  sender.assembly.reset();
-  return parse({whole.data(), whole.size()}, request_id);
+  if (wanted > held) {  // a string that grows by itself would take more room than was asked for
+    std::string larger;
+    larger.reserve(wanted);
+    larger.append(assembly.bytes);
+    assembly.bytes = std::move(larger);
+  }
+  assembly.held = assembly.bytes.capacity();
+  bytes_ += assembly.held - held;
+  assembly.bytes.append(part.data);
+  put_off(assembly, part.data.size(), now);
+  if (!part.last) return {};
+  Taken taken;
+  taken.whole = std::move(assembly.bytes);
+  drop(sender);
+  return taken;
 }
 
 // By the part's share of the largest one, so that single bytes do not keep room.
@@ -137,17 +119,18 @@ void MessageParts::session_ended(std::uint64_t session_id) {
 
 // Those whose time is over give way; while nobody needs their room, they may stay.
 bool MessageParts::has_room(std::size_t bytes, TimePoint now) {
-  if (bytes_ + bytes <= base::parts_waiting_bytes_max) return true;
+  if (bytes_ + bytes <= waiting_bytes_max_) return true;
   for (auto& [session_id, sender] : senders_) {
     if (!sender.assembly || now <= sender.assembly->good_until) continue;
     // The next part, if one comes, is told that it is late.
-    bytes_ -= std::exchange(sender.assembly->bytes, std::vector<char>()).capacity();
+    sender.assembly->bytes = {};
+    bytes_ -= std::exchange(sender.assembly->held, 0);
   }
-  return bytes_ + bytes <= base::parts_waiting_bytes_max;
+  return bytes_ + bytes <= waiting_bytes_max_;
 }
 
 void MessageParts::drop(Sender& sender) {
-  if (sender.assembly) bytes_ -= sender.assembly->bytes.capacity();
+  if (sender.assembly) bytes_ -= sender.assembly->held;
   sender.assembly.reset();
 }
 

@@ -8,11 +8,11 @@
 #include <deque>
 #include <map>
 #include <optional>
-#include <vector>
+#include <string>
 
+#include "app/envelope.h"
 #include "base/limits.h"
 #include "base/status.h"
-#include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
 
@@ -30,10 +30,10 @@ class MessageParts {
   struct Taken {
     base::Status refused;  // the message is given up, and its later parts are passed over
     double retry_after_s = 0.0;
-    std::optional<v1::ClientMessage> whole;  // of the request id that its parts had
+    std::optional<std::string> whole;
   };
   /// Takes the next part of a session's message.
-  [[nodiscard]] Taken take(std::uint64_t session_id, std::uint64_t request_id, const v1::Part& part, TimePoint now);
+  [[nodiscard]] Taken take(std::uint64_t session_id, std::uint64_t request_id, const PartView& part, TimePoint now);
 
   /// The part belongs to a message that was answered by an error already.
   [[nodiscard]] bool passes_over(std::uint64_t session_id, std::uint64_t request_id, bool is_last);
@@ -46,21 +46,23 @@ class MessageParts {
   struct Assembly {
     Assembly(std::uint64_t id, TimePoint until) : request_id(id), good_until(until) {}
     std::uint64_t request_id;
-    std::vector<char> bytes;  // its spare room counts as held
-    TimePoint good_until;     // a part after that is too late
+    std::string bytes;
+    std::size_t held = 0;  // with its spare room
+    TimePoint good_until;  // a part after that is too late
   };
   struct Sender {
     std::optional<Assembly> assembly;
     std::deque<std::uint64_t> given_up;  // request ids, the oldest first
   };
 
-  [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, const v1::Part& part, TimePoint now);
+  [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, const PartView& part, TimePoint now);
   [[nodiscard]] bool has_room(std::size_t bytes, TimePoint now);
   void put_off(Assembly& assembly, std::size_t bytes, TimePoint now) const;
   void drop(Sender& sender);
 
   std::size_t message_bytes_max_;
   std::size_t bytes_max_;
+  std::size_t waiting_bytes_max_;
   std::map<std::uint64_t, Sender> senders_;  // by session
   std::size_t bytes_ = 0;                    // of all that waits
 };

@@ -47,7 +47,11 @@ Metrics::Metrics()
                                                                          net::QueueAges::bounds_s.end()))),
       bytes_sent(counter(registry_, "pneuma_sent_bytes_total", "Bytes sent.")),
       bytes_received(counter(registry_, "pneuma_received_bytes_total", "Bytes received.")),
-      disk_errors(counter(registry_, "pneuma_disk_errors_total", "Checkpoints and log records that failed.")) {}
+      disk_errors(counter(registry_, "pneuma_disk_errors_total", "Checkpoints and log records that failed.")),
+      damaged_files(counter(registry_, "pneuma_damaged_files_total",
+                            "Checkpoints and logs that were found damaged, and kept aside.")),
+      log_lines_dropped(counter(registry_, "pneuma_log_lines_dropped_total",
+                                "Lines of the server's log that repeated others, or that nobody read in time.")) {}
 
 void Metrics::count_command(std::string_view kind, std::string_view result) {
   commands_.Add({{"kind", std::string(kind)}, {"result", std::string(result)}}).Increment();

@@ -37,6 +37,8 @@ class Metrics {
   prometheus::Counter& bytes_sent;
   prometheus::Counter& bytes_received;
   prometheus::Counter& disk_errors;
+  prometheus::Counter& damaged_files;
+  prometheus::Counter& log_lines_dropped;
 
   /// `kind` is a request's field name, `result` "ok" or an error code's name.
   void count_command(std::string_view kind, std::string_view result);

@@ -101,8 +101,8 @@ std::string make_gap(std::uint32_t stream_id, std::uint64_t from_tick, std::uint
   return message.SerializeAsString();
 }
 
-std::string_view kind_of(const v1::ClientMessage& request) {
-  const auto* field = v1::ClientMessage::descriptor()->FindFieldByNumber(request.request_case());
+std::string_view kind_of(v1::ClientMessage::RequestCase request) {
+  const auto* field = v1::ClientMessage::descriptor()->FindFieldByNumber(request);
   return field == nullptr ? std::string_view("unknown") : std::string_view(field->name());
 }
 

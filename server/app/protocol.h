@@ -12,6 +12,9 @@
 
 namespace pneuma::app {
 
+/// When a client that was refused for want of room, in memory or on the disk, may try again.
+inline constexpr double retry_hint_s = 1.0;
+
 [[nodiscard]] v1::Error to_error(const base::Status& status, double retry_after_s = 0.0);
 
 [[nodiscard]] v1::ServerMessage error_reply(std::uint64_t request_id, const base::Status& status,
@@ -30,7 +33,10 @@ namespace pneuma::app {
 [[nodiscard]] std::string make_gap(std::uint32_t stream_id, std::uint64_t from_tick, std::uint64_t to_tick);
 
 /// The name of the request's field, "move_grab"; "unknown" where there is none.
-[[nodiscard]] std::string_view kind_of(const v1::ClientMessage& request);
+[[nodiscard]] std::string_view kind_of(v1::ClientMessage::RequestCase request);
+[[nodiscard]] inline std::string_view kind_of(const v1::ClientMessage& request) {
+  return kind_of(request.request_case());
+}
 /// The world that the request names; null for requests that name none.
 [[nodiscard]] const std::string* world_of(const v1::ClientMessage& request);
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "app/world_clock.h"
 #include "base/limits.h"
 #include "base/number_text.h"
+#include "persist/data_dir.h"
 
 namespace pneuma::app {
 
@@ -110,15 +112,18 @@ base::Status check_world_name(const std::string& name, const std::string& field)
   if (name.front() == '.' || !std::all_of(name.begin(), name.end(), is_name_character)) {
     return base::invalid("may hold letters, digits, '.', '_' and '-', and not begin with '.'", field);
   }
+  // Where a world can be kept does not depend on whether this server keeps any.
+  if (base::Status too_long = persist::DataDir::check_name(name); !too_long.ok()) return too_long.inside(field);
   return {};
 }
 
 std::string to_world_name(const std::string& scene_name) {
-  // Room for "-1024" behind it, where the name is taken.
-  std::string name = scene_name.substr(0, base::name_bytes_max - 5);
+  constexpr std::string_view behind = "-1024";  // where the name is taken
+  std::string name = scene_name.substr(0, base::name_bytes_max - behind.size());
   std::replace_if(name.begin(), name.end(), [](char c) { return !is_name_character(c); }, '-');
   if (name.empty()) name = "world";
   if (name.front() == '.') name.front() = '-';
+  while (!persist::DataDir::check_name(name + std::string(behind)).ok()) name.pop_back();
   return name;
 }
 

@@ -16,6 +16,7 @@ class Scheduler::Task {
   // Guarded by the scheduler's mutex:
   State state_ = State::resting;
   bool woken_ = false;  // while running
+  bool rests_ = false;  // while waiting: it may be woken before it is due
   TimePoint due_{};
   std::uint64_t sequence_ = 0;  // of equal due times, the one that has waited longer goes first
 };
@@ -40,7 +41,11 @@ std::shared_ptr<Scheduler::Task> Scheduler::add(Slice slice) {
 void Scheduler::wake(const std::shared_ptr<Task>& task) {
   const std::lock_guard lock(mutex_);
   if (task->state_ == Task::State::running) task->woken_ = true;
-  if (task->state_ == Task::State::resting) enqueue(task, Clock::now());
+  if (task->state_ == Task::State::waiting && task->rests_) {
+    waiting_.erase(task);
+    task->state_ = Task::State::resting;
+  }
+  if (task->state_ == Task::State::resting) enqueue(task, Clock::now(), false);
 }
 
 bool Scheduler::other_due(TimePoint now) const {
@@ -59,8 +64,9 @@ void Scheduler::stop() {
   waiting_.clear();
 }
 
-void Scheduler::enqueue(const std::shared_ptr<Task>& task, TimePoint due) {
+void Scheduler::enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests) {
   task->state_ = Task::State::waiting;
+  task->rests_ = rests;
   task->due_ = due;
   task->sequence_ = ++sequence_;
   waiting_.insert(task);
@@ -85,12 +91,12 @@ void Scheduler::work() {
     // Another thread may have waited for this very task's time; the next one is its business now.
     if (!waiting_.empty()) changed_.notify_one();
     lock.unlock();
-    const std::optional<TimePoint> next = task->slice_();
+    const Next next = task->slice_();
     lock.lock();
-    if (next) {
-      enqueue(task, *next);
-    } else if (task->woken_) {
-      enqueue(task, Clock::now());
+    if (next.rests && task->woken_) {
+      enqueue(task, Clock::now(), false);
+    } else if (next.due) {
+      enqueue(task, *next.due, next.rests);
     } else {
       task->state_ = Task::State::resting;
     }

@@ -19,8 +19,15 @@ class Scheduler {
  public:
   using Clock = std::chrono::steady_clock;
   using TimePoint = Clock::time_point;
-  /// Runs a part of the task; returns when it wants to run next, or nothing: it rests until it is woken.
-  using Slice = std::function<std::optional<TimePoint>()>;
+  /// When a task wants to run next: at a time, or when it is woken, or at whichever comes first.
+  struct Next {
+    std::optional<TimePoint> due;
+    bool rests = false;  // until it is woken
+    static Next at(TimePoint time) { return {time, false}; }
+    static Next when_woken(std::optional<TimePoint> at_latest = std::nullopt) { return {at_latest, true}; }
+  };
+  /// Runs a part of the task.
+  using Slice = std::function<Next()>;
   class Task;
 
   explicit Scheduler(std::size_t threads);
@@ -30,7 +37,8 @@ class Scheduler {
 
   /// A task at rest.
   [[nodiscard]] std::shared_ptr<Task> add(Slice slice);
-  /// A resting task becomes due now; one under way runs once more; one that waits for its time keeps it.
+  /// A resting task becomes due now; one under way runs once more where it would rest; one that waits for its time
+  /// keeps it.
   void wake(const std::shared_ptr<Task>& task);
   /// A task waits that was due by `now`: the one under way should give up its thread.
   [[nodiscard]] bool other_due(TimePoint now) const;
@@ -40,7 +48,7 @@ class Scheduler {
 
  private:
   void work();
-  void enqueue(const std::shared_ptr<Task>& task, TimePoint due);
+  void enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests);
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -8,7 +8,9 @@
 
 #include "app/auth.h"
 #include "app/http_pages.h"
+#include "app/log.h"
 #include "app/protocol.h"
+#include "base/address.h"
 
 namespace pneuma::app {
 
@@ -18,11 +20,11 @@ using std::chrono::steady_clock;
 
 namespace {
 
-// A client names itself as it likes; a log line stays one line.
-std::string printable(const std::string& text) {
-  std::string out = text;
-  std::replace_if(out.begin(), out.end(), [](char c) { return c <= ' ' || c == 0x7f; }, '_');
-  return out;
+/// Those that were named, and the one that the server listens at.
+std::vector<std::string> host_names(const Config& config) {
+  std::vector<std::string> names = config.allow_hosts;
+  if (const auto address = base::parse_address(config.http); address.ok()) names.push_back(address->host);
+  return names;
 }
 
 bool is_loopback(const std::string& address) {
@@ -33,12 +35,13 @@ bool is_loopback(const std::string& address) {
 
 Service::Service(Config config, const MakeHost& make_host)
     : config_(std::move(config)),
-      server_(config_.limits, callbacks()),
+      requests_memory_(config_.limits.requests_memory_bytes_max),
+      server_(config_.limits, callbacks(), host_names(config_)),
       host_(make_host(config_, server_, metrics_)),
       parts_(config_.limits) {}
 
 Service::~Service() {
-  stop();
+  (void)stop();
 }
 
 Status Service::start() {
@@ -84,23 +87,28 @@ std::string Service::http_address() const {
   return config_.http == "off" ? "off" : server_.http_address();
 }
 
-void Service::stop() {
-  host_->close();  // its last replies go before the goodbyes
+Status Service::stop() {
+  reader_.finish();  // what was received goes to the host, which answers it
+  host_->close();    // its last replies go before the goodbyes
   if (network_.joinable()) server_.stop({StatusCode::unavailable, "the server shuts down"});
-  host_->stop();
+  Status kept = host_->stop();
   if (network_.joinable()) network_.join();
+  return kept;
 }
 
 net::Callbacks Service::callbacks() {
   net::Callbacks callbacks;
   callbacks.opened = [this](net::SessionId id, const net::PeerInfo& peer) { opened(id, peer); };
-  callbacks.received = [this](net::SessionId id, std::string_view bytes) { received(id, bytes); };
+  callbacks.received = [this](net::SessionId id, net::ReceivedMessage message) { received(id, std::move(message)); };
   callbacks.closed = [this](net::SessionId id, const Status& why) { closed(id, why); };
   callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_->key_wanted(id, stream_id); };
   callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
     host_->reader_report(id, report);
   };
   callbacks.http = [this](std::string_view path) { return page(path); };
+  callbacks.http_when_full = [this](std::string_view path) -> std::optional<net::HttpReply> {
+    return path == "/healthz" ? std::optional(page(path)) : std::nullopt;
+  };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;
   callbacks.make_gap = make_gap;
@@ -108,19 +116,47 @@ net::Callbacks Service::callbacks() {
 }
 
 void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
-  guests_.try_emplace(id, id, token_, config_.limits, parts_);
+  guests_.try_emplace(id, id, peer.counted_as, token_, config_.limits, parts_);
   metrics_.sessions.Increment();
   spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
 }
 
-void Service::received(net::SessionId id, std::string_view bytes) {
+void Service::received(net::SessionId id, net::ReceivedMessage message) {
   const auto found = guests_.find(id);
   if (found == guests_.end()) return;
-  Guest& guest = found->second;
-  SessionGate::Verdict verdict = guest.gate.receive(bytes, steady_clock::now());
+  SessionGate& gate = found->second.gate;
+  SessionGate::Verdict verdict = gate.receive(std::move(message), steady_clock::now());
+  if (verdict.unread && verdict.unread->message.bytes.size() <= base::message_bytes_max_at_once) {
+    const Unread unread = std::move(*verdict.unread);
+    verdict = gate.pass(unread.request_id, read_request(unread, requests_memory_));
+  }
+  if (verdict.unread) return read_apart(id, std::move(*verdict.unread));
+  act_on(found->second, std::move(verdict));
+}
+
+// The session is not read meanwhile, so its requests stay in order and wait in its own socket.
+void Service::read_apart(net::SessionId id, Unread unread) {
+  const std::uint64_t request_id = unread.request_id;
+  auto shared = std::make_shared<const Unread>(std::move(unread));
+  auto read = [this, id, request_id, shared = std::move(shared)] {
+    auto message = std::make_shared<base::Result<ReadMessage>>(read_request(*shared, requests_memory_));
+    server_.post([this, id, request_id, message = std::move(message)] {
+      const auto found = guests_.find(id);
+      if (found == guests_.end()) return;
+      act_on(found->second, found->second.gate.pass(request_id, std::move(*message)));
+      server_.resume(id);
+    });
+  };
+  if (reader_.try_post(std::move(read), 0, {})) return server_.hold(id);
+  Guest& guest = guests_.at(id);
+  act_on(guest, guest.gate.pass(request_id, Status(StatusCode::unavailable, "the server shuts down")));
+}
+
+void Service::act_on(Guest& guest, SessionGate::Verdict verdict) {
+  const net::SessionId id = guest.session->id();
   if (verdict.authenticated) {
     server_.authenticated(id);
-    spdlog::info("session={} client={} said hello", id, printable(guest.gate.client_name()));
+    spdlog::info("session={} client={} said hello", id, log_name(guest.gate.client_name()));
   }
   if (verdict.pong_nonce) server_.pong(id, *verdict.pong_nonce);
   if (verdict.reply) {
@@ -143,10 +179,12 @@ void Service::closed(net::SessionId id, const Status& why) {
   parts_.session_ended(id);
   guests_.erase(found);
   metrics_.sessions.Decrement();
-  spdlog::info("session={} closed: {}", id, why.ok() ? "by the client" : printable(why.message()));
+  spdlog::info("session={} closed: {}", id, why.ok() ? "by the client" : why.message());
 }
 
-void Service::route(Guest& guest, v1::ClientMessage message) {
+void Service::route(Guest& guest, ReadMessage read) {
+  const v1::ClientMessage& message = *read.message;
+  Request request{guest.session, std::move(read.message), read.bytes};
   switch (message.request_case()) {
     case v1::ClientMessage::kListWorlds: {
       v1::ServerMessage reply;
@@ -157,12 +195,10 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
       return server_.send(guest.session->id(), serialise(reply));
     }
     case v1::ClientMessage::kCreateWorld:
-      return host_->create(guest.session, message);
-    case v1::ClientMessage::kUnsubscribe: {
-      const std::uint32_t stream_id = message.unsubscribe().stream_id();
-      host_->ask_stream(stream_id, {guest.session, std::move(message)});
+      return host_->create(std::move(request));
+    case v1::ClientMessage::kUnsubscribe:
+      host_->ask_stream(message.unsubscribe().stream_id(), std::move(request));
       return;
-    }
     default: {
       const std::string* named = world_of(message);
       if (named == nullptr) {
@@ -170,8 +206,7 @@ void Service::route(Guest& guest, v1::ClientMessage message) {
         return server_.send(guest.session->id(), serialise(error_reply(message.request_id(), failed)));
       }
       const std::string world = *named;
-      Request request{guest.session, std::move(message)};
-      if (request.message.has_get_stats()) request.reader = server_.reader_stats(guest.session->id());
+      if (message.has_get_stats()) request.reader = server_.reader_stats(guest.session->id());
       if (host_->ask(world, std::move(request))) remember(guest, world);
       return;
     }
@@ -190,6 +225,7 @@ net::HttpReply Service::page(std::string_view path) {
   if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now());
   if (path == "/metrics") {
     count_sessions();
+    metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
     return metrics_page(metrics_);
   }
   if (const net::HttpReply* file = web_.find(path)) return *file;

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "net/server.h"
 
@@ -12,9 +13,11 @@ namespace pneuma::app {
 
 class Session {
  public:
-  explicit Session(net::SessionId id) : id_(id) {}
+  explicit Session(net::SessionId id, std::string client = {}) : id_(id), client_(std::move(client)) {}
 
   [[nodiscard]] net::SessionId id() const { return id_; }
+  /// Whose session it is, as what sessions take together is counted.
+  [[nodiscard]] const std::string& client() const { return client_; }
 
   /// The client says that it holds the topology.
   void knows_topology(const std::string& hash) {
@@ -37,6 +40,7 @@ class Session {
   static constexpr std::size_t topologies_max = 4'096;
 
   net::SessionId id_;
+  const std::string client_;
   std::mutex mutex_;
   std::set<std::string> topologies_;
 };

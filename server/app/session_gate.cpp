@@ -1,5 +1,7 @@
 #include "app/session_gate.h"
 
+#include <utility>
+
 #include "app/auth.h"
 #include "app/protocol.h"
 #include "base/version.h"
@@ -11,10 +13,17 @@ using base::StatusCode;
 
 namespace {
 
+// A nonce, and room for what newer clients may add.
+constexpr std::size_t pong_bytes_max = 64;
+
 SessionGate::Verdict refuse(std::uint64_t request_id, const Status& why, double retry_after_s = 0.0) {
   SessionGate::Verdict verdict;
   verdict.reply = error_reply(request_id, why, retry_after_s);
   return verdict;
+}
+
+SessionGate::Verdict refuse_by_rate(std::uint64_t request_id, double wait_s) {
+  return refuse(request_id, {StatusCode::limit_exceeded, "more commands than the server takes of a client"}, wait_s);
 }
 
 SessionGate::Verdict shut(Status why) {
@@ -39,27 +48,51 @@ SessionGate::SessionGate(std::uint64_t session_id, std::string_view token, const
       parts_(parts),
       commands_(limits.commands_per_s, limits.commands_burst) {}
 
-SessionGate::Verdict SessionGate::receive(std::string_view bytes, TimePoint now) {
-  v1::ClientMessage message;
-  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return shut({StatusCode::malformed, "not a ClientMessage"});
+SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoint now) {
+  const std::optional<Envelope> envelope = read_envelope(message.bytes);
+  if (!envelope) return shut({StatusCode::malformed, "not a ClientMessage"});
+  const std::uint64_t id = envelope->request_id;
+  if (!open_ && envelope->request != v1::ClientMessage::kHello) {
+    return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(envelope->request)) + " came before hello"});
   }
-  if (!open_ && !message.has_hello()) {
-    return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(message)) + " came before hello"});
+  // The server asked for a pong, so it is no command.
+  if (envelope->request != v1::ClientMessage::kPong || message.bytes.size() > pong_bytes_max) {
+    const double wait_s = commands_.take(now);
+    if (envelope->request == v1::ClientMessage::kPart) return take_part(*envelope, wait_s, now);
+    if (wait_s > 0.0) return refuse_by_rate(id, wait_s);
+    if (id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
   }
-  if (message.has_pong()) return pass(std::move(message), now);  // the server asked for it; it is no command
-  const double wait_s = commands_.take(now);                     // each part takes its own
-  if (message.has_part() && parts_.passes_over(session_id_, message.request_id(), message.part().last())) return {};
-  if (wait_s > 0.0) {
-    if (message.has_part()) parts_.give_up(session_id_, message.request_id(), message.part().last());
-    return refuse(message.request_id(), {StatusCode::limit_exceeded, "more commands than the server takes of a client"},
-                  wait_s);
+  if (envelope->request == v1::ClientMessage::REQUEST_NOT_SET) {
+    return refuse(id, {StatusCode::unsupported, "no request that this server knows"});
   }
-  if (message.request_id() == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
-  return pass(std::move(message), now);
+  Verdict verdict;
+  verdict.unread = Unread{id, std::move(message), false};
+  return verdict;
 }
 
-SessionGate::Verdict SessionGate::pass(v1::ClientMessage message, TimePoint now) {
+SessionGate::Verdict SessionGate::take_part(const Envelope& envelope, double wait_s, TimePoint now) {
+  const std::uint64_t id = envelope.request_id;
+  const std::optional<PartView> part = read_part(envelope.body);
+  if (!part) return shut({StatusCode::malformed, "not a Part"});
+  if (parts_.passes_over(session_id_, id, part->last)) return {};
+  if (wait_s > 0.0) {
+    parts_.give_up(session_id_, id, part->last);
+    return refuse_by_rate(id, wait_s);
+  }
+  if (id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
+  MessageParts::Taken taken = parts_.take(session_id_, id, *part, now);
+  if (!taken.refused.ok()) return refuse(id, taken.refused, taken.retry_after_s);
+  Verdict verdict;
+  if (taken.whole) verdict.unread = Unread{id, {std::move(*taken.whole), {}}, true};
+  return verdict;
+}
+
+SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<ReadMessage> read) {
+  if (!read.ok()) {
+    if (read.status().code() == StatusCode::malformed) return shut(read.status());
+    return refuse(request_id, read.status(), read.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0);
+  }
+  const v1::ClientMessage& message = *read->message;
   switch (message.request_case()) {
     case v1::ClientMessage::kHello:
       return hello(message);
@@ -74,17 +107,11 @@ SessionGate::Verdict SessionGate::pass(v1::ClientMessage message, TimePoint now)
       verdict.pong_nonce = message.pong().nonce();
       return verdict;
     }
-    case v1::ClientMessage::kPart: {
-      const std::uint64_t id = message.request_id();
-      MessageParts::Taken taken = parts_.take(session_id_, id, message.part(), now);
-      if (!taken.refused.ok()) return refuse(id, taken.refused, taken.retry_after_s);
-      return taken.whole ? pass(std::move(*taken.whole), now) : Verdict();
-    }
-    case v1::ClientMessage::REQUEST_NOT_SET:
-      return refuse(message.request_id(), {StatusCode::unsupported, "no request that this server knows"});
+    case v1::ClientMessage::REQUEST_NOT_SET:  // in parts
+      return refuse(request_id, {StatusCode::unsupported, "no request that this server knows"});
     default: {
       Verdict verdict;
-      verdict.request = std::move(message);
+      verdict.request = std::move(*read);
       return verdict;
     }
   }

@@ -1,6 +1,5 @@
 // What one session may say and when: hello first, a request id always, no more often than its rate; a message in parts
-// once it is whole.
-// Takes bytes and a time, returns what to do; owns no socket.
+// once it is whole. Takes bytes and a time, returns what to do; owns no socket and parses nothing large.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "app/envelope.h"
 #include "app/message_parts.h"
+#include "app/request_reader.h"
 #include "app/token_bucket.h"
 #include "base/limits.h"
 #include "base/status.h"
@@ -21,23 +22,27 @@ class SessionGate {
   using TimePoint = TokenBucket::TimePoint;
 
   struct Verdict {
-    std::optional<v1::ServerMessage> reply;    // to be sent at once
-    std::optional<v1::ClientMessage> request;  // to be carried out
-    std::optional<std::uint64_t> pong_nonce;   // the client answered a ping
-    bool authenticated = false;                // this message was a good hello
-    std::optional<base::Status> close;         // say goodbye with this reason, after `reply`
+    std::optional<v1::ServerMessage> reply;   // to be sent at once
+    std::optional<Unread> unread;             // to be parsed, and given to pass()
+    std::optional<ReadMessage> request;       // to be carried out
+    std::optional<std::uint64_t> pong_nonce;  // the client answered a ping
+    bool authenticated = false;               // this message was a good hello
+    std::optional<base::Status> close;        // say goodbye with this reason, after `reply`
   };
 
   /// An empty `token`: the server asks for none. `token` and `parts`, all sessions' together, must outlive the gate.
   SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits, MessageParts& parts);
 
-  [[nodiscard]] Verdict receive(std::string_view bytes, TimePoint now);
+  /// A message as it came.
+  [[nodiscard]] Verdict receive(net::ReceivedMessage message, TimePoint now);
+  /// The message that was unread, or why it could not be read. The session receives nothing in between.
+  [[nodiscard]] Verdict pass(std::uint64_t request_id, base::Result<ReadMessage> read);
 
   [[nodiscard]] bool is_open() const { return open_; }  // a good hello came
   [[nodiscard]] const std::string& client_name() const { return client_name_; }
 
  private:
-  [[nodiscard]] Verdict pass(v1::ClientMessage message, TimePoint now);
+  [[nodiscard]] Verdict take_part(const Envelope& envelope, double wait_s, TimePoint now);
   [[nodiscard]] Verdict hello(const v1::ClientMessage& message);
 
   std::uint64_t session_id_;

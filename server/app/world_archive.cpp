@@ -6,6 +6,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "app/log.h"
 #include "app/saved_world.h"
 
 namespace pneuma::app {
@@ -17,7 +18,8 @@ using base::StatusCode;
 namespace {
 
 // The commands at their ticks, on the state that they were given to: the same bits come out.
-Status replay(const std::string& name, const std::vector<persist::LogRecord>& records, LiveWorld& live, bool& paused) {
+Status replay(const std::string& name, const std::vector<persist::LogRecord>& records, LiveWorld& live, bool& paused,
+              const LiveWorld::Admit& take_over) {
   physics::Workers workers(1);
   for (const persist::LogRecord& record : records) {
     v1::ClientMessage message;
@@ -28,8 +30,8 @@ Status replay(const std::string& name, const std::vector<persist::LogRecord>& re
     if (message.has_pause()) paused = true;
     if (message.has_resume()) paused = false;
     if (!LiveWorld::is_change(message)) continue;
-    if (const auto effect = live.change(message); !effect.ok()) {
-      spdlog::warn("world={} tick={} replay: {}", name, record.tick, effect.status().message());
+    if (const auto effect = live.change(message, take_over); !effect.ok()) {
+      spdlog::warn("world={} tick={} replay: {}", log_name(name), record.tick, effect.status().message());
     }
   }
   return {};
@@ -46,18 +48,22 @@ Result<WorldArchive> WorldArchive::open(const std::string& data_dir, std::chrono
   return WorldArchive(std::move(held), wiring);
 }
 
-Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads) {
+Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads, const WorldMemory::Limits& room,
+                                                      const std::set<std::string>& recover) {
   const auto names = data_dir_->list_worlds();
   if (!names.ok()) return names.status();
   std::vector<std::optional<Restored>> restored(names->size());
   physics::Workers workers(threads);
   const auto log_damage = [](const std::string& name, const std::string& why) {
-    spdlog::error("world={} damaged, not served; its name and files stay until it is destroyed: {}", name, why);
+    spdlog::error(
+        "world={} damaged, not served; its name and files stay until it is destroyed (--recover {} brings "
+        "back what comes before the damage): {}",
+        log_name(name), log_name(name), why);
   };
   workers.for_each(names->size(), [&](std::size_t i) {
     const std::string& name = (*names)[i];
     try {
-      auto world = restore(name);
+      auto world = restore(name, room, recover.contains(name));
       if (world.ok()) {
         restored[i] = std::move(*world);
       } else {
@@ -79,31 +85,61 @@ Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads) {
   return found;
 }
 
-Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name) const {
+Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, const WorldMemory::Limits& room,
+                                                     bool recover) const {
   const auto recovered = persist::read_latest_checkpoint(*data_dir_, name);
   if (!recovered.ok()) return recovered.status();
-  for (const Status& damaged : recovered->damaged) spdlog::warn("world={} passed over: {}", name, damaged.message());
+  for (const Status& damaged : recovered->damaged)
+    spdlog::warn("world={} passed over: {}", log_name(name), damaged.message());
   const auto saved = from_bytes(recovered->checkpoint.bytes);
   if (!saved.ok()) return saved.status();
-  auto live = LiveWorld::restore(saved->live);
+  WorldMemory memory(room);
+  const auto take_over = [&memory](const v1::Scene& source, const physics::Scene& scene) {
+    memory.take_over(source, scene);
+    return Status();
+  };
+  auto live = LiveWorld::restore(saved->live, take_over);
   if (!live.ok()) return live.status();
 
-  const auto commands = persist::read_commands(*data_dir_, name, recovered->checkpoint.sequence);
+  auto commands = persist::read_commands(*data_dir_, name, recovered->checkpoint.sequence);
   if (!commands.ok()) return commands.status();
-  for (const Status& cut : commands->cut) spdlog::warn("world={} log cut: {}", name, cut.message());
   bool paused = saved->paused;
-  if (auto status = replay(name, commands->records, *live, paused); !status.ok()) {
-    spdlog::warn("world={} replay ended: {}", name, status.message());
+  Status damage = commands->damage.value_or(Status());
+  if (damage.ok() || recover) {
+    if (commands->torn) spdlog::warn("world={} log cut: {}", log_name(name), commands->torn->message());
+    if (Status ended = replay(name, commands->records, *live, paused, take_over); !ended.ok()) damage = ended;
+  }
+  if (!damage.ok() || !recovered->damaged.empty()) {
+    wiring_.metrics->damaged_files.Increment(static_cast<double>(recovered->damaged.size() + (damage.ok() ? 0 : 1)));
+    if (!damage.ok() && !recover) return damage;
+    // Nothing that is damaged is removed with what is old, whether it could be made up for or not.
+    if (Status failed = data_dir_->keep_aside(name); !failed.ok()) return failed;
+  }
+  if (!damage.ok()) {
+    spdlog::warn("world={} tick={} recovered up to the damage, its files kept aside: {}", log_name(name), live->tick(),
+                 damage.message());
   }
 
-  auto journal = std::make_unique<WorldJournal>(name, recovered->next_sequence, wiring_);
-  journal->checkpoint_now(live->save(), paused);
-  return Restored{name, std::move(*live), paused, std::move(journal)};
+  std::optional<persist::CommandLog> log;
+  if (commands->end && damage.ok()) {
+    auto resumed = persist::CommandLog::resume(*data_dir_, name, *commands->end, persist::Sync::none);
+    if (!resumed.ok()) return resumed.status();
+    log.emplace(std::move(*resumed));
+  }
+  auto journal = std::make_unique<WorldJournal>(name, recovered->next_sequence, wiring_, std::move(log));
+  const Status kept = journal->checkpoint_now(live->save(), paused);
+  // The log of before goes on; but one that is damaged cannot.
+  if (!kept.ok() && !damage.ok()) return kept;
+  memory.settle(true, live->physics().integrator(), 0.0);
+  return Restored{name, std::move(*live), paused, std::move(journal), std::move(memory)};
 }
 
-std::unique_ptr<WorldJournal> WorldArchive::begin(const std::string& name, const LiveWorld& live, bool paused) {
+Result<std::unique_ptr<WorldJournal>> WorldArchive::begin(const std::string& name, const LiveWorld& live, bool paused) {
   auto journal = std::make_unique<WorldJournal>(name, 0, wiring_);
-  journal->checkpoint_now(live.save(), paused);
+  if (Status failed = journal->checkpoint_now(live.save(), paused); !failed.ok()) {
+    (void)journal->remove();
+    return Status(StatusCode::unavailable, "the server cannot keep the world: " + failed.message());
+  }
   return journal;
 }
 

@@ -8,6 +8,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include "app/log.h"
 #include "app/protocol.h"
 #include "app/request_fields.h"
 #include "app/scene_source.h"
@@ -26,11 +27,13 @@ constexpr std::chrono::milliseconds slice_length{2};
 // How long it may keep it when none is, before it looks for a request that cannot wait.
 constexpr std::chrono::milliseconds slice_length_max{100};
 
-// When a client that was refused for want of room may try again.
-constexpr double retry_hint_s = 1.0;
-
 Status going_down() {
   return {StatusCode::unavailable, "the server shuts down"};
+}
+
+Scheduler::Next next_of(const HostedWorld& world, HostedWorld::TimePoint now) {
+  if (const auto due = world.next_due(now)) return Scheduler::Next::at(*due);
+  return Scheduler::Next::when_woken(world.next_try());
 }
 
 std::size_t thread_count(std::size_t asked_for) {
@@ -42,26 +45,27 @@ std::size_t thread_count(std::size_t asked_for) {
 
 // The loop. Each world goes through it at its own pace, on one thread at a time: drain commands -> step -> encode ->
 // publish -> checkpoint.
-std::optional<WorldHost::TimePoint> WorldHost::run_slice(HostedWorld& world, Outbox& outbox) {
-  if (world.destroyed_by() != nullptr) return std::nullopt;  // woken by what came too late
+Scheduler::Next WorldHost::run_slice(HostedWorld& world, Outbox& outbox) {
+  if (world.destroyed_by() != nullptr) return Scheduler::Next::when_woken();  // woken by what came too late
   const TimePoint start = steady_clock::now();
 
   world.drain(start, start + slice_length, outbox);
   outbox.deliver(server_);
   if (world.destroyed_by() != nullptr) {
     bury(world);
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   }
   if (!world.tick_due(start)) {
     world.checkpoint(start, false);
-    return world.next_due(start);
+    return next_of(world, start);
   }
 
   const auto give_way = [&] {
     const TimePoint now = steady_clock::now();
     return now >= start + slice_length_max || (now >= start + slice_length && (closed_ || scheduler_.other_due(now)));
   };
-  if (!world.step(give_way)) return steady_clock::now();  // behind whoever is due; the tick goes on in a later slice
+  if (!world.step(give_way))
+    return Scheduler::Next::at(steady_clock::now());  // behind whoever is due; the tick goes on in a later slice
 
   world.encode(outbox);
   const TimePoint end = steady_clock::now();
@@ -70,18 +74,18 @@ std::optional<WorldHost::TimePoint> WorldHost::run_slice(HostedWorld& world, Out
   outbox.deliver(server_);
 
   world.checkpoint(end, false);
-  return world.next_due(end);
+  return next_of(world, end);
 }
 
 // A world that throws must not take the others with it.
-std::optional<WorldHost::TimePoint> WorldHost::run_guarded(HostedWorld& world) {
+Scheduler::Next WorldHost::run_guarded(HostedWorld& world) {
   Outbox outbox;
   try {
     return run_slice(world, outbox);
   } catch (const std::exception& error) {
     world.halt(error.what(), outbox);
     outbox.deliver(server_);
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   }
 }
 
@@ -89,14 +93,17 @@ WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics
     : config_(config),
       server_(server),
       metrics_(metrics),
+      memory_(config.memory.worlds_bytes_max),
       registry_(config.limits.worlds_max),
       scheduler_(thread_count(config.threads)) {}
 
 WorldHost::~WorldHost() {
-  WorldHost::stop();
+  (void)WorldHost::stop();
 }
 
 base::Status WorldHost::start() {
+  spdlog::info("memory_bytes={} for_worlds={} of_a_client={} of_a_world={}", config_.memory.bytes_max,
+               config_.memory.worlds_bytes_max, config_.memory.client_bytes_max, config_.memory.world_bytes_max);
   if (auto status = restore(); !status.ok()) return status;
   for (const std::string& scene : config_.scenes) {
     if (auto status = add_scene(scene); !status.ok()) return status;
@@ -109,7 +116,8 @@ base::Status WorldHost::restore() {
   auto archive = WorldArchive::open(config_.data_dir, config_.checkpoint_interval, disk_, metrics_);
   if (!archive.ok()) return archive.status();
   archive_.emplace(std::move(*archive));
-  auto found = archive_->restore_all(thread_count(config_.threads));
+  auto found =
+      archive_->restore_all(thread_count(config_.threads), {memory_, config_.memory.world_bytes_max}, config_.recover);
   if (!found.ok()) return found.status();
   // Their names stay taken, so that no new world writes over what is left of them.
   for (const std::string& name : found->damaged) {
@@ -120,8 +128,9 @@ base::Status WorldHost::restore() {
   for (WorldArchive::Restored& restored : found->worlds) {
     if (auto status = registry_.reserve(restored.name); !status.ok()) return status;
     kept_.insert(restored.name);
-    spdlog::info("world={} tick={} restored", restored.name, restored.live.tick());
-    host(restored.name, std::move(restored.live), restored.paused, std::move(restored.journal));
+    spdlog::info("world={} tick={} restored", log_name(restored.name), restored.live.tick());
+    host(restored.name, std::move(restored.live), restored.paused, std::move(restored.journal),
+         std::move(restored.memory));
   }
   return {};
 }
@@ -132,27 +141,26 @@ base::Status WorldHost::add_scene(const std::string& name_or_file) {
   const std::string wanted = to_world_name(scene->name());
   if (kept_.erase(wanted) > 0) {
     const bool damaged = registry_.find(wanted).damaged;
-    spdlog::info("world={} --scene {} adds nothing: the data directory keeps {} of that name", wanted, name_or_file,
-                 damaged ? "a damaged world" : "a world");
+    spdlog::info("world={} --scene {} adds nothing: the data directory keeps {} of that name", log_name(wanted),
+                 name_or_file, damaged ? "a damaged world" : "a world");
     return {};
   }
   auto name = registry_.reserve_like(wanted);
   if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
-  const auto built = build(*name, std::move(*scene), false);
+  const auto built = build(*name, std::move(*scene), false, WorldMemory({memory_, config_.memory.world_bytes_max}));
   return built.ok() ? Status() : scene_io::in_scene(built.status(), name_or_file);
 }
 
-void WorldHost::create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) {
-  const Request request{session, message};
+void WorldHost::create(Request request) {
   constexpr BackgroundQueue::Room room{base::world_builds_waiting_max, base::world_builds_waiting_bytes_max};
-  const bool has_room = builder_.try_post([this, request] { create_now(request); }, message.SpaceUsedLong(), room);
+  const bool has_room = builder_.try_post([this, request] { create_now(request); }, request.bytes, room);
   if (!has_room) refuse(request, {StatusCode::unavailable, "too many worlds wait to be built"}, retry_hint_s);
 }
 
 void WorldHost::create_now(const Request& request) {
   if (closed_) return refuse(request, going_down(), retry_hint_s);
   try {
-    const v1::CreateWorld& asked = request.message.create_world();
+    const v1::CreateWorld& asked = request.message->create_world();
     auto scene = scene_of(asked);
     if (!scene.ok()) return refuse(request, scene.status());
     base::Result<std::string> name = asked.name();
@@ -167,40 +175,63 @@ void WorldHost::create_now(const Request& request) {
     if (!name.ok()) {
       return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
     }
-    const auto mended = build(*name, std::move(*scene), asked.paused());
-    if (!mended.ok()) return refuse(request, mended.status().inside(source_field(asked)));
+    const auto mended =
+        build(*name, std::move(*scene), asked.paused(), WorldMemory(room_of(request.session->client())));
+    if (!mended.ok()) {
+      const double hint_s = mended.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0;
+      return refuse(request, mended.status().inside(source_field(asked)), hint_s);
+    }
     metrics_.count_command("create_world", "ok");
-    spdlog::info("world={} session={} created", *name, request.session->id());
-    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, *name, {}, *mended)));
+    spdlog::info("world={} session={} created", log_name(*name), request.session->id());
+    server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, *name, {}, *mended)));
   } catch (const std::exception& error) {
     spdlog::error("session={} create_world threw: {}", request.session->id(), error.what());
     refuse(request, {StatusCode::internal, "the server failed at this request"});
   }
 }
 
+WorldMemory::Limits WorldHost::room_of(const std::string& client) {
+  std::erase_if(clients_, [](const auto& known) { return known.second.bytes() == 0; });
+  const auto found = clients_.try_emplace(client, config_.memory.client_bytes_max, memory_).first;
+  return {found->second, config_.memory.world_bytes_max};
+}
+
 /// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
-base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused) {
+base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused,
+                                                           WorldMemory memory) {
   try {
-    auto live = LiveWorld::create(std::move(scene));
+    auto live = LiveWorld::create(std::move(scene), [&memory](const v1::Scene& source, const physics::Scene& checked) {
+      return memory.admit(source, checked);
+    });
     if (!live.ok()) {
       registry_.erase(name);
       return live.status();
     }
-    auto journal = archive_ ? archive_->begin(name, *live, paused) : nullptr;
+    memory.settle(true, live->physics().integrator(), 0.0);
+    std::unique_ptr<WorldJournal> journal;
+    if (archive_) {
+      auto begun = archive_->begin(name, *live, paused);
+      if (!begun.ok()) {
+        registry_.erase(name);
+        return begun.status();
+      }
+      journal = std::move(*begun);
+    }
     const std::vector<v1::MendedMesh> mended = live->mended();
     for (const v1::MendedMesh& mesh : mended) {
-      spdlog::info("world={} mesh \"{}\" mended: {}", name, mesh.mesh(), mesh.detail());
+      spdlog::info("world={} mesh={} mended: {}", log_name(name), log_name(mesh.mesh()), mesh.detail());
     }
-    host(name, std::move(*live), paused, std::move(journal));
+    host(name, std::move(*live), paused, std::move(journal), std::move(memory));
     return mended;
   } catch (const std::exception& error) {
     registry_.erase(name);
-    spdlog::error("world={} create threw: {}", name, error.what());
+    spdlog::error("world={} create threw: {}", log_name(name), error.what());
     return Status(StatusCode::internal, "the server failed at this scene");
   }
 }
 
-void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal) {
+void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
+                     WorldMemory memory) {
   HostedWorld::Wiring wiring;
   wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
@@ -212,7 +243,8 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
       if (const auto entry = registry_.find(name); entry.world != nullptr) scheduler_.wake(entry.task);
     });
   };
-  auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring));
+  auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring),
+                                             std::move(memory));
   auto task = scheduler_.add([this, world] { return run_guarded(*world); });
   registry_.put({world, task});
   metrics_.worlds.Increment();
@@ -223,14 +255,22 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
 void WorldHost::bury(HostedWorld& world) {
   const auto entry = registry_.find(world.name());
   disk_.post([this, world = entry.world] {
-    world->forget();
+    const Request& request = *world->destroyed_by();
+    if (Status failed = world->forget(); !failed.ok()) {
+      // What is left of it would come back with the next start; so it is not gone, and may be destroyed again.
+      registry_.put_damaged(world->name());
+      metrics_.worlds.Decrement();
+      metrics_.worlds_damaged.Increment();
+      return refuse(
+          request, {StatusCode::unavailable, "its files could not be removed: " + failed.what(), "destroy_world.world"},
+          retry_hint_s);
+    }
     registry_.erase(world->name());
     metrics_.worlds.Decrement();
     metrics_.count_command("destroy_world", "ok");
-    const Request& request = *world->destroyed_by();
-    spdlog::info("world={} session={} destroyed", world->name(), request.session->id());
+    spdlog::info("world={} session={} destroyed", log_name(world->name()), request.session->id());
     server_.send(request.session->id(),
-                 serialise(done_reply(request.message.request_id(), world->status().listing.tick(), world->name())));
+                 serialise(done_reply(request.message->request_id(), world->status().listing.tick(), world->name())));
   });
 }
 
@@ -241,22 +281,22 @@ void WorldHost::bury_damaged(const std::string& name, const Request& request) {
       return refuse(request, base::not_found("no world " + name, "destroy_world.world"));
     if (auto status = archive_->remove(name); !status.ok()) {
       metrics_.disk_errors.Increment();
-      spdlog::error("world={} session={} not destroyed: {}", name, request.session->id(), status.message());
+      spdlog::error("world={} session={} not destroyed: {}", log_name(name), request.session->id(), status.message());
       return refuse(request, {StatusCode::internal, "its files could not be removed", "destroy_world.world"});
     }
     registry_.erase(name);
     metrics_.worlds_damaged.Decrement();
     metrics_.count_command("destroy_world", "ok");
-    spdlog::info("world={} session={} destroyed", name, request.session->id());
-    server_.send(request.session->id(), serialise(done_reply(request.message.request_id(), 0, name)));
+    spdlog::info("world={} session={} destroyed", log_name(name), request.session->id());
+    server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, name)));
   });
 }
 
 bool WorldHost::ask(const std::string& name, Request request) {
   const auto [world, task, damaged] = registry_.find(name);
-  const std::string world_field = std::string(kind_of(request.message)) + ".world";
+  const std::string world_field = std::string(kind_of(*request.message)) + ".world";
   if (damaged) {
-    if (request.message.has_destroy_world()) {
+    if (request.message->has_destroy_world()) {
       bury_damaged(name, request);
     } else {
       refuse(request, {StatusCode::failed_precondition,
@@ -326,8 +366,8 @@ std::vector<WorldStatus> WorldHost::statuses() const {
 }
 
 void WorldHost::refuse(const Request& request, const Status& why, double retry_after_s) {
-  const v1::ServerMessage reply = error_reply(request.message.request_id(), why, retry_after_s);
-  metrics_.count_command(kind_of(request.message), v1::Error::Code_Name(reply.error().code()));
+  const v1::ServerMessage reply = error_reply(request.message->request_id(), why, retry_after_s);
+  metrics_.count_command(kind_of(*request.message), v1::Error::Code_Name(reply.error().code()));
   server_.send(request.session->id(), serialise(reply));
 }
 
@@ -348,13 +388,21 @@ void WorldHost::close() {
   disk_.flush();  // what was destroyed is answered when its files are gone
 }
 
-void WorldHost::stop() {
-  if (std::exchange(stopped_, true)) return;
+Status WorldHost::stop() {
+  if (std::exchange(stopped_, true)) return {};
   close();
   for (const auto& entry : registry_.all()) {
     if (entry.world->destroyed_by() == nullptr) entry.world->checkpoint(steady_clock::now(), true);
   }
   disk_.finish();
+  std::size_t not_kept = 0;
+  Status first;
+  for (const auto& entry : registry_.all()) {
+    if (Status kept = entry.world->kept(); !kept.ok() && not_kept++ == 0)
+      first = kept.inside("world " + entry.world->name());
+  }
+  if (not_kept <= 1) return first;
+  return {first.code(), first.what() + " (and " + std::to_string(not_kept - 1) + " other worlds)", first.where()};
 }
 
 }  // namespace pneuma::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -17,7 +18,9 @@
 #include "app/scheduler.h"
 #include "app/session.h"
 #include "app/world_archive.h"
+#include "app/world_memory.h"
 #include "app/world_registry.h"
+#include "base/memory_budget.h"
 #include "base/status.h"
 #include "net/server.h"
 
@@ -35,7 +38,7 @@ class WorldHost final : public Host {
   /// that name. A world that cannot be brought back is logged, listed as damaged and left as it lies there.
   [[nodiscard]] base::Status start() override;
 
-  void create(const std::shared_ptr<Session>& session, const v1::ClientMessage& message) override;
+  void create(Request request) override;
   bool ask(const std::string& world, Request request) override;
   bool ask_stream(std::uint32_t stream_id, Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
@@ -48,34 +51,40 @@ class WorldHost final : public Host {
   /// their events told.
   void close() override;
   /// Writes a last checkpoint of every world.
-  void stop() override;
+  [[nodiscard]] base::Status stop() override;
 
  private:
   using TimePoint = Scheduler::TimePoint;
 
   [[nodiscard]] base::Status restore();
   [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
-  std::optional<TimePoint> run_slice(HostedWorld& world, Outbox& outbox);
-  std::optional<TimePoint> run_guarded(HostedWorld& world);
+  Scheduler::Next run_slice(HostedWorld& world, Outbox& outbox);
+  Scheduler::Next run_guarded(HostedWorld& world);
   void bury(HostedWorld& world);
   void bury_damaged(const std::string& name, const Request& request);
   void create_now(const Request& request);
 
-  void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal);
-  [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused);
+  void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
+            WorldMemory memory);
+  [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused,
+                                                                WorldMemory memory);
+  /// The room that a client's worlds have together.
+  [[nodiscard]] WorldMemory::Limits room_of(const std::string& client);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
 
   const Config& config_;
   net::Server& server_;
   Metrics& metrics_;
+  const base::MemoryBudget memory_;  // of all worlds
   WorldRegistry registry_;
   std::optional<WorldArchive> archive_;  // where there is a data directory
   std::set<std::string> kept_;           // the worlds found there, until a --scene of that name has been passed over
   std::atomic<bool> closed_ = false;
   bool stopped_ = false;
+  std::map<std::string, base::MemoryBudget> clients_;  // what each one's worlds hold; the building thread's
   BackgroundQueue disk_;
-  BackgroundQueue builder_;
-  BackgroundQueue coarsener_;
+  BackgroundQueue builder_{BackgroundQueue::Priority::low};
+  BackgroundQueue coarsener_{BackgroundQueue::Priority::low};
   Scheduler scheduler_;  // last: its threads use the rest
 };
 

@@ -1,75 +1,148 @@
 #include "app/world_journal.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
+#include "app/log.h"
 #include "app/saved_world.h"
 
 namespace pneuma::app {
 
-WorldJournal::WorldJournal(std::string world, std::uint64_t next_sequence, Wiring wiring)
-    : world_(std::move(world)), wiring_(wiring), next_sequence_(next_sequence) {}
+using base::Status;
+using base::StatusCode;
 
-void WorldJournal::append(std::uint64_t tick, const v1::ClientMessage& message) {
-  appended_ = true;
-  if (!log_) return;  // the disk refused it, as was reported; the next checkpoint tries again
-  base::Status status = log_->append(tick, message.SerializeAsString());
-  if (status.ok()) status = log_->commit();
-  report(status);
+namespace {
+
+// A disk that was full may take writes again soon.
+constexpr std::chrono::seconds retry_interval{1};
+
+}  // namespace
+
+WorldJournal::WorldJournal(std::string world, std::uint64_t next_sequence, Wiring wiring,
+                           std::optional<persist::CommandLog> log)
+    : world_(std::move(world)), wiring_(wiring), next_sequence_(next_sequence), log_(std::move(log)) {}
+
+Status WorldJournal::write(std::uint64_t tick, const v1::ClientMessage& message) {
+  if (lacks_a_change()) return {StatusCode::unavailable, "the disk lacks an earlier change"};
+  if (!log_) return log_trouble_;
+  log_trouble_ = report(log_->write(tick, message.SerializeAsString()));
+  written_ = written_ || log_trouble_.ok();
+  return log_trouble_;
 }
 
-void WorldJournal::note_tick(std::uint64_t tick) {
+void WorldJournal::take_back() {
+  // If it stays on the disk, a replay refuses it as it was refused now.
+  log_trouble_ = report(log_->take_back());
+}
+
+Status WorldJournal::note_tick(std::uint64_t tick) {
   v1::ClientMessage stepped;
   stepped.mutable_step()->set_world(world_);
-  append(tick, stepped);
+  return write(tick, stepped);
+}
+
+void WorldJournal::lost_a_change() {
+  checkpoint_needed_ = next_sequence_;
+}
+
+bool WorldJournal::lacks_a_change() const {
+  if (!checkpoint_needed_) return false;
+  const std::lock_guard lock(checkpoints_->mutex);
+  return checkpoints_->next_sequence <= *checkpoint_needed_;
+}
+
+Status WorldJournal::trouble() const {
+  if (!log_trouble_.ok()) return log_trouble_;
+  const std::lock_guard lock(checkpoints_->mutex);
+  return checkpoints_->trouble;
 }
 
 bool WorldJournal::checkpoint_due(TimePoint now, std::uint64_t tick) const {
-  return now - last_checkpoint_ >= wiring_.checkpoint_interval && (appended_ || tick != last_tick_) && !*writing_;
+  const bool has_trouble = !trouble().ok();
+  const std::lock_guard lock(checkpoints_->mutex);
+  if (checkpoints_->under_way) return false;
+  if (has_trouble)
+    return now - last_checkpoint_ >=
+           std::min<std::chrono::duration<double>>(wiring_.checkpoint_interval, retry_interval);
+  return now - last_checkpoint_ >= wiring_.checkpoint_interval && (written_ || tick != last_tick_);
+}
+
+std::optional<WorldJournal::TimePoint> WorldJournal::next_try() const {
+  const bool has_trouble = !trouble().ok();
+  const std::lock_guard lock(checkpoints_->mutex);
+  if (!has_trouble && !checkpoints_->under_way) return std::nullopt;
+  return last_checkpoint_ + retry_interval;
 }
 
 void WorldJournal::checkpoint(TimePoint now, LiveWorld::Saved saved, bool paused) {
-  if (auto write = begin(now, std::move(saved), paused)) wiring_.disk->post(std::move(write));
+  auto write = begin(now, std::move(saved), paused);
+  if (write.ok()) wiring_.disk->post([write = std::move(*write)] { (void)write(); });
 }
 
-void WorldJournal::checkpoint_now(LiveWorld::Saved saved, bool paused) {
-  if (auto write = begin(std::chrono::steady_clock::now(), std::move(saved), paused)) write();
+Status WorldJournal::checkpoint_now(LiveWorld::Saved saved, bool paused) {
+  auto write = begin(std::chrono::steady_clock::now(), std::move(saved), paused);
+  if (!write.ok()) return write.status();
+  return (*write)();
 }
 
-std::function<void()> WorldJournal::begin(TimePoint now, LiveWorld::Saved saved, bool paused) {
-  last_checkpoint_ = now;
+// The new log first, then the old one's seal: a replay takes an empty log after one without a seal for one that was
+// just begun. Where any of it fails the old log goes on; it is replayed on the checkpoint before, which stays the
+// latest one.
+Status WorldJournal::begin_log() {
   auto log = persist::CommandLog::start(*wiring_.data_dir, world_, next_sequence_, persist::Sync::none);
-  report(log.status());
-  // Without a new log the old one goes on: it is replayed on the checkpoint before, which stays the latest one. The
-  // number is tried again, since a replay ends at the first log that is missing.
-  if (!log.ok()) return nullptr;
-  const std::uint64_t sequence = next_sequence_++;
+  if (!log.ok()) return log.status();
+  if (log_) {
+    if (Status failed = log_->seal(0); !failed.ok()) {
+      log->discard();
+      return failed;
+    }
+  }
   log_ = std::move(*log);
+  ++next_sequence_;
+  return {};
+}
+
+base::Result<std::function<Status()>> WorldJournal::begin(TimePoint now, LiveWorld::Saved saved, bool paused) {
+  last_checkpoint_ = now;
+  const std::uint64_t sequence = next_sequence_;
+  log_trouble_ = report(begin_log());
+  if (!log_trouble_.ok()) return log_trouble_;
   last_tick_ = saved.tick;
-  appended_ = false;
-
-  *writing_ = true;
+  written_ = false;
+  {
+    const std::lock_guard lock(checkpoints_->mutex);
+    checkpoints_->under_way = true;
+  }
   auto world = std::make_shared<SavedWorld>(SavedWorld{std::move(saved), paused});
-  return [wiring = wiring_, name = world_, world = std::move(world), sequence, writing = writing_] {
-    const std::uint64_t tick = world->live.tick;
-    const auto status = persist::write_checkpoint(*wiring.data_dir, name, {sequence, tick, to_bytes(*world)});
-    *writing = false;
-    if (status.ok()) return;
-    wiring.metrics->disk_errors.Increment();
-    spdlog::error("world={} tick={} checkpoint failed: {}", name, tick, status.message());
-  };
+  return std::function<Status()>(
+      [wiring = wiring_, name = world_, world = std::move(world), sequence, written = checkpoints_] {
+        const std::uint64_t tick = world->live.tick;
+        Status status = persist::write_checkpoint(*wiring.data_dir, name, {sequence, tick, to_bytes(*world)});
+        if (!status.ok()) {
+          wiring.metrics->disk_errors.Increment();
+          spdlog::error("world={} tick={} checkpoint failed: {}", log_name(name), tick, status.message());
+        }
+        const std::lock_guard lock(written->mutex);
+        written->under_way = false;
+        written->trouble = status;
+        if (status.ok()) written->next_sequence = sequence + 1;
+        return status;
+      });
 }
 
-void WorldJournal::remove() {
+Status WorldJournal::remove() {
   log_.reset();
-  report(wiring_.data_dir->remove_world(world_));
+  return report(wiring_.data_dir->remove_world(world_));
 }
 
-void WorldJournal::report(const base::Status& status) const {
-  if (status.ok()) return;
-  wiring_.metrics->disk_errors.Increment();
-  spdlog::error("world={} disk: {}", world_, status.message());
+Status WorldJournal::report(Status status) const {
+  if (!status.ok()) {
+    wiring_.metrics->disk_errors.Increment();
+    spdlog::error("world={} disk: {}", log_name(world_), status.message());
+  }
+  return status;
 }
 
 }  // namespace pneuma::app

@@ -42,6 +42,13 @@ void WorldRegistry::put(Entry entry) {
   place = std::move(entry);
 }
 
+void WorldRegistry::put_damaged(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  Entry& place = worlds_[name];
+  place = {};
+  place.damaged = true;
+}
+
 void WorldRegistry::erase(const std::string& name) {
   const std::lock_guard lock(mutex_);
   worlds_.erase(name);

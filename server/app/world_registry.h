@@ -32,6 +32,8 @@ class WorldRegistry {
   /// Takes the name of a world that cannot be brought back.
   [[nodiscard]] base::Status reserve_damaged(const std::string& name);
   void put(Entry entry);
+  /// The world is gone, and what is kept of it is not.
+  void put_damaged(const std::string& name);
   void erase(const std::string& name);
 
   [[nodiscard]] Entry find(const std::string& name) const;

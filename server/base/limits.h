@@ -76,12 +76,21 @@ inline constexpr double single_precision_edges_max = 1e5;
 inline constexpr std::size_t message_bytes_max_before_hello = 4 * 1024;
 // Of a message sent in parts: room for a mesh of the largest size, written out as text.
 inline constexpr std::size_t parts_bytes_max = 16 * 1024 * 1024;
-// What came of such messages that are not whole yet, of all sessions together: eight of the largest.
-inline constexpr std::size_t parts_waiting_bytes_max = 128 * 1024 * 1024;
 // In which a message in parts must come at message_bytes_max: 280 kbit/s, a third of what a slow link has.
 inline constexpr std::chrono::seconds parts_timeout{30};
-// What such a message may take in memory once it is read: empty fields are small on the wire alone.
+// What a message may take in memory once it is read: empty fields are small on the wire alone.
 inline constexpr std::size_t message_memory_bytes_max = 64 * 1024 * 1024;
+// The same for each byte that came, beside message_memory_bytes_small: names and changes of a few bytes take some 40.
+inline constexpr std::size_t message_memory_growth_max = 64;
+inline constexpr std::size_t message_memory_bytes_small = 256 * 1024;
+// Of a message, those within it too: a position of a mesh is four, and there may be world_vertices_max of them.
+inline constexpr std::size_t message_fields_max = 8 * world_vertices_max;
+// Messages within each other: an edit that adds a mesh has 8.
+inline constexpr std::size_t message_depth_max = 32;
+// Of a ClientMessage itself, which has two: a request id and a request. The rest is room for newer clients.
+inline constexpr std::size_t envelope_fields_max = 16;
+// Larger ones are parsed off the network thread: this much takes 0.1 ms at worst.
+inline constexpr std::size_t message_bytes_max_at_once = 1024;
 // Of a scene or edit as text, each a message in memory; most are positions.
 inline constexpr std::size_t json_objects_max = 2 * world_vertices_max;
 // All in such text, objects and lists among them: a position has three numbers and is one itself.
@@ -117,6 +126,9 @@ inline constexpr std::size_t world_grabs_max = 256;
 // Requests that wait for a world's next tick: a second of what 64 busy clients may send.
 inline constexpr std::size_t world_inbox_requests_max = 4'096;
 inline constexpr std::size_t world_inbox_bytes_max = 64 * 1024 * 1024;  // and what they may hold in all
+// Of the factor of an implicit step's matrix, below its diagonal: the largest ball has 2.3 million, the largest
+// box 3.3. A dense matrix with as many takes ten seconds to factor, a surface of many handles likewise.
+inline constexpr std::size_t factor_entries_max = 6'000'000;
 // Far past any scene, near enough that its square is a number.
 inline constexpr double impulse_max_n_s = 1e9;
 inline constexpr double stiffness_max_n_m = 1e9;
@@ -124,12 +136,13 @@ inline constexpr double damping_max_n_s_m = 1e9;
 
 // The largest world at double precision takes 13 MB, and its scene twice: as it was created, and as it is now.
 inline constexpr std::size_t checkpoint_bytes_max = 256 * 1024 * 1024;
-// Commands that wait for a disk that is full or hangs: a minute of what a busy world gets, or a few of the largest.
-inline constexpr std::size_t log_pending_bytes_max = 64 * 1024 * 1024;
 // What came between two checkpoints.
 inline constexpr std::size_t log_bytes_max = 1024 * 1024 * 1024;
 // Room for a mesh of the largest size, written out.
 inline constexpr std::size_t scene_file_bytes_max = 16 * 1024 * 1024;
+
+// Of the log, while nobody reads it: past it the oldest give way. A few minutes of a busy server's.
+inline constexpr std::size_t log_lines_waiting_max = 4'096;
 
 struct Limits {
   std::size_t message_bytes_max = 1024 * 1024;  // room for a 16,000-vertex mesh; larger ones come in parts
@@ -139,6 +152,14 @@ struct Limits {
   double commands_per_s = 60.0;                          // a pointer moves at display rate
   double commands_burst = 120.0;                         // two seconds of it, for a client that catches up
   std::size_t output_queue_bytes_max = 8 * 1024 * 1024;  // past it frames are dropped, then re-keyed
+  // Of all queues together, where what several wait for counts once: a hundred slow readers of large worlds.
+  std::size_t queued_bytes_max = 256 * 1024 * 1024;
+  // Of messages that are not whole yet, or wait to be parsed, of all sessions together: 128 of the largest.
+  std::size_t received_bytes_max = 128 * 1024 * 1024;
+  // What came of messages in parts that are not whole yet, of all sessions together: eight of the largest.
+  std::size_t parts_waiting_bytes_max = 8 * parts_bytes_max;
+  // Of all requests that were parsed and wait, whoever for: four of the largest.
+  std::size_t requests_memory_bytes_max = 4 * message_memory_bytes_max;
   std::chrono::milliseconds hello_timeout{2'000};
   std::chrono::milliseconds partial_message_timeout{10'000};
   std::chrono::milliseconds ping_interval{15'000};  // two unanswered close the connection

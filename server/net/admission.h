@@ -13,6 +13,8 @@ namespace pneuma::net {
 
 /// Connections past a limit that are told so at the same time; more than these are closed without a word.
 inline constexpr std::size_t refusals_max = 64;
+/// Of one address: some are left for the others' health checks.
+inline constexpr std::size_t refusals_per_address_max = 8;
 
 class Admission {
  public:
@@ -48,6 +50,7 @@ class Admission {
   std::size_t connections_ = 0;
   std::size_t refusals_ = 0;
   std::map<std::string, std::size_t> by_address_;
+  std::map<std::string, std::size_t> refusals_by_address_;
 };
 
 }  // namespace pneuma::net

@@ -30,6 +30,9 @@ class FrameReader {
   /// Takes from the front of `bytes` (and shortens it) until a message is whole or the bytes are used up.
   [[nodiscard]] base::Result<std::optional<std::string>> take(std::string_view& bytes);
 
+  /// Memory of the message so far.
+  [[nodiscard]] std::size_t held_bytes() const { return message_.empty() ? 0 : message_.capacity(); }
+
   /// Between the first byte of a message's length and its last byte.
   [[nodiscard]] bool in_message() const { return prefix_bytes_ > 0; }
 

@@ -42,8 +42,9 @@ constexpr const char* content_security_policy =
 
 class WebSocketTransport final : public Transport {
  public:
-  explicit WebSocketTransport(WebSocket socket) : socket_(std::move(socket)) {
-    socket_.read_message_max(0);  // Beast would close without our goodbye; read() counts
+  WebSocketTransport(WebSocket socket, const base::MemoryBudget& memory)
+      : socket_(std::move(socket)), incoming_(memory) {
+    socket_.read_message_max(message_bytes_max_);  // past it Beast closes as soon as the length is announced
     socket_.binary(true);
     socket_.auto_fragment(false);
     socket_.next_layer().expires_never();  // the session keeps the time from here on
@@ -51,25 +52,23 @@ class WebSocketTransport final : public Transport {
 
   asio::awaitable<base::Status> open() override { co_return base::Status(); }
 
-  asio::awaitable<base::Result<std::optional<std::string>>> read(std::function<void(bool)> progressed) override {
+  asio::awaitable<base::Result<std::optional<ReceivedMessage>>> read(std::function<void(bool)> progressed) override {
     beast::flat_buffer buffer;
     do {
       error_code error;
-      co_await socket_.async_read_some(buffer, message_bytes_max_ + 1 - buffer.size(), into(error));
-      if (error == websocket::error::closed) co_return std::optional<std::string>();
+      co_await socket_.async_read_some(buffer, message_bytes_max_ - buffer.size(), into(error));
+      if (error == websocket::error::closed) co_return std::optional<ReceivedMessage>();
       if (error.category() == make_error_code(websocket::error::closed).category()) {
         co_return base::Status(base::StatusCode::malformed, error.message());
       }
       if (error) co_return base::Status(base::StatusCode::unavailable, error.message());
       progressed(!socket_.is_message_done());
-      if (buffer.size() > message_bytes_max_) {
-        co_return base::Status(base::StatusCode::malformed, "the message is larger than is taken");
-      }
+      if (base::Status no_room = incoming_.hold(buffer.capacity()); !no_room.ok()) co_return no_room;
     } while (!socket_.is_message_done());
     if (!socket_.got_binary())
       co_return base::Status(base::StatusCode::malformed, "a text message; messages are binary");
     if (buffer.size() == 0) co_return base::Status(base::StatusCode::malformed, "an empty message");
-    co_return std::optional<std::string>(beast::buffers_to_string(buffer.data()));
+    co_return std::optional<ReceivedMessage>(incoming_.whole(beast::buffers_to_string(buffer.data())));
   }
 
   asio::awaitable<error_code> write(std::vector<SharedBytes> messages,
@@ -86,7 +85,10 @@ class WebSocketTransport final : public Transport {
     co_return error;
   }
 
-  void set_limit(std::size_t message_bytes_max) override { message_bytes_max_ = message_bytes_max; }
+  void set_limit(std::size_t message_bytes_max) override {
+    message_bytes_max_ = message_bytes_max;
+    socket_.read_message_max(message_bytes_max_);
+  }
 
   asio::awaitable<void> shut_down() override {
     error_code ignored;
@@ -100,6 +102,7 @@ class WebSocketTransport final : public Transport {
 
  private:
   WebSocket socket_;
+  IncomingBytes incoming_;
   std::size_t message_bytes_max_ = base::message_bytes_max_before_hello;
 };
 
@@ -165,6 +168,17 @@ Response make_response(const Request& request, const HttpReply& reply) {
   return response;
 }
 
+/// Why a request that is whole is not answered; none: it is.
+std::optional<HttpReply> objection(const Request& request, const HttpFront& front) {
+  // Whoever passes requests on may take another of two for the one that counts.
+  if (request.count(http::field::host) != 1) return text_reply(400, "one Host is wanted\n");
+  if (!front.hosts.allow(request[http::field::host])) {
+    return text_reply(421, "this server does not go by that name; pneuma-server --allow-host tells it its names\n");
+  }
+  if (request.count(http::field::transfer_encoding) > 0) return text_reply(400, "no transfer coding is taken\n");
+  return std::nullopt;
+}
+
 HttpReply answer(const Request& request, const HttpFront& front) {
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     return text_reply(405, "only GET and HEAD are answered here\n");
@@ -172,7 +186,7 @@ HttpReply answer(const Request& request, const HttpFront& front) {
   const std::string_view target = request.target();
   if (!target.starts_with('/')) return text_reply(400, "the target must be a path\n");
   const std::string_view path = target.substr(0, target.find('?'));
-  if (path == "/ws") return text_reply(426, "speaks WebSocket only\n");
+  if (path == "/ws" && front.upgraded) return text_reply(426, "speaks WebSocket only\n");
   HttpReply reply = front.reply(path);
   if (!reply.tag.empty() && goes_compressed(request, reply)) reply.tag = compressed_tag(reply.tag);
   if (is_held(request, reply.tag)) return {304, std::move(reply.content_type), {}, {}, std::move(reply.tag)};
@@ -196,7 +210,7 @@ asio::awaitable<void> upgrade(HttpStream stream, Request request, const HttpFron
   WebSocket socket(std::move(stream));
   error_code error;
   co_await socket.async_accept(request, into(error));
-  if (!error) front.upgraded(std::make_unique<WebSocketTransport>(std::move(socket)));
+  if (!error) front.upgraded(std::make_unique<WebSocketTransport>(std::move(socket), front.memory));
 }
 
 asio::awaitable<error_code> write_response(HttpStream& stream, Response response, bool header_only) {
@@ -234,15 +248,13 @@ asio::awaitable<void> serve(HttpStream stream, const HttpFront& front) {
     if (error && !reply) co_return;
     const bool is_whole = !error;
     const Request request = parser.release();
-    if (!front.upgraded) {
-      reply = front.reply({});
-    } else if (is_whole && websocket::is_upgrade(request) && request.target() == "/ws") {
+    if (is_whole) reply = objection(request, front);
+    if (!reply && front.upgraded && websocket::is_upgrade(request) && request.target() == "/ws") {
       if (may_upgrade(request)) co_return co_await upgrade(std::move(stream), request, front);
       reply = text_reply(403, "a page of another origin may not connect\n");
-    } else if (is_whole) {
-      reply = answer(request, front);
     }
-    keep_alive = is_whole && front.upgraded && request.keep_alive();
+    if (!reply) reply = answer(request, front);
+    keep_alive = is_whole && reply->status != 400 && front.upgraded && request.keep_alive();
     Response response = make_response(request, *reply);
     response.keep_alive(keep_alive);
     stream.expires_after(front.timeout);

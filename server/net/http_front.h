@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "net/origin.h"
 #include "net/transport.h"
 
 namespace pneuma::net {
@@ -15,6 +16,9 @@ struct HttpFront {
   std::function<void(std::unique_ptr<Transport>)> upgraded;
   /// For a whole request to come, a reply to go, or an idle connection to go on.
   std::chrono::milliseconds timeout;
+  /// Of messages that come over WebSockets.
+  base::MemoryBudget memory;
+  const AllowedHosts& hosts;
 };
 
 /// Serves one connection until it ends or is upgraded; `front` outlives it.

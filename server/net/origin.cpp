@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
+
+#include <boost/asio/ip/address_v4.hpp>
+#include <boost/asio/ip/address_v6.hpp>
 
 namespace pneuma::net {
 
@@ -32,6 +36,17 @@ bool is_loopback(std::string_view host) {
   return host == "localhost" || host == "127.0.0.1" || host == "[::1]";
 }
 
+/// Of IPv4 in dotted form, or of IPv6 in brackets.
+bool is_address(const std::string& host) {
+  boost::system::error_code error;
+  if (host.starts_with('[') && host.ends_with(']')) {
+    (void)boost::asio::ip::make_address_v6(host.substr(1, host.size() - 2), error);
+  } else {
+    (void)boost::asio::ip::make_address_v4(host, error);
+  }
+  return !error;
+}
+
 }  // namespace
 
 bool is_same_origin(std::string_view origin, std::string_view host) {
@@ -42,6 +57,17 @@ bool is_same_origin(std::string_view origin, std::string_view host) {
   const Authority from = split(origin.substr(scheme_end + separator.size()), default_port);
   const Authority to = split(host, default_port);
   return from == to || (from.port == to.port && is_loopback(from.host) && is_loopback(to.host));
+}
+
+AllowedHosts::AllowedHosts(std::vector<std::string> names) : names_(std::move(names)) {
+  for (std::string& name : names_) name = lower(name);
+}
+
+bool AllowedHosts::allow(std::string_view host) const {
+  const std::string name = split(host, {}).host;
+  if (name.empty()) return false;
+  return name == "localhost" || is_address(name) ||
+         std::ranges::any_of(names_, [&](const std::string& known) { return known == "*" || known == name; });
 }
 
 }  // namespace pneuma::net

@@ -17,14 +17,15 @@ bool OutputQueue::push_reply(SharedBytes message) {
 }
 
 void OutputQueue::push_goodbye(SharedBytes message) {
-  reply_bytes_ += message->size();
-  push({.message = std::move(message), .stream_id = std::nullopt});
+  Entry entry{.message = std::move(message), .stream_id = std::nullopt};
+  reply_bytes_ += bytes_of(entry);
+  push(std::move(entry));
 }
 
 std::size_t OutputQueue::largest_reply_bytes() const {
   std::size_t largest = 0;
   for (const Entry& entry : entries_) {
-    if (!entry.stream_id) largest = std::max(largest, entry.message->size());
+    if (!entry.stream_id) largest = std::max(largest, bytes_of(entry));
   }
   return largest;
 }
@@ -45,7 +46,7 @@ void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   if (!has_room(stream)) drop_unsent(frame.stream_id, stream);
   if (frame.key != nullptr) stream.key_asked_for = false;  // where it finds no room, another has to be asked for
   // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
-  if (frame.key != nullptr && bytes() < bytes_max_) {
+  if (frame.key != nullptr && has_room()) {
     if (stream.missing_from && *stream.missing_from < frame.tick && stream.was_sent) {
       const std::uint64_t to_tick = std::min(stream.missing_to, frame.tick - 1);  // the key may be of a frame skipped
       push({.message = std::make_shared<const std::string>(make_gap_(frame.stream_id, *stream.missing_from, to_tick)),
@@ -60,7 +61,7 @@ void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
 
 std::vector<std::uint32_t> OutputQueue::keys_to_ask_for() {
   std::vector<std::uint32_t> wanted;
-  if (writing_bytes_ > 0 || bytes() >= bytes_max_) return wanted;
+  if (writing_bytes_ > 0 || !has_room()) return wanted;
   for (auto& [stream_id, stream] : streams_) {
     if (stream.last_tick || std::exchange(stream.key_asked_for, true)) continue;
     wanted.push_back(stream_id);
@@ -77,9 +78,9 @@ void OutputQueue::end_stream(std::uint32_t stream_id) {
 
 std::vector<SharedBytes> OutputQueue::take(std::size_t bytes, TimePoint now) {
   std::vector<SharedBytes> messages;
-  while (!entries_.empty() && (messages.empty() || writing_bytes_ + entries_.front().message->size() <= bytes)) {
+  while (!entries_.empty() && (messages.empty() || writing_bytes_ + bytes_of(entries_.front()) <= bytes)) {
     Entry& entry = entries_.front();
-    const std::size_t size = entry.message->size();
+    const std::size_t size = bytes_of(entry);
     bytes_ -= size;
     writing_bytes_ += size;
     if (!entry.stream_id) reply_bytes_ -= size;
@@ -88,6 +89,12 @@ std::vector<SharedBytes> OutputQueue::take(std::size_t bytes, TimePoint now) {
     entries_.pop_front();
   }
   return messages;
+}
+
+void OutputQueue::clear() {
+  entries_.clear();
+  bytes_ = 0;
+  reply_bytes_ = 0;
 }
 
 void OutputQueue::written() {
@@ -108,7 +115,7 @@ std::vector<StreamStats> OutputQueue::stream_stats(TimePoint now) const {
 }
 
 void OutputQueue::push(Entry entry) {
-  bytes_ += entry.message->size();
+  bytes_ += bytes_of(entry);
   entries_.push_back(std::move(entry));
 }
 
@@ -149,7 +156,7 @@ void OutputQueue::skip(Stream& stream, std::uint64_t tick, std::size_t bytes) {
 void OutputQueue::shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer) {
   std::erase_if(entries_, [&](const Entry& entry) {
     if (entry.stream_id != stream_id || !entry.counts_as_frame || entry.layer != layer) return false;
-    bytes_ -= entry.message->size();
+    bytes_ -= bytes_of(entry);
     --stream.unsent;
     skip(stream, entry.tick, entry.message->size());
     if (stream.middle_tick == entry.tick) stream.middle_tick.reset();
@@ -162,7 +169,7 @@ void OutputQueue::shed(std::uint32_t stream_id, Stream& stream, std::uint32_t la
 void OutputQueue::drop_unsent(std::uint32_t stream_id, Stream& stream) {
   std::erase_if(entries_, [&](const Entry& entry) {
     if (entry.stream_id != stream_id) return false;
-    bytes_ -= entry.message->size();
+    bytes_ -= bytes_of(entry);
     if (entry.counts_as_frame) {
       skip(stream, entry.tick, entry.message->size());
     } else {

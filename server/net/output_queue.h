@@ -13,6 +13,9 @@
 
 namespace pneuma::net {
 
+/// What a message takes in memory beside its bytes: its place in the queue, what owns it, and the allocator's own.
+inline constexpr std::size_t queued_message_overhead_bytes = 160;
+
 /// A reader this many frames of a stream behind is better served by fewer layers, or one key frame.
 inline constexpr std::size_t stream_frames_queued_max = 4;
 
@@ -24,6 +27,9 @@ class OutputQueue {
 
   /// False where the replies that wait already, the largest left out, fill the queue: the session is to be closed.
   [[nodiscard]] bool push_reply(SharedBytes message);
+
+  /// While it is, frames find no room: too much waits in memory for all sessions together.
+  void set_memory_full(bool memory_is_full) { memory_is_full_ = memory_is_full; }
 
   /// A last message, past any limit.
   void push_goodbye(SharedBytes message);
@@ -46,8 +52,14 @@ class OutputQueue {
   [[nodiscard]] std::vector<SharedBytes> take(std::size_t bytes, TimePoint now);
   void written();
 
+  /// The session is over: all that waits goes at once.
+  void clear();
+
   [[nodiscard]] bool empty() const { return entries_.empty(); }
+  /// In memory.
   [[nodiscard]] std::size_t bytes() const { return bytes_ + writing_bytes_; }
+  /// Of the replies that wait.
+  [[nodiscard]] std::size_t reply_bytes() const { return reply_bytes_; }
   /// Of all streams, those that ended included.
   [[nodiscard]] const FrameTotals& totals() const { return totals_; }
   [[nodiscard]] const QueueAges& ages() const { return ages_; }
@@ -78,7 +90,11 @@ class OutputQueue {
   };
 
   [[nodiscard]] bool has_room(const Stream& stream) const {
-    return stream.unsent < stream_frames_queued_max && bytes() < bytes_max_;
+    return stream.unsent < stream_frames_queued_max && has_room();
+  }
+  [[nodiscard]] bool has_room() const { return bytes() < bytes_max_ && !memory_is_full_; }
+  [[nodiscard]] static std::size_t bytes_of(const Entry& entry) {
+    return entry.message->size() + queued_message_overhead_bytes;
   }
   [[nodiscard]] std::size_t largest_reply_bytes() const;
   void shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer);
@@ -89,6 +105,7 @@ class OutputQueue {
   void drop_unsent(std::uint32_t stream_id, Stream& stream);
 
   std::size_t bytes_max_;
+  bool memory_is_full_ = false;
   MakeGap make_gap_;
   std::deque<Entry> entries_;
   std::map<std::uint32_t, Stream> streams_;

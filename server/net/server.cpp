@@ -1,5 +1,6 @@
 #include "net/server.h"
 
+#include <algorithm>
 #include <unordered_map>
 #include <utility>
 
@@ -15,6 +16,7 @@
 #include "net/admission.h"
 #include "net/http_front.h"
 #include "net/listening.h"
+#include "net/output_queue.h"
 #include "net/session.h"
 
 namespace pneuma::net {
@@ -40,7 +42,13 @@ struct Server::Impl {
     std::string address;  // as bound
   };
 
-  Impl(const base::Limits& l, Callbacks c) : limits(l), callbacks(std::move(c)), admission(l) {}
+  Impl(const base::Limits& l, Callbacks c, std::vector<std::string> host_names)
+      : limits(l),
+        hosts(std::move(host_names)),
+        callbacks(std::move(c)),
+        admission(l),
+        received_memory(l.received_bytes_max),
+        queued_memory(l.queued_bytes_max) {}
 
   base::Status listen(const std::string& address, const std::optional<Tls>& tls, Kind kind);
   asio::awaitable<void> accept_connections(Listener& listener);
@@ -50,6 +58,12 @@ struct Server::Impl {
   void open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place);
   void end_session(SessionId id);
   void stop(const base::Status& why);
+  [[nodiscard]] SharedBytes count(SharedBytes message) const;
+  /// What is left past it is for replies.
+  [[nodiscard]] bool frames_have_room() const {
+    return queued_memory.bytes() < queued_memory.bytes_max() - queued_memory.bytes_max() / 8;
+  }
+  void close_longest_queue();
   [[nodiscard]] std::string bound_address(Kind kind) const;
 
   template <class Work>
@@ -62,8 +76,11 @@ struct Server::Impl {
   }
 
   base::Limits limits;
+  const AllowedHosts hosts;
   Callbacks callbacks;
   Admission admission;
+  const base::MemoryBudget received_memory;
+  const base::MemoryBudget queued_memory;
   SessionId next_id = 1;
   bool stopping = false;
   base::Status stop_reason;
@@ -110,23 +127,30 @@ void Server::Impl::take(Tcp::socket socket, const Listener& listener) {
   error_code error;
   const Tcp::endpoint peer = socket.remote_endpoint(error);
   if (error) return;
-  PlacePtr place = admission.admit(counted_as(peer.address()));
+  std::string counted = counted_as(peer.address());
+  PlacePtr place = admission.admit(counted);
   if (place == nullptr) return;
   tune(socket);
-  PeerInfo info{to_text(peer), listener.kind == Kind::http, listener.tls != nullptr};
+  PeerInfo info{to_text(peer), std::move(counted), listener.kind == Kind::http, listener.tls != nullptr};
   if (listener.kind == Kind::http) {
     asio::co_spawn(io, serve_page(std::move(socket), listener.tls, std::move(info), std::move(place)), asio::detached);
   } else {
-    open_session(make_stream_transport(std::move(socket), listener.tls.get(), base::message_bytes_max_before_hello),
+    open_session(make_stream_transport(std::move(socket), listener.tls.get(), base::message_bytes_max_before_hello,
+                                       received_memory),
                  std::move(info), std::move(place));
   }
 }
 
 asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls,
                                                PeerInfo peer, PlacePtr place) {
-  HttpFront front{callbacks.http, {}, limits.partial_message_timeout};
+  HttpFront front{callbacks.http, {}, limits.partial_message_timeout, received_memory, hosts};
   if (place->refused())
-    front.reply = [why = place->refusal().what()](std::string_view) { return text_reply(503, why + "\n"); };
+    front.reply = [this, why = place->refusal().what()](std::string_view path) {
+      if (callbacks.http_when_full) {
+        if (std::optional<HttpReply> reply = callbacks.http_when_full(path)) return std::move(*reply);
+      }
+      return text_reply(503, why + "\n");
+    };
   if (!place->refused()) {
     front.upgraded = [this, &peer, &place](std::unique_ptr<Transport> transport) {
       open_session(std::move(transport), std::move(peer), std::move(place));
@@ -152,6 +176,28 @@ void Server::Impl::end_session(SessionId id) {
   if (sessions.erase(id) > 0 && stopping && sessions.empty()) io.stop();
 }
 
+/// The message, counted for as long as anyone holds it.
+SharedBytes Server::Impl::count(SharedBytes message) const {
+  if (message == nullptr) return nullptr;
+  struct Counted {
+    SharedBytes message;
+    base::MemoryBudget::Share share;
+  };
+  const std::string* bytes = message.get();
+  auto share = queued_memory.take_anyway(bytes->size() + queued_message_overhead_bytes);
+  return {std::make_shared<const Counted>(Counted{std::move(message), std::move(share)}), bytes};
+}
+
+// Frames find no room by now; so it is replies, and somebody does not read them.
+void Server::Impl::close_longest_queue() {
+  const auto longest = std::ranges::max_element(
+      sessions, {}, [](const auto& session) { return session.second->closing() ? 0 : session.second->queue_bytes(); });
+  if (longest == sessions.end()) return;
+  const std::shared_ptr<Session> session = longest->second;
+  session->close({base::StatusCode::unavailable, "the server has no room for the replies that wait for you"});
+  session->abort();
+}
+
 void Server::Impl::stop(const base::Status& why) {
   if (std::exchange(stopping, true)) return;
   stop_reason = why;
@@ -175,8 +221,8 @@ HttpReply text_reply(int status, std::string text, std::string content_type) {
   return {status, std::move(content_type), std::make_shared<const std::string>(std::move(text)), {}, {}};
 }
 
-Server::Server(const base::Limits& limits, Callbacks callbacks)
-    : impl_(std::make_unique<Impl>(limits, std::move(callbacks))) {}
+Server::Server(const base::Limits& limits, Callbacks callbacks, std::vector<std::string> host_names)
+    : impl_(std::make_unique<Impl>(limits, std::move(callbacks), std::move(host_names))) {}
 Server::~Server() = default;
 
 base::Status Server::listen_tcp(const std::string& address, const std::optional<Tls>& tls) {
@@ -197,13 +243,21 @@ void Server::run() {
 }
 
 void Server::send(SessionId session, SharedBytes message) {
-  impl_->post_to_session(session, [message = std::move(message)](Session& s) { s.send(message); });
+  asio::post(impl_->io, [impl = impl_.get(), session, message = std::move(message)] {
+    impl->with_session(session, [&](Session& s) {
+      s.send(impl->count(message));
+      if (impl->queued_memory.bytes() >= impl->queued_memory.bytes_max()) impl->close_longest_queue();
+    });
+  });
 }
 
 void Server::publish(std::shared_ptr<const std::vector<SessionId>> sessions, StreamFrame frame) {
-  asio::post(impl_->io, [impl = impl_.get(), sessions = std::move(sessions), frame = std::move(frame)] {
+  asio::post(impl_->io, [impl = impl_.get(), sessions = std::move(sessions), frame = std::move(frame)]() mutable {
+    frame.delta = impl->count(std::move(frame.delta));
+    frame.key = impl->count(std::move(frame.key));
+    const bool full = !impl->frames_have_room();
     for (const SessionId id : *sessions) {
-      impl->with_session(id, [&frame](Session& s) { s.offer(frame); });
+      impl->with_session(id, [&](Session& s) { s.offer(frame, full); });
     }
   });
 }
@@ -223,6 +277,18 @@ void Server::report_on(SessionId session, std::uint32_t stream_id) {
   impl_->post_to_session(session, [stream_id](Session& s) { s.report_on(stream_id); });
 }
 
+void Server::hold(SessionId session) {
+  impl_->with_session(session, [](Session& s) { s.hold(); });
+}
+
+void Server::resume(SessionId session) {
+  impl_->post_to_session(session, [](Session& s) { s.resume(); });
+}
+
+void Server::post(std::function<void()> work) {
+  asio::post(impl_->io, std::move(work));
+}
+
 void Server::end_stream(SessionId session, std::uint32_t stream_id) {
   impl_->post_to_session(session, [stream_id](Session& s) { s.end_stream(stream_id); });
 }
@@ -237,6 +303,10 @@ void Server::close(SessionId session, base::Status why) {
 
 void Server::stop(base::Status why) {
   asio::post(impl_->io, [impl = impl_.get(), why = std::move(why)] { impl->stop(why); });
+}
+
+MemoryStats Server::memory() const {
+  return {impl_->received_memory.bytes(), impl_->queued_memory.bytes()};
 }
 
 std::optional<SessionStats> Server::stats(SessionId session) const {

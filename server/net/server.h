@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/limits.h"
+#include "base/memory_budget.h"
 #include "base/status.h"
 #include "net/reader_stats.h"
 
@@ -21,12 +22,19 @@ using SessionId = std::uint64_t;
 using SharedBytes = std::shared_ptr<const std::string>;
 
 struct PeerInfo {
-  std::string address;  // HOST:PORT
+  std::string address;     // HOST:PORT
+  std::string counted_as;  // the name under which what the address takes is counted
   bool websocket = false;
   bool tls = false;
 };
 
 inline constexpr std::uint32_t time_layer_max = 2;
+
+/// A message as it came; its bytes are counted as the server's until it goes.
+struct ReceivedMessage {
+  std::string bytes;
+  base::MemoryBudget::Share share;
+};
 
 /// One frame of a stream, offered in both forms; a session takes the one that it can use.
 struct StreamFrame {
@@ -51,6 +59,12 @@ struct HttpReply {
 [[nodiscard]] HttpReply text_reply(int status, std::string text,
                                    std::string content_type = "text/plain; charset=utf-8");
 
+/// What all sessions hold in memory together, in bytes.
+struct MemoryStats {
+  std::size_t received = 0;  // of messages that are not whole, or not dealt with
+  std::size_t queued = 0;    // of messages that are not sent; one that is queued for several sessions counts once
+};
+
 /// How a session stands; for stats and metrics.
 struct SessionStats {
   std::size_t queue_bytes = 0;
@@ -63,8 +77,8 @@ struct SessionStats {
 /// What the server's owner is told and asked. All calls come on the network thread and return at once.
 struct Callbacks {
   std::function<void(SessionId, const PeerInfo&)> opened;
-  /// One whole message; the view lives for the call.
-  std::function<void(SessionId, std::string_view)> received;
+  /// One whole message. After it the owner may hold() the session.
+  std::function<void(SessionId, ReceivedMessage)> received;
   std::function<void(SessionId, const base::Status& why)> closed;
   /// The session cannot use this stream's deltas any more and waits for a key frame.
   std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
@@ -72,6 +86,8 @@ struct Callbacks {
   std::function<void(SessionId, const ReaderReport&)> reader_report;
   /// A GET of any path but /ws.
   std::function<HttpReply(std::string_view path)> http;
+  /// The same where the server is full: nothing, but for what must be answered then too.
+  std::function<std::optional<HttpReply>(std::string_view path)> http_when_full;
 
   // Messages of the owner's protocol that the session logic needs to send by itself.
   std::function<std::string(std::uint64_t nonce)> make_ping;
@@ -86,7 +102,8 @@ struct Tls {
 
 class Server {
  public:
-  Server(const base::Limits& limits, Callbacks callbacks);
+  /// `host_names`: what requests over HTTP may call this server beside its addresses and localhost.
+  Server(const base::Limits& limits, Callbacks callbacks, std::vector<std::string> host_names = {});
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -113,12 +130,20 @@ class Server {
   void pong(SessionId session, std::uint64_t nonce);
   /// Asks for reports on how the session reads the stream, until the stream ends.
   void report_on(SessionId session, std::uint32_t stream_id);
+  /// Reads no further message of the session until resume(): the owner is busy with the last one. On the network
+  /// thread, from received().
+  void hold(SessionId session);
+  void resume(SessionId session);
+  /// Calls `work` on the network thread.
+  void post(std::function<void()> work);
   /// Forgets the stream's place in the session's queue and drops its unsent frames.
   void end_stream(SessionId session, std::uint32_t stream_id);
   /// Sends a goodbye with the reason after what is queued, then closes.
   void close(SessionId session, base::Status why);
   /// Stops accepting, says goodbye to all, gives the queues drain_timeout to empty; run() then returns.
   void stop(base::Status why);
+
+  [[nodiscard]] MemoryStats memory() const;
 
   /// Network thread only.
   [[nodiscard]] std::optional<SessionStats> stats(SessionId session) const;

@@ -17,6 +17,9 @@ using boost::system::error_code;
 // A write takes about this much: enough to fill a socket's buffer, little enough to keep frames droppable.
 constexpr std::size_t write_bytes = 64 * 1024;
 
+// Of replies that wait: past it no further message is read.
+constexpr std::size_t unread_replies_bytes_max = 256 * 1024;
+
 // Time limits are looked at this often: four times in the shortest of them, but no oftener than a busy server can bear.
 constexpr std::chrono::milliseconds time_resolution_max{250};
 constexpr std::chrono::milliseconds time_resolution_min{5};
@@ -47,6 +50,7 @@ Session::Session(SessionId id, PeerInfo peer, std::unique_ptr<Transport> transpo
       queue_(limits.output_queue_bytes_max, callbacks.make_gap),
       timers_(limits, now()),
       writer_wake_(executor, asio::steady_timer::time_point::max()),
+      reader_wake_(executor, asio::steady_timer::time_point::max()),
       time_keeper_(executor) {}
 
 void Session::start() {
@@ -76,8 +80,9 @@ void Session::send(SharedBytes message) {
   wake_writer();
 }
 
-void Session::offer(const StreamFrame& frame) {
+void Session::offer(const StreamFrame& frame, bool memory_is_full) {
   if (closing_ || over_) return;
+  queue_.set_memory_full(memory_is_full);
   queue_.offer(frame, now());
   ask_for_keys();
   report_readers();
@@ -109,10 +114,20 @@ void Session::authenticated() {
   transport_->set_limit(limits_.message_bytes_max);
 }
 
+void Session::resume() {
+  held_ = false;
+  reader_wake_.cancel();
+}
+
+void Session::stop_reading() {
+  reading_ = false;
+  reader_wake_.cancel();
+}
+
 void Session::close(const base::Status& why) {
   if (closing_ || over_) return;
   closing_ = true;
-  reading_ = false;
+  stop_reading();
   timers_.closing_until(now() + limits_.write_stall_timeout);
   queue_.push_goodbye(std::make_shared<const std::string>(callbacks_.make_goodbye(why)));
   wake_writer();
@@ -121,8 +136,9 @@ void Session::close(const base::Status& why) {
 
 void Session::abort() {
   if (std::exchange(over_, true)) return;
-  reading_ = false;
+  stop_reading();
   transport_->abort();
+  queue_.clear();
   wake_writer();
   time_keeper_.cancel();
   say_closed({base::StatusCode::unavailable, "the connection broke"});
@@ -165,15 +181,30 @@ asio::awaitable<void> Session::read_messages() {
     if (!reading_) break;
     if (!message.ok()) {
       close(message.status());
-      if (message.status().code() != base::StatusCode::malformed) abort();
+      if (message.status().code() == base::StatusCode::unavailable) abort();
     } else if (!*message) {
       say_closed({});  // by the client; it may still read
       close({base::StatusCode::unavailable, "the client sends no more"});
     } else {
-      bytes_received_ += (*message)->size();
-      callbacks_.received(id_, **message);
+      bytes_received_ += (*message)->bytes.size();
+      callbacks_.received(id_, std::move(**message));
+      if (!may_read()) co_await await_turn_to_read();
     }
   }
+}
+
+// A client that sends faster than it reads its replies is not read either: what it sends waits in its own socket.
+bool Session::may_read() const {
+  return !held_ && queue_.reply_bytes() < unread_replies_bytes_max;
+}
+
+asio::awaitable<void> Session::await_turn_to_read() {
+  timers_.reading_paused();
+  while (reading_ && !may_read()) {
+    error_code woken;
+    co_await reader_wake_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
+  }
+  timers_.reading_resumed(now());
 }
 
 asio::awaitable<void> Session::write_queue() {
@@ -194,6 +225,7 @@ asio::awaitable<void> Session::write_queue() {
     });
     timers_.write_done();
     queue_.written();
+    if (may_read()) reader_wake_.cancel();
     if (error) break;
     ask_for_keys();
   }

@@ -24,18 +24,24 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Only says goodbye: its owner never hears of it. Instead of start().
   void refuse(const base::Status& why);
   void send(SharedBytes message);
-  void offer(const StreamFrame& frame);
+  /// `memory_is_full`: there is no room in memory for what waits, whoever for.
+  void offer(const StreamFrame& frame, bool memory_is_full);
   void report_on(std::uint32_t stream_id) { reported_.insert(stream_id); }
   void end_stream(std::uint32_t stream_id);
   void authenticated();
   void pong(std::uint64_t nonce) { timers_.pong(nonce); }
+  /// Reads no further message until resume().
+  void hold() { held_ = true; }
+  void resume();
   /// Takes no more messages.
-  void stop_reading() { reading_ = false; }
+  void stop_reading();
   /// Takes no more messages; writes what is queued and a goodbye, then ends. The first reason counts.
   void close(const base::Status& why);
   /// Ends now.
   void abort();
 
+  [[nodiscard]] bool closing() const { return closing_; }
+  [[nodiscard]] std::size_t queue_bytes() const { return queue_.bytes(); }
   [[nodiscard]] SessionStats stats() const;
   [[nodiscard]] ReaderStats reader_stats() const;
 
@@ -46,6 +52,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void report_readers();
   asio::awaitable<void> open();
   asio::awaitable<void> read_messages();
+  asio::awaitable<void> await_turn_to_read();
+  [[nodiscard]] bool may_read() const;
   asio::awaitable<void> write_queue();
   asio::awaitable<void> keep_time();
   void wake_writer() { writer_wake_.cancel(); }
@@ -63,9 +71,11 @@ class Session : public std::enable_shared_from_this<Session> {
   TimePoint last_report_{};
   SessionTimers timers_;
   asio::steady_timer writer_wake_;
+  asio::steady_timer reader_wake_;
   asio::steady_timer time_keeper_;
   bool opened_ = false;  // the owner was told, and not yet of its end
   bool reading_ = true;
+  bool held_ = false;  // by the owner
   bool closing_ = false;
   bool over_ = false;
   std::uint64_t bytes_sent_ = 0;

@@ -35,6 +35,11 @@ void SessionTimers::pong(std::uint64_t nonce) {
   pings_missed_ = 0;
 }
 
+void SessionTimers::reading_resumed(TimePoint now) {
+  reading_ = true;
+  last_ping_ = now;
+}
+
 SessionTimers::Action SessionTimers::poll(TimePoint now) {
   if (closing_until_) {
     if (now >= *closing_until_) return timed_out("the client did not take its goodbye");
@@ -45,7 +50,7 @@ SessionTimers::Action SessionTimers::poll(TimePoint now) {
     return timed_out("a message did not end in time");
   if (write_progress_ && now >= *write_progress_ + limits_.write_stall_timeout)
     return timed_out("the client stopped reading");
-  if (!authenticated_ || now < last_ping_ + limits_.ping_interval) return Nothing{};
+  if (!authenticated_ || !reading_ || now < last_ping_ + limits_.ping_interval) return Nothing{};
   if (!ping_answered_ && ++pings_missed_ >= pings_missed_max) return timed_out("two pings were not answered");
   last_ping_ = now;
   ping_answered_ = false;

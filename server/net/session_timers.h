@@ -21,6 +21,9 @@ class SessionTimers {
   /// Bytes came in; `in_message`: they ended in the middle of a message.
   void received(TimePoint now, bool in_message);
   void pong(std::uint64_t nonce);
+  /// Nothing is read for now, pongs neither: no ping is sent and none counts as missed.
+  void reading_paused() { reading_ = false; }
+  void reading_resumed(TimePoint now);
   /// A write began, or took some bytes on.
   void write_progressed(TimePoint now) { write_progress_ = now; }
   void write_done() { write_progress_.reset(); }
@@ -46,6 +49,7 @@ class SessionTimers {
   std::uint64_t ping_nonce_ = 0;  // of the last ping sent
   std::uint64_t pings_missed_ = 0;
   bool ping_answered_ = true;
+  bool reading_ = true;
 };
 
 }  // namespace pneuma::net

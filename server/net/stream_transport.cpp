@@ -73,8 +73,8 @@ template <class Stream>
 class StreamTransport final : public Transport {
  public:
   template <class... Arguments>
-  explicit StreamTransport(std::size_t message_bytes_max, Arguments&&... arguments)
-      : stream_(std::forward<Arguments>(arguments)...), reader_(message_bytes_max) {}
+  StreamTransport(std::size_t message_bytes_max, const base::MemoryBudget& memory, Arguments&&... arguments)
+      : stream_(std::forward<Arguments>(arguments)...), reader_(message_bytes_max), incoming_(memory) {}
 
   asio::awaitable<base::Status> open() override {
     const base::Status opened = co_await shake_hands(stream_);
@@ -82,21 +82,22 @@ class StreamTransport final : public Transport {
     co_return opened;
   }
 
-  asio::awaitable<base::Result<std::optional<std::string>>> read(std::function<void(bool)> progressed) override {
+  asio::awaitable<base::Result<std::optional<ReceivedMessage>>> read(std::function<void(bool)> progressed) override {
     error_code error;
     while (true) {
       auto message = reader_.take(unread_);
       if (!message.ok()) co_return message.status();
       if (*message) {
         progressed(false);
-        co_return message;
+        co_return std::optional<ReceivedMessage>(incoming_.whole(std::move(**message)));
       }
+      if (base::Status no_room = incoming_.hold(reader_.held_bytes()); !no_room.ok()) co_return no_room;
       progressed(reader_.in_message());
       const std::size_t size = co_await stream_.async_read_some(asio::buffer(buffer_), into(error));
       if (is_end(error) && reader_.in_message()) {
         co_return base::Status(base::StatusCode::malformed, "the connection ended inside a message");
       }
-      if (is_end(error)) co_return std::optional<std::string>();
+      if (is_end(error)) co_return std::optional<ReceivedMessage>();
       if (error) co_return base::Status(base::StatusCode::unavailable, error.message());
       unread_ = {buffer_.data(), size};
     }
@@ -157,6 +158,7 @@ class StreamTransport final : public Transport {
   Stream stream_;
   bool peer_is_plain_ = false;  // where TLS was wanted
   FrameReader reader_;
+  IncomingBytes incoming_;
   std::array<char, read_bytes> buffer_{};
   std::string_view unread_;
 };
@@ -164,9 +166,12 @@ class StreamTransport final : public Transport {
 }  // namespace
 
 std::unique_ptr<Transport> make_stream_transport(Tcp::socket socket, asio::ssl::context* tls,
-                                                 std::size_t message_bytes_max) {
-  if (tls == nullptr) return std::make_unique<StreamTransport<Tcp::socket>>(message_bytes_max, std::move(socket));
-  return std::make_unique<StreamTransport<asio::ssl::stream<Tcp::socket>>>(message_bytes_max, std::move(socket), *tls);
+                                                 std::size_t message_bytes_max, const base::MemoryBudget& memory) {
+  if (tls == nullptr) {
+    return std::make_unique<StreamTransport<Tcp::socket>>(message_bytes_max, memory, std::move(socket));
+  }
+  return std::make_unique<StreamTransport<asio::ssl::stream<Tcp::socket>>>(message_bytes_max, memory, std::move(socket),
+                                                                           *tls);
 }
 
 }  // namespace pneuma::net

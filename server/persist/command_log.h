@@ -1,8 +1,12 @@
 // The command log: what was asked of a world since a checkpoint, tick by tick, so that replaying it on that checkpoint
 // gives the same world. One file follows each checkpoint.
 //
-// A file is "PNEUMALG", u32 version (1), u32 CRC32C of the sequence, u64 sequence; then records of u32 length,
-// u32 CRC32C of tick and bytes, u64 tick and `length` bytes. All little-endian.
+// A file is "PNEUMALG", u32 version (2), u32 CRC32C of the sequence, u64 sequence; then records of u32 length, u32 head
+// sum, u64 tick, u32 sum, and `length` bytes. The head sum is the CRC32C of the length and the tick, and goes on from
+// the sum of the record before (of the first: 0); the sum is that of the bytes, and goes on from the head sum. So no
+// record can be taken out of the middle. A record without bytes is the seal: the commands go on in the next file. All
+// little-endian. Files of version 1 are read too: their records have u32 length, u32 CRC32C of tick and bytes, u64 tick
+// and the bytes, and no seal.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +22,15 @@
 namespace pneuma::persist {
 
 enum class Sync {
-  none,          // committed records outlive the process (kill -9), not the machine
-  every_commit,  // and the machine
+  none,          // what was written outlives the process (kill -9), not the machine
+  every_record,  // and the machine
+};
+
+/// Where a log stands that may go on.
+struct LogEnd {
+  std::uint64_t sequence = 0;
+  std::uint64_t bytes = 0;  // up to the last whole record
+  std::uint32_t sum = 0;    // of that record
 };
 
 /// Appends to one file. Not thread-safe.
@@ -30,27 +41,45 @@ class CommandLog {
   [[nodiscard]] static base::Result<CommandLog> start(const DataDir& data_dir, const std::string& world,
                                                       std::uint64_t sequence, Sync sync,
                                                       std::uint64_t bytes_max = base::log_bytes_max);
+  /// Goes on with a log that was read back. What lies past its end is cut off before anything is written.
+  [[nodiscard]] static base::Result<CommandLog> resume(const DataDir& data_dir, const std::string& world,
+                                                       const LogEnd& end, Sync sync,
+                                                       std::uint64_t bytes_max = base::log_bytes_max);
   CommandLog(CommandLog&& other) noexcept;
   CommandLog& operator=(CommandLog&& other) noexcept;
-  ~CommandLog();  // what was not committed is lost
+  ~CommandLog();
 
-  /// Takes a record into memory; no file is touched. Ticks never go down. Refused where more than
-  /// log_pending_bytes_max bytes wait already, and where the file would pass its bytes_max.
-  [[nodiscard]] base::Status append(std::uint64_t tick, std::string_view bytes);
-  /// Writes what was appended. Where that fails, the records stay in memory and the next commit writes them again.
-  [[nodiscard]] base::Status commit();
+  /// Writes a record, not empty; ticks never go down. It is the log's last one from now on, and may be taken back until
+  /// the next is written. Where it fails the log is as it was: what got to the disk of it is cut off before anything
+  /// else is written.
+  [[nodiscard]] base::Status write(std::uint64_t tick, std::string_view bytes);
+  /// The last record never was.
+  [[nodiscard]] base::Status take_back();
+  /// Ends the log: another one goes on.
+  [[nodiscard]] base::Status seal(std::uint64_t tick);
+  /// Removes the file of a log that nothing was written to.
+  void discard();
 
  private:
   CommandLog(Files& files, int file, std::string path, Sync sync, std::uint64_t bytes_max)
       : files_(&files), file_(file), path_(std::move(path)), sync_(sync), bytes_max_(bytes_max) {}
+  /// Writes at the end of what is there, which was cut off cleanly before.
+  [[nodiscard]] base::Status write_at_end(std::string_view bytes);
+  [[nodiscard]] base::Status write_record(std::uint64_t tick, std::string_view bytes);
+  [[nodiscard]] base::Status cut_off();
 
   Files* files_;
   int file_;
   std::string path_;
   Sync sync_;
   std::uint64_t bytes_max_;
-  std::uint64_t committed_bytes_ = 0;
-  std::string pending_;
+  // What is there: how much, and the last record's sum. Past it lies what a failure has left, if any.
+  std::uint64_t bytes_ = 0;
+  std::uint32_t sum_ = 0;
+  bool has_rest_ = false;
+  // The same before the last record.
+  std::uint64_t bytes_before_ = 0;
+  std::uint32_t sum_before_ = 0;
 };
 
 struct LogRecord {
@@ -59,12 +88,17 @@ struct LogRecord {
 };
 
 struct Replay {
-  std::vector<LogRecord> records;  // in the order in which they were appended
-  std::vector<base::Status> cut;   // damaged ends that were left out: which file, where, and why
+  std::vector<LogRecord> records;  // in the order in which they were written
+  /// The last log ends within a record: the process ended while it wrote, and the record was never acknowledged.
+  std::optional<base::Status> torn;
+  /// Something is damaged or missing there, and what comes after would be replayed on the wrong state: which file,
+  /// where, and why. `records` are those before.
+  std::optional<base::Status> damage;
+  /// Where the last log ends, if it may go on: none that is sealed, damaged or of version 1.
+  std::optional<LogEnd> end;
 };
 
-/// All that was committed after checkpoint `sequence`, through every later log. Reading ends at the first damaged or
-/// cut-off record, or missing log: what comes after it would be replayed on the wrong state.
+/// All that was written after checkpoint `sequence`, through every later log.
 [[nodiscard]] base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& world,
                                                  std::uint64_t sequence);
 

@@ -117,15 +117,33 @@ base::Result<std::vector<std::string>> DataDir::list_worlds() const {
   return worlds;
 }
 
-base::Result<std::string> DataDir::world_folder(const std::string& world) const {
+base::Status DataDir::check_name(const std::string& world) {
   if (world.empty()) return base::invalid("a world without a name cannot be kept");
   const std::string component = encode_name(world);
-  if (component.size() > encoded_bytes_max) {
-    return base::Status(base::StatusCode::limit_exceeded, "as a file name the world's name takes " +
-                                                              std::to_string(component.size()) + " bytes; at most " +
-                                                              std::to_string(encoded_bytes_max));
+  if (component.size() <= encoded_bytes_max) return {};
+  return {base::StatusCode::limit_exceeded, "as a file name the world's name takes " +
+                                                std::to_string(component.size()) + " bytes; at most " +
+                                                std::to_string(encoded_bytes_max)};
+}
+
+base::Result<std::string> DataDir::world_folder(const std::string& world) const {
+  if (auto status = check_name(world); !status.ok()) return status;
+  return worlds_folder(path_) + "/" + encode_name(world);
+}
+
+base::Status DataDir::keep_aside(const std::string& world) const {
+  const auto folder = world_folder(world);
+  if (!folder.ok()) return folder.status();
+  for (const std::string_view prefix : {checkpoint_prefix, log_prefix}) {
+    const auto numbers = numbered_files(*folder, prefix);
+    if (!numbers.ok()) return numbers.status();
+    for (const std::uint64_t number : *numbers) {
+      const std::string path = numbered_file(*folder, prefix, number);
+      const std::string aside = numbered_file(*folder, "damaged-" + std::string(prefix), number);
+      if (files_->link(path.c_str(), aside.c_str()) < 0 && errno != EEXIST) return system_failure("put aside", path);
+    }
   }
-  return worlds_folder(path_) + "/" + component;
+  return sync_folder(*files_, *folder);
 }
 
 base::Status DataDir::remove_world(const std::string& world) const {

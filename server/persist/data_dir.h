@@ -24,6 +24,12 @@ class DataDir {
   /// Removes what is kept of a world, at once for whoever looks: half a world is never seen. OK where there is none.
   [[nodiscard]] base::Status remove_world(const std::string& world) const;
 
+  /// Keeps a second name of each of a world's checkpoints and logs, "damaged-" before its own, which nothing removes
+  /// but remove_world.
+  [[nodiscard]] base::Status keep_aside(const std::string& world) const;
+  /// Refuses a name that no folder can have: world_folder's own refusals.
+  [[nodiscard]] static base::Status check_name(const std::string& world);
+
   /// Where a world's files lie; the folder itself is made by the first write. Fails for an empty name, and for one
   /// whose file name would be too long (most ASCII punctuation takes three bytes).
   [[nodiscard]] base::Result<std::string> world_folder(const std::string& world) const;

@@ -17,6 +17,9 @@ ssize_t Files::pread(int file, void* bytes, std::size_t count, off_t offset) {
 ssize_t Files::pwrite(int file, const void* bytes, std::size_t count, off_t offset) {
   return ::pwrite(file, bytes, count, offset);
 }
+int Files::ftruncate(int file, off_t length) {
+  return ::ftruncate(file, length);
+}
 int Files::fsync(int file) {
   return ::fsync(file);
 }
@@ -25,6 +28,9 @@ int Files::close(int file) {
 }
 int Files::rename(const char* from, const char* to) {
   return ::rename(from, to);
+}
+int Files::link(const char* from, const char* to) {
+  return ::link(from, to);
 }
 int Files::unlink(const char* path) {
   return ::unlink(path);

@@ -20,6 +20,7 @@ app::Config config_of(PlayerOptions options) {
   config.listen = std::move(options.listen);
   config.http = std::move(options.http);
   config.web_dir = std::move(options.web_dir);
+  config.allow_hosts = std::move(options.allow_hosts);
   config.token = std::move(options.token);
   return config;
 }
@@ -68,7 +69,7 @@ Player::Position Player::position() const {
 }
 
 void Player::stop() {
-  impl_->service.stop();
+  (void)impl_->service.stop();  // a recording is kept as it is
 }
 
 }  // namespace pneuma::replay

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/status.h"
 #include "pneuma_client/playback.h"
@@ -16,9 +17,10 @@ namespace pneuma::replay {
 struct PlayerOptions {
   PlayOptions play;
   std::string listen = "127.0.0.1:0";
-  std::string http = "127.0.0.1:0";     // for the page and /ws; or "off"
-  std::string web_dir = page_folder();  // or "off"
-  std::string token;                    // that clients must know; empty: none is asked for
+  std::string http = "127.0.0.1:0";      // for the page and /ws; or "off"
+  std::string web_dir = page_folder();   // or "off"
+  std::vector<std::string> allow_hosts;  // names by which it is asked over HTTP, beside its addresses
+  std::string token;                     // that clients must know; empty: none is asked for
 };
 
 class Player {

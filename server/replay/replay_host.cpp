@@ -60,16 +60,15 @@ void ReplayHost::wake() {
 }
 
 void ReplayHost::refuse(const app::Request& request, const Status& why) {
-  server_.send(request.session->id(), app::serialise(app::error_reply(request.message.request_id(), why)));
+  server_.send(request.session->id(), app::serialise(app::error_reply(request.message->request_id(), why)));
 }
 
-void ReplayHost::create(const std::shared_ptr<app::Session>& session, const v1::ClientMessage& message) {
-  refuse({session, message},
-         {StatusCode::failed_precondition, "a recording is played here: worlds are not made", "create_world"});
+void ReplayHost::create(app::Request request) {
+  refuse(request, {StatusCode::failed_precondition, "a recording is played here: worlds are not made", "create_world"});
 }
 
 bool ReplayHost::ask(const std::string& world, app::Request request) {
-  const std::string field = std::string(app::kind_of(request.message)) + ".world";
+  const std::string field = std::string(app::kind_of(*request.message)) + ".world";
   if (world != world_.name()) {
     refuse(request, base::not_found("no world " + world, field));
     return false;

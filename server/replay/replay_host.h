@@ -28,7 +28,7 @@ class ReplayHost final : public app::Host {
   [[nodiscard]] const ReplayedWorld& world() const { return world_; }
 
   [[nodiscard]] base::Status start() override;
-  void create(const std::shared_ptr<app::Session>& session, const v1::ClientMessage& message) override;
+  void create(app::Request request) override;
   bool ask(const std::string& world, app::Request request) override;
   bool ask_stream(std::uint32_t stream_id, app::Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
@@ -37,7 +37,7 @@ class ReplayHost final : public app::Host {
   [[nodiscard]] std::vector<app::WorldStatus> statuses() const override { return {world_.status()}; }
   [[nodiscard]] bool has(const std::string& world) const override { return world == world_.name(); }
   void close() override;
-  void stop() override {}
+  [[nodiscard]] base::Status stop() override { return {}; }
 
  private:
   void run();

@@ -71,7 +71,7 @@ void ReplayedWorld::drain(TimePoint now, app::Outbox& outbox) {
   while (const std::optional<app::Command> command = inbox_.take()) {
     if (const auto* request = std::get_if<app::Request>(&*command)) {
       const Answer answer = carry_out(*request, now, outbox);
-      const std::uint64_t id = request->message.request_id();
+      const std::uint64_t id = request->message->request_id();
       outbox.send(request->session->id(), answer.ok() ? *answer : app::error_reply(id, answer.status()));
     }
     if (const auto* wanted = std::get_if<app::KeyWanted>(&*command)) {
@@ -176,7 +176,7 @@ v1::ServerMessage ReplayedWorld::done(const v1::ClientMessage& message) const {
 }
 
 ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, TimePoint now, app::Outbox& outbox) {
-  const v1::ClientMessage& message = request.message;
+  const v1::ClientMessage& message = *request.message;
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe:
       return subscribe(request);
@@ -219,7 +219,7 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
 // The recording's frames are within its own error already; the stream adds what is left of the bound asked for.
 ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
   const v1::Subscribed& recorded = playback_.header().stream();
-  v1::Subscribe asked = request.message.subscribe();
+  v1::Subscribe asked = request.message->subscribe();
   const double recorded_error_m = recorded.max_error_m();
   const double least_m = std::max(added_error_share * recorded_error_m, base::max_error_min_m);
   const double left_m = asked.max_error_m() == 0.0 ? least_m : asked.max_error_m() - recorded_error_m;
@@ -240,7 +240,7 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
   auto subscribed = hub_.subscribe(request.session, asked, playback_.header().world_rate_hz());
   if (!subscribed.ok()) return subscribed.status();
   v1::ServerMessage reply;
-  reply.set_request_id(request.message.request_id());
+  reply.set_request_id(request.message->request_id());
   *reply.mutable_subscribed() = std::move(*subscribed);
   return reply;
 }
@@ -288,7 +288,7 @@ void ReplayedWorld::close(const Status& why, app::Outbox& outbox) {
   while (const std::optional<app::Command> command = inbox_.take()) {
     const auto* request = std::get_if<app::Request>(&*command);
     if (request != nullptr) {
-      outbox.send(request->session->id(), app::error_reply(request->message.request_id(), why));
+      outbox.send(request->session->id(), app::error_reply(request->message->request_id(), why));
     }
   }
 }
@@ -321,7 +321,7 @@ void ReplayedWorld::publish_status(TimePoint now) {
 v1::ServerMessage ReplayedWorld::stats(const app::Request& request) const {
   const client::DecodedFrame& frame = shown_.frame();
   v1::ServerMessage message;
-  message.set_request_id(request.message.request_id());
+  message.set_request_id(request.message->request_id());
   v1::Stats& out = *message.mutable_stats();
   out.set_world(name_);
   out.set_tick(frame.tick);

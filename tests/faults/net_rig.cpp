@@ -76,14 +76,16 @@ Callbacks EchoServer::callbacks() {
     open_[id] = 0;
     changed_.notify_all();
   };
-  callbacks.received = [this](SessionId id, std::string_view message) {
+  callbacks.received = [this](SessionId id, ReceivedMessage received) {
+    const std::string& message = received.bytes;
     check_open(id);
     {
       const std::scoped_lock lock(mutex_);
       if (open_[id]++ == 0) server_.authenticated(id);
     }
+    if (message == "hold") server_.hold(id);
     if (message == "end") return server_.close(id, {base::StatusCode::malformed, "as asked"});
-    server_.send(id, share(std::string(message)));
+    server_.send(id, share(message));
   };
   callbacks.closed = [this](SessionId id, const base::Status& why) {
     check_open(id);
@@ -138,6 +140,11 @@ int EchoServer::calls_out_of_order() {
 std::size_t EchoServer::keys_wanted() {
   const std::scoped_lock lock(mutex_);
   return keys_wanted_;
+}
+
+int EchoServer::received(SessionId id) {
+  const std::scoped_lock lock(mutex_);
+  return open_.at(id);
 }
 
 std::string framed(std::string_view message) {

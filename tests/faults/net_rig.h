@@ -22,7 +22,8 @@ constexpr std::size_t late_page_bytes = 16 * 1024 * 1024;  // more than goes at 
 /// A busy machine makes anyone slow: no time-out strikes but those that a test is about.
 [[nodiscard]] base::Limits patient_limits();
 
-/// Echoes each message; the first one authenticates. "end" closes the session. Everything that it says by itself is
+/// Echoes each message; the first one authenticates. "end" closes the session; after "hold" it is read no further
+/// until it is resumed. Everything that it says by itself is
 /// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late,
 /// which comes when the time for its request is over.
 class EchoServer {
@@ -43,6 +44,8 @@ class EchoServer {
   /// What the owner was told after a session was closed, or of one that never opened: always none.
   [[nodiscard]] int calls_out_of_order();
   [[nodiscard]] std::size_t keys_wanted();
+  /// Messages received of an open session.
+  [[nodiscard]] int received(SessionId id);
   /// Stops the server and waits until it has.
   void stop();
 

@@ -1,7 +1,6 @@
 // Shows that messages in parts, begun and never ended, too large, cut short or of garbage, cost a real server no more
 // than the room that it gives them, and a bystander nothing; and that the room is there again once their senders go.
 #include <chrono>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +12,8 @@
 #include "base/limits.h"
 #include "integration/raw_connection.h"
 #include "pneuma_client/client.h"
+#include "support/process_memory.h"
+#include "support/sanitizers.h"
 #include "support/server_process.h"
 
 namespace pneuma {
@@ -21,13 +22,6 @@ namespace {
 using integration::RawConnection;
 
 constexpr std::size_t part_bytes = 1'000'000;
-#if defined(__has_feature)
-constexpr bool is_sanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool is_sanitized = true;
-#else
-constexpr bool is_sanitized = false;
-#endif
 
 class HostileParts : public testing::Test {
  protected:
@@ -44,15 +38,7 @@ class HostileParts : public testing::Test {
   }
 
   /// The most memory that the server has taken so far.
-  [[nodiscard]] std::size_t peak_bytes() const {
-    std::ifstream status("/proc/" + std::to_string(server_->pid()) + "/status");
-    std::string word;
-    while (status >> word && word != "VmHWM:") {
-    }
-    std::size_t kibibytes = 0;
-    EXPECT_TRUE(status >> kibibytes);
-    return kibibytes * 1024;
-  }
+  [[nodiscard]] std::size_t peak_bytes() const { return support::memory_bytes(server_->pid(), "VmHWM:").value(); }
 
   std::unique_ptr<RawConnection> opened() const {
     auto connection = std::make_unique<RawConnection>(server_->tcp_address());
@@ -126,7 +112,7 @@ TEST_F(HostileParts, OnePastTheLimitIsRefused) {
 TEST_F(HostileParts, TheirRoomIsBoundedAndFreeAgainWhenTheyGo) {
   const std::size_t before = peak_bytes();
   std::vector<std::unique_ptr<RawConnection>> holders;
-  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += base::parts_bytes_max) {
+  for (std::size_t held = 0; held < base::Limits().parts_waiting_bytes_max; held += base::parts_bytes_max) {
     holders.push_back(opened());
     EXPECT_FALSE(fill(*holders.back(), base::parts_bytes_max));
   }
@@ -137,8 +123,8 @@ TEST_F(HostileParts, TheirRoomIsBoundedAndFreeAgainWhenTheyGo) {
   EXPECT_GT(refused->retry_after_s(), 0.0);
   // The room, the one that grows a second time, and what each connection read of it. A sanitizer's allocator keeps
   // more.
-  if (!is_sanitized) {
-    EXPECT_LT(peak_bytes(), before + 2 * base::parts_waiting_bytes_max);
+  if (!support::is_sanitized) {
+    EXPECT_LT(peak_bytes(), before + 2 * base::Limits().parts_waiting_bytes_max);
   }
 
   holders.clear();

@@ -33,8 +33,10 @@ class FailingFiles : public Files {
     errno = failure;
     return -1;
   }
+  int ftruncate(int file, off_t length) override { return fails() ? -1 : Files::ftruncate(file, length); }
   int fsync(int file) override { return fails() ? -1 : Files::fsync(file); }
   int rename(const char* from, const char* to) override { return fails() ? -1 : Files::rename(from, to); }
+  int link(const char* from, const char* to) override { return fails() ? -1 : Files::link(from, to); }
   int unlink(const char* path) override { return fails() ? -1 : Files::unlink(path); }
   int mkdir(const char* path, mode_t mode) override { return fails() ? -1 : Files::mkdir(path, mode); }
 
@@ -96,44 +98,60 @@ TEST_P(PersistFaults, CheckpointFailsWithoutLosingTheLastOne) {
   }
 }
 
-TEST_P(PersistFaults, FailedCommitIsMadeGoodByTheNext) {
+TEST_P(PersistFaults, AFailedWriteLeavesTheLogAsItWas) {
   bool failed = true;
   for (int operation = 0; failed; ++operation) {
     ASSERT_LT(operation, 100);
     disarm();
-    auto log = CommandLog::start(*data_dir_, "w", 0, Sync::every_commit);
+    auto log = CommandLog::start(*data_dir_, "w", 0, Sync::every_record);
     ASSERT_TRUE(log.ok());
-    ASSERT_TRUE(log->append(1, "first").ok());
-    ASSERT_TRUE(log->commit().ok());
-    ASSERT_TRUE(log->append(2, std::string(100, 's')).ok());
+    ASSERT_TRUE(log->write(1, "first").ok());
     arm(operation);
-    const base::Status status = log->commit();
+    const base::Status status = log->write(2, std::string(100, 's'));
     failed = files_.operations() > operation;
     EXPECT_EQ(status.ok(), !failed);
     disarm();
 
-    // As it would be found if the process ended here: nothing that was committed before is touched.
+    // As it would be found if the process ended here: what was acknowledged is there, and nothing is damaged.
     auto found = read_commands(*data_dir_, "w", 0);
     ASSERT_TRUE(found.ok());
-    ASSERT_GE(found->records.size(), 1U);
+    EXPECT_FALSE(found->damage);
+    ASSERT_GE(found->records.size(), failed ? 1U : 2U);
     EXPECT_EQ(found->records[0].bytes, "first");
 
-    ASSERT_TRUE(log->append(3, "third").ok());
-    ASSERT_TRUE(log->commit().ok());
+    ASSERT_TRUE(log->write(3, "third").ok());
     found = read_commands(*data_dir_, "w", 0);
     ASSERT_TRUE(found.ok());
-    ASSERT_EQ(found->records.size(), 3U);
-    EXPECT_TRUE(found->cut.empty());
-    EXPECT_EQ(found->records[1].bytes, std::string(100, 's'));
-    EXPECT_EQ(found->records[2].bytes, "third");
+    EXPECT_FALSE(found->damage);
+    EXPECT_FALSE(found->torn);
+    ASSERT_EQ(found->records.size(), failed ? 2U : 3U);
+    EXPECT_EQ(found->records.back().bytes, "third");
   }
+}
+
+TEST_P(PersistFaults, WhatCouldNotBeTakenBackIsCutOffBeforeTheNext) {
+  auto log = CommandLog::start(*data_dir_, "w", 0, Sync::none);
+  ASSERT_TRUE(log.ok());
+  ASSERT_TRUE(log->write(1, "first").ok());
+  ASSERT_TRUE(log->write(2, std::string(100, 'r')).ok());
+  arm(0);
+  EXPECT_FALSE(log->take_back().ok());
+  EXPECT_EQ(log->write(3, "third").ok(), !GetParam().dead);
+  disarm();
+  ASSERT_TRUE(log->write(4, "fourth").ok());
+  const auto found = read_commands(*data_dir_, "w", 0);
+  ASSERT_TRUE(found.ok());
+  EXPECT_FALSE(found->damage);
+  EXPECT_FALSE(found->torn);
+  ASSERT_EQ(found->records.size(), GetParam().dead ? 2U : 3U);
+  EXPECT_EQ(found->records.back().bytes, "fourth");
 }
 
 TEST_P(PersistFaults, LogThatCannotBeBegunIsReported) {
   for (int operation = 0;; ++operation) {
     ASSERT_LT(operation, 100);
     arm(operation);
-    const auto log = CommandLog::start(*data_dir_, "w", 0, Sync::every_commit);
+    const auto log = CommandLog::start(*data_dir_, "w", 0, Sync::every_record);
     const bool failed = files_.operations() > operation;
     disarm();
     EXPECT_EQ(log.ok(), !failed);

@@ -1,6 +1,7 @@
 // Shows what a server makes of a disk that failed it: a damaged checkpoint is passed over for the one before and the
-// log, a torn log is replayed up to the tear, a world with nothing whole left keeps its name and files, and a disk that
-// fails under way stops no world. The server is real; the damage is done to its files.
+// log, a torn log is replayed up to the tear, a world that is damaged in the middle is not served and keeps its name
+// and files, and a disk that is full or fails under way stops no world and loses nothing that was acknowledged. The
+// server is real; the damage is done to its files, and a disk is full when no file of the server may grow.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -9,10 +10,12 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "pneuma_client/client.h"
 #include "support/program.h"
@@ -70,6 +73,11 @@ class ServerDisk : public testing::Test {
     ASSERT_TRUE(stream.good());
   }
 
+  static std::string bytes_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+
   /// A paused world with a command at tick 5 and ten ticks done; its hash.
   static std::uint64_t make_world(client::Client& client, const std::string& name) {
     EXPECT_TRUE(client.create_builtin("bouncing-ball", name, true).ok());
@@ -95,6 +103,22 @@ class ServerDisk : public testing::Test {
     connection.connect(address.substr(0, colon), address.substr(colon + 1));
     connection << "GET " << path << " HTTP/1.0\r\nHost: localhost\r\n\r\n" << std::flush;
     return {std::istreambuf_iterator<char>(connection), {}};
+  }
+
+  /// No file of the server may grow past so many bytes.
+  void limit_files(rlim_t bytes) {
+    const rlimit limit{bytes, RLIM_INFINITY};
+    ASSERT_EQ(::prlimit(server_->pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
+  }
+
+  /// Waits for a page that says so; false where none does within a minute.
+  [[nodiscard]] bool page_comes_to_say(const std::string& path, const std::string& words) const {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (page(path).find(words) == std::string::npos) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    return true;
   }
 
   fs::path folder_;
@@ -125,6 +149,17 @@ TEST_F(ServerDisk, ADamagedCheckpointIsPassedOver) {
   client::Client client = connect();
   EXPECT_EQ(client.stats("w")->state_hash(), hash) << "the older checkpoint and both logs";
   EXPECT_NE(server_->error_output().find("passed over"), std::string::npos);
+}
+
+// B9 of the list of attacks: a folder's name takes three bytes for a '.', and the world was announced and not kept.
+TEST_F(ServerDisk, AWorldWhoseNameNoFolderCanHaveIsRefused) {
+  start();
+  client::Client client = connect();
+  const std::string dots = "w" + std::string(100, '.');
+  const auto refused = client.create_builtin("bouncing-ball", dots);
+  EXPECT_EQ(refused.status().code(), base::StatusCode::limit_exceeded) << refused.status().message();
+  EXPECT_EQ(refused.status().where(), "create_world.name");
+  EXPECT_EQ(client.list_worlds()->worlds_size(), 0);
 }
 
 TEST_F(ServerDisk, ATornLogIsReplayedUpToTheTear) {
@@ -211,6 +246,139 @@ TEST_F(ServerDisk, ASceneDoesNotReplaceTheWorldOfItsNameThatCannotBeRead) {
   EXPECT_TRUE(worlds->worlds(0).damaged());
   EXPECT_EQ(worlds->worlds(1).name(), "five-balls");
   EXPECT_EQ(files("bouncing-ball", "checkpoint-"), checkpoints);
+}
+
+// B4 of the list of attacks: 84 of 200 acknowledged edits were gone.
+TEST_F(ServerDisk, WhileTheDiskIsFullNothingIsAcknowledgedThatIsNotWritten) {
+  start();
+  std::uint64_t hash = 0;
+  {
+    client::Client client = connect();
+    make_world(client, "w");
+    ASSERT_TRUE(client.create_builtin("hanging-ball", "runs").ok());
+    limit_files(fs::file_size(files("w", "log-").back()) + 200);
+    std::optional<base::Status> refused;
+    for (int i = 0; i < 50 && !refused; ++i) {
+      hash = client.stats("w")->state_hash();
+      if (const auto done = push(client, "w"); !done.ok()) refused = done.status();
+    }
+    ASSERT_TRUE(refused) << "200 bytes were enough for 50 pushes";
+    EXPECT_EQ(refused->code(), base::StatusCode::unavailable);
+    EXPECT_EQ(refused->where(), "impulse");
+    EXPECT_NE(refused->what().find("it was not done"), std::string::npos) << refused->message();
+    limit_files(0);  // a new log would find room otherwise
+    EXPECT_EQ(client.stats("w")->state_hash(), hash) << "it was not done";
+    EXPECT_EQ(client.resume("w").status().code(), base::StatusCode::unavailable);
+    EXPECT_EQ(client.step("w", 2).status().code(), base::StatusCode::unavailable) << "done, and not kept";
+    EXPECT_EQ(client.create_builtin("bouncing-ball", "new").status().code(), base::StatusCode::unavailable);
+    EXPECT_EQ(client.stats("new").status().code(), base::StatusCode::not_found);
+    const auto before = std::chrono::steady_clock::now();
+    for (int i = 0; i < 10; ++i) EXPECT_FALSE(push(client, "w").ok());
+    EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(5))
+        << "refused at once, not once a second";
+    EXPECT_TRUE(page_comes_to_say("/healthz", "503"));
+    EXPECT_TRUE(page_comes_to_say("/healthz", "world w cannot be kept: "));
+    const auto tick = client.stats("runs")->tick();
+    ASSERT_TRUE(client.subscribe("runs").ok());
+    while (client.stats("runs")->tick() < tick + 10) ASSERT_TRUE(client.next_frame(std::chrono::seconds(5)).ok());
+  }
+  server_->kill();
+  start();
+  client::Client client = connect();
+  EXPECT_EQ(client.stats("w")->state_hash(), hash) << "every acknowledged push, and no other";
+  EXPECT_FALSE(client.stats("new").ok());
+}
+
+TEST_F(ServerDisk, WhenTheDiskHasRoomAgainSoHasTheServer) {
+  start({"--checkpoint-interval-s", "0.2"});
+  client::Client client = connect();
+  make_world(client, "w");
+  limit_files(0);
+  EXPECT_EQ(push(client, "w").status().code(), base::StatusCode::unavailable);
+  EXPECT_EQ(client.create_builtin("bouncing-ball", "new").status().code(), base::StatusCode::unavailable);
+  EXPECT_TRUE(page_comes_to_say("/healthz", "cannot be kept"));
+  limit_files(RLIM_INFINITY);
+  EXPECT_TRUE(page_comes_to_say("/healthz", "200 OK")) << "of itself: nobody asks anything of the world";
+  EXPECT_TRUE(push(client, "w").ok());
+  EXPECT_TRUE(client.create_builtin("bouncing-ball", "new", true).ok());
+  const std::uint64_t hash = client.stats("w")->state_hash();
+  server_->kill();
+  start();
+  EXPECT_EQ(connect().stats("w")->state_hash(), hash);
+}
+
+TEST_F(ServerDisk, AnEndThatCouldNotBeKeptIsNoSuccess) {
+  start();
+  client::Client client = connect();
+  make_world(client, "w");
+  limit_files(4'096);  // less than a checkpoint, and more than the server has to say on its standard error
+  const auto exit_status = server_->stop();
+  ASSERT_TRUE(exit_status.ok());
+  EXPECT_EQ(*exit_status, 1);
+  EXPECT_NE(server_->error_output().find("pneuma-server: world w"), std::string::npos) << server_->error_output();
+}
+
+// B5 of the list of attacks: a flipped bit dropped 15 of 144 edits, a deleted log all, without a word.
+TEST_F(ServerDisk, ALogThatIsDamagedInTheMiddleIsToldAndComesBackOnRequestAlone) {
+  start();
+  {
+    client::Client client = connect();
+    make_world(client, "w");  // a push at tick 5, a note of tick 10
+  }
+  server_->kill();
+  const fs::path log = files("w", "log-").back();
+  damage(log);
+  const std::string damaged_bytes = bytes_of(log);
+  start();
+  EXPECT_NE(server_->error_output().find("world=w damaged"), std::string::npos);
+  EXPECT_NE(page("/metrics").find("pneuma_damaged_files_total 1"), std::string::npos);
+  {
+    client::Client client = connect();
+    EXPECT_EQ(client.stats("w").status().code(), base::StatusCode::failed_precondition);
+    EXPECT_TRUE(client.list_worlds()->worlds(0).damaged());
+  }
+  EXPECT_EQ(server_->stop().ok(), true);
+  EXPECT_EQ(bytes_of(log), damaged_bytes) << "and its files stay as they are";
+
+  start({"--checkpoint-interval-s", "0.05", "--recover", "w", "--commands-per-s", "1e6", "--commands-burst", "1e6"});
+  {
+    client::Client client = connect();
+    const auto stats = client.stats("w");
+    ASSERT_TRUE(stats.ok()) << stats.status().message();
+    EXPECT_LE(stats->tick(), 5U) << "up to the damage";
+    ASSERT_TRUE(push(client, "w").ok());
+    // Many checkpoints later the old ones are gone, and what was damaged is not.
+    const std::string first = files("w", "checkpoint-").front().filename();
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!files("w", "checkpoint-").empty() && files("w", "checkpoint-").front().filename() == first) {
+      ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+      const auto stepped = client.step("w", 1);
+      ASSERT_TRUE(stepped.ok()) << stepped.status().message();
+    }
+  }
+  const auto aside = files("w", "damaged-log-");
+  ASSERT_EQ(aside.size(), 1U);
+  EXPECT_EQ(bytes_of(aside.front()), damaged_bytes);
+  const std::uint64_t hash = connect().stats("w")->state_hash();
+  server_->kill();
+  start();
+  EXPECT_EQ(connect().stats("w")->state_hash(), hash) << "recovered, it is a world like others";
+}
+
+TEST_F(ServerDisk, AMissingLogIsDamage) {
+  start();
+  {
+    client::Client client = connect();
+    make_world(client, "w");
+  }
+  server_->kill();
+  fs::remove(files("w", "log-").back());
+  start();
+  client::Client client = connect();
+  EXPECT_EQ(client.stats("w").status().code(), base::StatusCode::failed_precondition);
+  EXPECT_NE(server_->error_output().find("is missing"), std::string::npos) << server_->error_output();
+  start({"--recover", "w"});
+  EXPECT_EQ(connect().stats("w")->tick(), 0U) << "as its checkpoint has it";
 }
 
 // The world's folder is swapped for a file: every write to it fails from then on, as on a disk that is gone.

@@ -15,12 +15,19 @@ using namespace pneuma;
 
 namespace {
 
+const base::MemoryBudget plenty(std::size_t{1} << 32U);
 const app::SessionGate::TimePoint now = app::SessionGate::TimePoint() + std::chrono::hours(1);
+
+app::SessionGate::Verdict say(app::SessionGate& gate, std::string_view bytes) {
+  app::SessionGate::Verdict verdict = gate.receive({std::string(bytes), {}}, now);
+  if (!verdict.unread) return verdict;
+  return gate.pass(verdict.unread->request_id, app::read_request(*verdict.unread, plenty));
+}
 
 /// A request goes to a world, or is one of those that need none.
 void must_have_a_place(const app::SessionGate::Verdict& verdict) {
-  if (!verdict.request || app::world_of(*verdict.request) != nullptr) return;
-  const v1::ClientMessage& request = *verdict.request;
+  if (!verdict.request || app::world_of(*verdict.request->message) != nullptr) return;
+  const v1::ClientMessage& request = *verdict.request->message;
   if (!request.has_list_worlds() && !request.has_create_world() && !request.has_unsubscribe()) std::abort();
 }
 
@@ -33,7 +40,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
 
   v1::ClientMessage parsed;
   if (parsed.ParseFromArray(message.data(), static_cast<int>(message.size())) &&
-      app::takes_at_most(message, *v1::ClientMessage::descriptor(), parsed.SpaceUsedLong() - 1)) {
+      app::measure_message(message, *v1::ClientMessage::descriptor(), {parsed.SpaceUsedLong() - 1, message.size()})
+          .ok()) {
     std::abort();
   }
 
@@ -43,14 +51,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   v1::ClientMessage hello;
   hello.set_request_id(1);
   hello.mutable_hello()->set_protocol_version(base::protocol_version);
-  if (!gate.receive(hello.SerializeAsString(), now).authenticated) std::abort();
-  must_have_a_place(gate.receive(message, now));
+  if (!say(gate, hello.SerializeAsString()).authenticated) std::abort();
+  must_have_a_place(say(gate, message));
   for (std::size_t begin = 0; begin < message.size(); begin += part_bytes) {
     v1::ClientMessage part;
     part.set_request_id(parsed.request_id());
     part.mutable_part()->set_data(std::string(message.substr(begin, part_bytes)));
     part.mutable_part()->set_last(message.size() - begin <= part_bytes);
-    must_have_a_place(gate.receive(part.SerializeAsString(), now));
+    must_have_a_place(say(gate, part.SerializeAsString()));
   }
   return 0;
 }

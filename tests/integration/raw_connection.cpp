@@ -48,6 +48,20 @@ bool RawConnection::send(std::string_view bytes) {
   return true;
 }
 
+bool RawConnection::send_for(std::string_view bytes, std::chrono::milliseconds time) {
+  const auto deadline = std::chrono::steady_clock::now() + time;
+  while (!bytes.empty()) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd ready{socket_, POLLOUT, 0};
+    if (left.count() <= 0 || poll(&ready, 1, static_cast<int>(left.count())) != 1) return false;
+    const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(sent));
+  }
+  return true;
+}
+
 bool RawConnection::read(char* out, std::size_t count) {
   while (count > 0) {
     pollfd ready{socket_, POLLIN, 0};

@@ -1,6 +1,7 @@
 // A bare TCP connection, for what no good client sends. Reads are bounded in time.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ class RawConnection {
   /// False where the other side is gone.
   bool send(std::string_view bytes);
   bool send(const v1::ClientMessage& message) { return send(envelope(message.SerializeAsString())); }
+  /// Sends what the other side takes within `time`; false where that is not all.
+  bool send_for(std::string_view bytes, std::chrono::milliseconds time);
   /// The next message; nothing where the connection ended, or none came in time.
   std::optional<v1::ServerMessage> receive();
   /// The next message that answers `request_id`.

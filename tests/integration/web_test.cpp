@@ -6,6 +6,7 @@
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
 
+#include "raw_connection.h"
 #include "served.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
@@ -103,6 +104,32 @@ TEST_F(Web, AWebFolderThatIsNoneStopsTheServerAtItsStart) {
       "pneuma-server", {"--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--web-dir", folder / "none"});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_NE(finished.error_output.find("--web-dir"), std::string::npos) << finished.error_output;
+}
+
+// B7 of the list of attacks: a page's own name may be made to point here.
+TEST_F(Web, TheServerAnswersToItsNamesAlone) {
+  const auto status_for = [this](const std::string& host) {
+    RawConnection connection(server_->http_address());
+    EXPECT_TRUE(connection.send("GET /worlds HTTP/1.0\r\nHost: " + host + "\r\n\r\n"));
+    return connection.receive_to_end().substr(9, 3);
+  };
+  EXPECT_EQ(status_for("localhost"), "200");
+  EXPECT_EQ(status_for("pneuma.example"), "421");
+  start({"--allow-host", "pneuma.example", "--allow-host", "other.example"});
+  EXPECT_EQ(status_for("pneuma.example"), "200");
+  EXPECT_EQ(status_for("other.example:8080"), "200");
+  EXPECT_EQ(status_for("evil.example"), "421");
+  start({"--http", "localhost:0", "--allow-host", "*"});
+  EXPECT_EQ(status_for("evil.example"), "200");
+}
+
+// B11: whoever watches the server would take it for dead when all that is wrong is that it is full.
+TEST_F(Web, HealthIsToldWhenTheServerIsFull) {
+  start({"--connections-per-address-max", "1"});
+  client::Client client = connect();
+  EXPECT_EQ(get("/healthz").result_int(), 200U);
+  EXPECT_EQ(get("/worlds").result_int(), 503U);
+  EXPECT_EQ(get("/ws").result_int(), 503U);
 }
 
 TEST_F(Web, MetricsCountWhatHappens) {

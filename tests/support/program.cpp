@@ -59,6 +59,19 @@ int memory_file(const std::string& content) {
   return fd;
 }
 
+/// The ends of a pipe that has no room for another byte.
+std::array<int, 2> full_pipe() {
+  std::array<int, 2> ends{-1, -1};
+  if (pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK) != 0) return ends;
+  const std::array<char, 4096> bytes{};  // smaller than that is written whole or not at all
+  while (write(ends[1], bytes.data(), bytes.size()) > 0) {
+  }
+  while (write(ends[1], bytes.data(), 1) > 0) {
+  }
+  fcntl(ends[1], F_SETFL, 0);  // whoever writes there waits
+  return ends;
+}
+
 }  // namespace
 
 std::string program_path(const std::string& name) {
@@ -66,7 +79,7 @@ std::string program_path(const std::string& name) {
 }
 
 base::Result<Program> Program::start(const std::string& path, const std::vector<std::string>& arguments,
-                                     const std::string& input) {
+                                     const std::string& input, ErrorOutput error_output) {
   std::vector<char*> argv;
   argv.push_back(const_cast<char*>(path.c_str()));
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -74,7 +87,14 @@ base::Result<Program> Program::start(const std::string& path, const std::vector<
 
   Program program;
   int input_fd = memory_file(input);
-  program.error_ = memory_file({});
+  int error_fd = -1;  // the child's, where it is not ours too
+  if (error_output == ErrorOutput::full) {
+    const auto [ours, its] = full_pipe();
+    program.error_ = ours;
+    error_fd = its;
+  } else {
+    program.error_ = memory_file({});
+  }
   std::array<int, 2> ends{};
   if (input_fd < 0 || program.error_ < 0 || pipe2(ends.data(), O_CLOEXEC) != 0) return failed("pipe");
   program.output_ = ends[0];
@@ -84,11 +104,12 @@ base::Result<Program> Program::start(const std::string& path, const std::vector<
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     dup2(input_fd, STDIN_FILENO);
     dup2(ends[1], STDOUT_FILENO);
-    dup2(program.error_, STDERR_FILENO);
+    dup2(error_fd >= 0 ? error_fd : program.error_, STDERR_FILENO);
     execv(path.c_str(), argv.data());
     _exit(127);
   }
   close_file(input_fd);
+  close_file(error_fd);
   close_file(ends[1]);
   if (program.pid_ < 0) return failed("fork");
   program.pidfd_ = pidfd_open(program.pid_, 0);

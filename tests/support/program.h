@@ -15,13 +15,17 @@ namespace pneuma::support {
 /// The folder of the programs that the build has made.
 [[nodiscard]] std::string program_path(const std::string& name);
 
+/// What a child has as its standard error: a file that is kept, or a pipe that is full and that nobody reads.
+enum class ErrorOutput { kept, full };
+
 /// A running child. Its standard error, and its output past the lines taken, are kept. It dies with this object, and
 /// with the thread that started it.
 class Program {
  public:
   /// `path` as program_path gives it; `input` becomes its standard input.
   [[nodiscard]] static base::Result<Program> start(const std::string& path, const std::vector<std::string>& arguments,
-                                                   const std::string& input = {});
+                                                   const std::string& input = {},
+                                                   ErrorOutput error_output = ErrorOutput::kept);
   Program(Program&& other) noexcept;
   Program& operator=(Program&& other) noexcept;
   ~Program();
@@ -49,7 +53,7 @@ class Program {
   pid_t pid_ = -1;
   int pidfd_ = -1;
   int output_ = -1;  // our end of its standard output
-  int error_ = -1;   // a memory file
+  int error_ = -1;   // of its standard error: a memory file, or our end of the pipe
   std::string output_text_;
   std::optional<int> exit_status_;
 };

@@ -20,7 +20,7 @@ std::string value_of(const std::string& line, std::string_view key) {
 }  // namespace
 
 base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>& arguments,
-                                                 std::chrono::milliseconds timeout) {
+                                                 std::chrono::milliseconds timeout, ErrorOutput error_output) {
   // On a busy machine anyone may be slow; a test that is about a time-out gives its own, and the last one counts.
   std::vector<std::string> all{"--hello-timeout-ms",           "600000", "--ping-interval-ms",       "600000",
                                "--partial-message-timeout-ms", "600000", "--write-stall-timeout-ms", "600000"};
@@ -29,7 +29,7 @@ base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>&
     if (std::ranges::find(arguments, flag) != arguments.end()) continue;
     all.insert(all.end(), {flag, "127.0.0.1:0"});
   }
-  auto program = Program::start(program_path("pneuma-server"), all);
+  auto program = Program::start(program_path("pneuma-server"), all, {}, error_output);
   if (!program.ok()) return program.status();
   const auto line = program->next_line(timeout);
   if (!line.ok()) return line.status();

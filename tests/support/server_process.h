@@ -17,7 +17,8 @@ class ServerProcess {
   /// Starts `pneuma-server --listen 127.0.0.1:0 --http 127.0.0.1:0 arguments...` (a --listen or --http among the
   /// arguments counts instead) and waits for its ready line. On an error, `where` is what it wrote on standard error.
   [[nodiscard]] static base::Result<ServerProcess> start(const std::vector<std::string>& arguments = {},
-                                                         std::chrono::milliseconds timeout = std::chrono::seconds(60));
+                                                         std::chrono::milliseconds timeout = std::chrono::seconds(60),
+                                                         ErrorOutput error_output = ErrorOutput::kept);
 
   [[nodiscard]] const std::string& tcp_address() const { return tcp_address_; }    // HOST:PORT
   [[nodiscard]] const std::string& http_address() const { return http_address_; }  // HOST:PORT, or "off"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -17,6 +18,14 @@ inline std::string list_worlds(std::uint64_t request_id) {
   message.set_request_id(request_id);
   message.mutable_list_worlds();
   return message.SerializeAsString();
+}
+
+/// The gate takes a message and what is read of it, as the service has it do.
+inline SessionGate::Verdict say(SessionGate& gate, const std::string& bytes, SessionGate::TimePoint now = start) {
+  SessionGate::Verdict verdict = gate.receive({bytes, {}}, now);
+  if (!verdict.unread) return verdict;
+  const base::MemoryBudget plenty(std::size_t{1} << 30U);
+  return gate.pass(verdict.unread->request_id, read_request(*verdict.unread, plenty));
 }
 
 }  // namespace pneuma::app

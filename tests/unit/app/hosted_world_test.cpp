@@ -15,6 +15,7 @@
 
 #include "ball_scene.h"
 #include "base/limits.h"
+#include "requests.h"
 
 namespace pneuma::app {
 namespace {
@@ -30,7 +31,7 @@ class HostedWorldTest : public testing::Test {
     world_.emplace("w", std::move(*live), true, nullptr, wiring);
   }
 
-  Inbox::Post post(const v1::ClientMessage& message) { return world_->post(Request{session_, message}); }
+  Inbox::Post post(const v1::ClientMessage& message) { return world_->post(request_of(session_, message)); }
 
   /// What a drain with all the time it wants answers.
   std::vector<v1::ServerMessage> drain() {

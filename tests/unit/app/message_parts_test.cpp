@@ -2,16 +2,13 @@
 // session takes made-up bytes at made-up times.
 #include "app/message_parts.h"
 
-#include <algorithm>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <malloc.h>
 
-#include "app/message_memory.h"
 #include "app/session_gate.h"
 #include "unit/app/gate_requests.h"
 
@@ -35,13 +32,13 @@ class Sender {
     v1::ClientMessage message;
     message.set_request_id(1);
     message.mutable_hello()->set_protocol_version(1);
-    welcome_ = gate_.receive(message.SerializeAsString(), start).reply->welcome();
+    welcome_ = app::say(gate_, message.SerializeAsString()).reply->welcome();
   }
 
   [[nodiscard]] const v1::Welcome& welcome() const { return welcome_; }
 
   SessionGate::Verdict say(const std::string& bytes, SessionGate::TimePoint now = start) {
-    return gate_.receive(bytes, now);
+    return app::say(gate_, bytes, now);
   }
   SessionGate::Verdict part(std::uint64_t request_id, const std::string& data, bool last = false,
                             SessionGate::TimePoint now = start) {
@@ -49,7 +46,7 @@ class Sender {
     message.set_request_id(request_id);
     message.mutable_part()->set_data(data);
     message.mutable_part()->set_last(last);
-    return gate_.receive(message.SerializeAsString(), now);
+    return app::say(gate_, message.SerializeAsString(), now);
   }
   /// All parts but the last get no answer; gives what the last one gets.
   SessionGate::Verdict cut(std::uint64_t request_id, const std::string& message, std::size_t part_bytes) {
@@ -86,7 +83,7 @@ class Parts : public testing::Test {
   std::vector<std::unique_ptr<Sender>> fill_room() {
     const std::string largest(base::parts_bytes_max, 'x');
     std::vector<std::unique_ptr<Sender>> senders;
-    for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += largest.size()) {
+    for (std::size_t held = 0; held < base::Limits().parts_waiting_bytes_max; held += largest.size()) {
       senders.push_back(std::make_unique<Sender>(parts_, first_other_id + senders.size()));
       EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, largest)));
     }
@@ -102,7 +99,7 @@ TEST_F(Parts, TheLargestMessagePassesAFreshGate) {
   const std::string largest = edit(upload, base::parts_bytes_max - 64);
   const auto verdict = sender_.cut(upload, largest, base::Limits().message_bytes_max - 32);
   ASSERT_TRUE(verdict.request);
-  EXPECT_EQ(verdict.request->SerializeAsString(), largest);
+  EXPECT_EQ(verdict.request->message->SerializeAsString(), largest);
 }
 
 TEST_F(Parts, OtherRequestsGoBetweenThem) {
@@ -214,7 +211,7 @@ TEST_F(Parts, ThoseThatComeByteByByteGiveWayToo) {
   const std::string most(base::parts_bytes_max - 16, 'x');
   std::vector<std::unique_ptr<Sender>> senders;
   std::uint64_t id = 100;
-  for (std::size_t held = 0; held < base::parts_waiting_bytes_max; held += base::parts_bytes_max) {
+  for (std::size_t held = 0; held < base::Limits().parts_waiting_bytes_max; held += base::parts_bytes_max) {
     senders.push_back(std::make_unique<Sender>(parts_, ++id));
     EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, most)));
     EXPECT_TRUE(Sender::is_silent(senders.back()->part(upload, "x", false, start + seconds(29))));
@@ -261,113 +258,6 @@ TEST_F(Parts, WhatIsKeptAsUnknownIsRefusedUnreadToo) {
   std::string bytes;
   while (bytes.size() < base::parts_bytes_max / 2) bytes.append("\x0a\x00", 2);
   expect_refused(sender_.cut(upload, bytes, 1U << 20U), upload, v1::Error::LIMIT_EXCEEDED, "part");
-}
-
-TEST(MessageMemory, OfTheLargestWorldsMeshesIsTaken) {
-  v1::ClientMessage message;
-  v1::Mesh::Triangles& triangles = *message.mutable_create_world()->mutable_scene()->add_meshes()->mutable_triangles();
-  for (std::size_t i = 0; i < 3 * 4 * base::world_vertices_max; ++i) {
-    triangles.add_indices(static_cast<std::uint32_t>(i % base::mesh_vertices_max));
-  }
-  EXPECT_TRUE(
-      takes_at_most(message.SerializeAsString(), *v1::ClientMessage::descriptor(), base::message_memory_bytes_max));
-}
-
-/// Fields of a message, the known ones and others, of any wire type whatever the field's own is, and of contents that
-/// are often empty.
-class HostileWriter {
- public:
-  explicit HostileWriter(std::uint64_t seed) : random_(seed) {}
-
-  std::string message(const google::protobuf::Descriptor* descriptor, int depth) {
-    std::string out;
-    const std::size_t kinds = 1 + below(3);
-    for (std::size_t kind = 0; kind < kinds; ++kind) {
-      const google::protobuf::FieldDescriptor* field = nullptr;
-      std::uint32_t number = 1 + static_cast<std::uint32_t>(below(15));
-      if (descriptor != nullptr && descriptor->field_count() > 0 && below(8) > 0) {
-        field = descriptor->field(static_cast<int>(below(static_cast<std::size_t>(descriptor->field_count()))));
-        number = static_cast<std::uint32_t>(field->number());
-      }
-      const auto* inner = field != nullptr ? field->message_type() : nullptr;
-      const std::uint32_t wire_type = below(4) > 0 ? 2 : static_cast<std::uint32_t>(below(6));
-      // One of many is where a list's spare room shows; one alone, where its head does.
-      const std::string once = this->field(number, wire_type, inner, depth);
-      const std::size_t times = once.size() > 40 || below(2) == 0 ? 1 : 1 + below(40);
-      for (std::size_t i = 0; i < times; ++i) out += once;
-    }
-    return out;
-  }
-  std::size_t below(std::size_t end) { return std::uniform_int_distribution<std::size_t>(0, end - 1)(random_); }
-
- private:
-  std::string field(std::uint32_t number, std::uint32_t wire_type, const google::protobuf::Descriptor* inner,
-                    int depth) {
-    const std::string tag = varint(number << 3U | wire_type);
-    switch (wire_type) {
-      case 0:
-        return tag + varint(static_cast<std::uint32_t>(below(1'000)));
-      case 1:
-        return tag + std::string(8, 'x');
-      case 2: {
-        const std::string content = depth < 6 && below(8) > 0 && inner != nullptr
-                                        ? message(inner, depth + 1)
-                                        : std::string(below(3) * below(30), 1);
-        return tag + varint(static_cast<std::uint32_t>(content.size())) + content;
-      }
-      case 3:
-        return tag + (depth < 6 ? message(nullptr, depth + 1) : "") + varint(number << 3U | 4U);
-      case 5:
-        return tag + std::string(4, 'x');
-      default:
-        return tag;  // the end of a group that never began
-    }
-  }
-  static std::string varint(std::uint32_t value) {
-    std::string out;
-    for (; value >= 0x80U; value >>= 7U) out += static_cast<char>((value & 0x7fU) | 0x80U);
-    return out += static_cast<char>(value);
-  }
-
-  std::mt19937_64 random_;
-};
-
-// What cannot be parsed to its end takes memory up to there, with the field that it breaks off in.
-TEST(MessageMemory, OfHostileBytesIsNeverUnderestimated) {
-  constexpr std::size_t begun_bytes = 512;
-  std::size_t parsed_whole = 0;
-  for (std::uint64_t seed = 0; seed < 20'000; ++seed) {
-    HostileWriter writer(seed);
-    std::string bytes = writer.message(v1::ClientMessage::descriptor(), 0);
-    if (writer.below(4) == 0) bytes.resize(writer.below(bytes.size() + 1));
-    v1::ClientMessage parsed;
-    const bool is_whole = parsed.ParseFromString(bytes);
-    if (is_whole) ++parsed_whole;
-    const std::size_t beside = is_whole ? 1 : begun_bytes;
-    const std::size_t least = std::max(parsed.SpaceUsedLong(), beside) - beside;
-    ASSERT_FALSE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), least))
-        << "seed " << seed << ": " << parsed.SpaceUsedLong() << " bytes, of " << testing::PrintToString(bytes);
-  }
-  EXPECT_GT(parsed_whole, 5'000U);
-}
-
-// Beside what protobuf says that the parsed message takes.
-TEST(MessageMemory, IsNeverUnderestimatedAndNotByFarOverestimated) {
-  v1::ClientMessage scene_message;
-  v1::Scene& scene = *scene_message.mutable_create_world()->mutable_scene();
-  for (int i = 0; i < 50; ++i) scene.add_soft_bodies()->set_name(std::string("body ").append(std::to_string(i)));
-  v1::Mesh::Triangles& triangles = *scene.add_meshes()->mutable_triangles();
-  for (std::uint32_t i = 0; i < 3'000; ++i) triangles.add_indices(i);
-  for (int i = 0; i < 1'000; ++i) triangles.add_positions()->set_x(i);
-  v1::ClientMessage names;
-  for (int i = 0; i < 300; ++i) names.mutable_subscribe()->add_bodies();
-  for (const v1::ClientMessage& message : {scene_message, names}) {
-    const std::string bytes = message.SerializeAsString();
-    v1::ClientMessage parsed;
-    ASSERT_TRUE(parsed.ParseFromString(bytes));
-    EXPECT_FALSE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), parsed.SpaceUsedLong() - 1));
-    EXPECT_TRUE(takes_at_most(bytes, *v1::ClientMessage::descriptor(), 3 * parsed.SpaceUsedLong()));
-  }
 }
 
 }  // namespace

@@ -42,14 +42,15 @@ TEST(RequestFields, WorldNamesAreFitForFilesAndLogs) {
   for (const std::string good : {"five-balls", "A.b_c-9", "w"}) EXPECT_TRUE(check_world_name(good, "n").ok()) << good;
   for (const std::string& bad :
        {std::string(), std::string(".."), std::string(".w"), std::string("a/b"), std::string("a b"),
-        std::string("a\nb"), std::string("\xc3\xa4"), std::string(base::name_bytes_max + 1, 'x')}) {
+        std::string("a\nb"), std::string("\xc3\xa4"), std::string(base::name_bytes_max + 1, 'x'),
+        std::string(base::name_bytes_max, '.').replace(0, 1, "a")}) {
     EXPECT_EQ(check_world_name(bad, "n").where(), "n") << bad;
   }
 }
 
 TEST(RequestFields, EverySceneNameGivesAWorldName) {
   for (const std::string& name : {std::string("five balls"), std::string("../../etc"), std::string(),
-                                  std::string("\xff"), std::string(1000, 'y')}) {
+                                  std::string("\xff"), std::string(1000, 'y'), std::string(1000, '.')}) {
     EXPECT_TRUE(check_world_name(to_world_name(name) + "-1024", "n").ok()) << name;
   }
 }

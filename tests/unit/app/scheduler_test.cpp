@@ -5,6 +5,7 @@
 #include <atomic>
 #include <future>
 #include <latch>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -18,9 +19,9 @@ constexpr std::chrono::seconds patience{60};
 TEST(Scheduler, ATaskAtRestRunsWhenItIsWoken) {
   std::promise<void> ran;
   Scheduler scheduler(1);
-  const auto task = scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
+  const auto task = scheduler.add([&]() -> Scheduler::Next {
     ran.set_value();
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   });
   scheduler.wake(task);
   EXPECT_EQ(ran.get_future().wait_for(patience), std::future_status::ready);
@@ -31,19 +32,52 @@ TEST(Scheduler, WokenWhileItRunsItRunsOnceMore) {
   std::atomic<int> runs = 0;
   std::shared_ptr<Scheduler::Task> task;
   Scheduler scheduler(1);
-  task = scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
+  task = scheduler.add([&]() -> Scheduler::Next {
     if (++runs == 1) {
       scheduler.wake(task);
       scheduler.wake(task);
     } else {
       second.set_value();
     }
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   });
   scheduler.wake(task);
   EXPECT_EQ(second.get_future().wait_for(patience), std::future_status::ready);
   scheduler.stop();
   EXPECT_EQ(runs, 2);
+}
+
+TEST(Scheduler, ARestThatEndsOfItselfIsEndedByAWakeTooAndATimeIsNot) {
+  std::promise<void> rested;
+  std::atomic<int> rests = 0;
+  std::atomic<int> waits = 0;
+  Scheduler scheduler(1);
+  const auto in_an_hour = Scheduler::Clock::now() + std::chrono::hours(1);
+  const auto rests_on = scheduler.add([&] {
+    if (++rests == 2) rested.set_value();
+    return Scheduler::Next::when_woken(in_an_hour);
+  });
+  const auto waits_on = scheduler.add([&] {
+    ++waits;
+    return Scheduler::Next::at(in_an_hour);
+  });
+  scheduler.wake(waits_on);
+  scheduler.wake(rests_on);
+  while (rests == 0) std::this_thread::yield();
+  scheduler.wake(waits_on);
+  scheduler.wake(rests_on);
+  EXPECT_EQ(rested.get_future().wait_for(patience), std::future_status::ready);
+  scheduler.stop();
+  EXPECT_EQ(waits, 1);
+
+  std::promise<void> ended;
+  std::atomic<int> runs = 0;
+  Scheduler another(1);
+  another.wake(another.add([&] {
+    if (++runs == 2) ended.set_value();
+    return Scheduler::Next::when_woken(Scheduler::Clock::now());
+  }));
+  EXPECT_EQ(ended.get_future().wait_for(patience), std::future_status::ready);
 }
 
 TEST(Scheduler, NoTaskRunsOnTwoThreadsAtOnce) {
@@ -57,13 +91,13 @@ TEST(Scheduler, NoTaskRunsOnTwoThreadsAtOnce) {
   std::vector<Counter> counters(4);
   Scheduler scheduler(3);
   for (Counter& counter : counters) {
-    scheduler.wake(scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
+    scheduler.wake(scheduler.add([&]() -> Scheduler::Next {
       if (++counter.inside != 1) overlapped = true;
       ++counter.runs;
       --counter.inside;
-      if (counter.runs < runs_wanted) return Scheduler::Clock::now();
+      if (counter.runs < runs_wanted) return Scheduler::Next::at(Scheduler::Clock::now());
       done.count_down();
-      return std::nullopt;
+      return Scheduler::Next::when_woken();
     }));
   }
   done.wait();
@@ -76,21 +110,21 @@ TEST(Scheduler, ATaskThatIsDueGoesBeforeOneThatGaveWay) {
   std::atomic<bool> light_done = false;
   std::atomic<int> heavy_slices_after_due = 0;
   Scheduler scheduler(1);
-  const auto light = scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
+  const auto light = scheduler.add([&]() -> Scheduler::Next {
     light_done = true;
     light_ran.set_value();
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   });
   bool woken = false;
-  const auto heavy = scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
-    if (light_done) return std::nullopt;
+  const auto heavy = scheduler.add([&]() -> Scheduler::Next {
+    if (light_done) return Scheduler::Next::when_woken();
     if (woken) ++heavy_slices_after_due;
     if (!woken) {
       scheduler.wake(light);
       woken = true;
       EXPECT_TRUE(scheduler.other_due(Scheduler::Clock::now()));
     }
-    return Scheduler::Clock::now();
+    return Scheduler::Next::at(Scheduler::Clock::now());
   });
   scheduler.wake(heavy);
   ASSERT_EQ(light_ran.get_future().wait_for(patience), std::future_status::ready);
@@ -105,19 +139,19 @@ TEST(Scheduler, TasksRunInOrderOfTheirTimes) {
   // Holds the only thread until all are woken: their first runs are due before any of the times that they ask for.
   std::promise<Scheduler::TimePoint> all_woken;
   Scheduler::TimePoint at;
-  scheduler.wake(scheduler.add([&]() -> std::optional<Scheduler::TimePoint> {
+  scheduler.wake(scheduler.add([&]() -> Scheduler::Next {
     at = all_woken.get_future().get();
-    return std::nullopt;
+    return Scheduler::Next::when_woken();
   }));
   for (int i = 0; i < 3; ++i) {
-    scheduler.wake(scheduler.add([&, i, waited = false]() mutable -> std::optional<Scheduler::TimePoint> {
+    scheduler.wake(scheduler.add([&, i, waited = false]() mutable -> Scheduler::Next {
       if (!waited) {
         waited = true;
-        return at + milliseconds(10 * (3 - i));
+        return Scheduler::Next::at(at + milliseconds(10 * (3 - i)));
       }
       order.push_back(i);
       if (order.size() == 3) all.set_value();
-      return std::nullopt;
+      return Scheduler::Next::when_woken();
     }));
   }
   all_woken.set_value(Scheduler::Clock::now());
@@ -128,7 +162,7 @@ TEST(Scheduler, TasksRunInOrderOfTheirTimes) {
 TEST(Scheduler, StopEndsWhileTasksWait) {
   Scheduler scheduler(2);
   const auto task = scheduler.add(
-      []() -> std::optional<Scheduler::TimePoint> { return Scheduler::Clock::now() + std::chrono::hours(1); });
+      []() -> Scheduler::Next { return Scheduler::Next::at(Scheduler::Clock::now() + std::chrono::hours(1)); });
   scheduler.wake(task);
   scheduler.stop();
   SUCCEED();

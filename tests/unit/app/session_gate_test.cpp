@@ -26,13 +26,13 @@ std::string hello(std::uint32_t version, const std::string& token = {}) {
 
 SessionGate opened(const base::Limits& limits = {}) {
   SessionGate gate(7, "", limits, no_parts());
-  EXPECT_TRUE(gate.receive(hello(1), start).authenticated);
+  EXPECT_TRUE(say(gate, hello(1), start).authenticated);
   return gate;
 }
 
 TEST(SessionGate, HelloIsWelcomed) {
   SessionGate gate(7, "", {}, no_parts());
-  const auto verdict = gate.receive(hello(1), start);
+  const auto verdict = say(gate, hello(1), start);
   EXPECT_TRUE(verdict.authenticated);
   EXPECT_FALSE(verdict.close);
   ASSERT_TRUE(verdict.reply);
@@ -43,7 +43,7 @@ TEST(SessionGate, HelloIsWelcomed) {
 
 TEST(SessionGate, AnythingBeforeHelloCloses) {
   SessionGate gate(7, "", {}, no_parts());
-  const auto verdict = gate.receive(list_worlds(1), start);
+  const auto verdict = say(gate, list_worlds(1), start);
   ASSERT_TRUE(verdict.close);
   EXPECT_EQ(verdict.close->code(), base::StatusCode::unauthenticated);
   EXPECT_FALSE(verdict.request);
@@ -52,7 +52,7 @@ TEST(SessionGate, AnythingBeforeHelloCloses) {
 TEST(SessionGate, BytesThatAreNoMessageClose) {
   for (const bool after_hello : {false, true}) {
     SessionGate gate = after_hello ? opened() : SessionGate(7, "", {}, no_parts());
-    const auto verdict = gate.receive("\xff\xff\xff garbage", start);
+    const auto verdict = say(gate, "\xff\xff\xff garbage", start);
     ASSERT_TRUE(verdict.close);
     EXPECT_EQ(verdict.close->code(), base::StatusCode::malformed);
   }
@@ -60,7 +60,7 @@ TEST(SessionGate, BytesThatAreNoMessageClose) {
 
 TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
   SessionGate gate(7, "", {}, no_parts());
-  const auto verdict = gate.receive(hello(2), start);
+  const auto verdict = say(gate, hello(2), start);
   EXPECT_FALSE(verdict.authenticated);
   ASSERT_TRUE(verdict.reply);
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNSUPPORTED);
@@ -71,7 +71,7 @@ TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
 TEST(SessionGate, OnlyTheTokenOpens) {
   for (const std::string wrong : {"", "secre", "secret2", "Secret"}) {
     SessionGate gate(7, "secret", {}, no_parts());
-    const auto verdict = gate.receive(hello(1, wrong), start);
+    const auto verdict = say(gate, hello(1, wrong), start);
     EXPECT_FALSE(verdict.authenticated) << wrong;
     EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNAUTHENTICATED);
     EXPECT_EQ(verdict.reply->error().what(),
@@ -79,20 +79,20 @@ TEST(SessionGate, OnlyTheTokenOpens) {
     EXPECT_TRUE(verdict.close);
   }
   SessionGate gate(7, "secret", {}, no_parts());
-  EXPECT_TRUE(gate.receive(hello(1, "secret"), start).authenticated);
+  EXPECT_TRUE(say(gate, hello(1, "secret"), start).authenticated);
 }
 
 TEST(SessionGate, ASecondHelloIsRefusedAndTheSessionGoesOn) {
   SessionGate gate = opened();
-  const auto verdict = gate.receive(hello(1), start);
+  const auto verdict = say(gate, hello(1), start);
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::FAILED_PRECONDITION);
   EXPECT_FALSE(verdict.close);
-  EXPECT_TRUE(gate.receive(list_worlds(2), start).request);
+  EXPECT_TRUE(say(gate, list_worlds(2), start).request);
 }
 
 TEST(SessionGate, RequestIdZeroIsRefused) {
   SessionGate gate = opened();
-  const auto verdict = gate.receive(list_worlds(0), start);
+  const auto verdict = say(gate, list_worlds(0), start);
   EXPECT_EQ(verdict.reply->error().where(), "request_id");
   EXPECT_FALSE(verdict.request);
   EXPECT_FALSE(verdict.close);
@@ -101,7 +101,7 @@ TEST(SessionGate, RequestIdZeroIsRefused) {
 TEST(SessionGate, ARequestOfANewerProtocolIsUnsupported) {
   SessionGate gate = opened();
   // Field 1000, length-delimited and empty, after request id 9.
-  const auto verdict = gate.receive(std::string("\x08\x09\xc2\x3e\x00", 5), start);
+  const auto verdict = say(gate, std::string("\x08\x09\xc2\x3e\x00", 5), start);
   ASSERT_TRUE(verdict.reply);
   EXPECT_EQ(verdict.reply->request_id(), 9U);
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNSUPPORTED);
@@ -112,15 +112,15 @@ TEST(SessionGate, PastItsRateASessionIsToldWhenToComeBack) {
   limits.commands_per_s = 10.0;
   limits.commands_burst = 3.0;
   SessionGate gate = opened(limits);  // hello took one
-  EXPECT_TRUE(gate.receive(list_worlds(2), start).request);
-  EXPECT_TRUE(gate.receive(list_worlds(3), start).request);
-  const auto verdict = gate.receive(list_worlds(4), start);
+  EXPECT_TRUE(say(gate, list_worlds(2), start).request);
+  EXPECT_TRUE(say(gate, list_worlds(3), start).request);
+  const auto verdict = say(gate, list_worlds(4), start);
   EXPECT_FALSE(verdict.request);
   EXPECT_FALSE(verdict.close);
   EXPECT_EQ(verdict.reply->request_id(), 4U);
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::LIMIT_EXCEEDED);
   EXPECT_NEAR(verdict.reply->error().retry_after_s(), 0.1, 1e-9);
-  EXPECT_TRUE(gate.receive(list_worlds(5), start + std::chrono::milliseconds(101)).request);
+  EXPECT_TRUE(say(gate, list_worlds(5), start + std::chrono::milliseconds(101)).request);
 }
 
 TEST(SessionGate, PingIsAnsweredAndPongHandedOn) {
@@ -128,11 +128,11 @@ TEST(SessionGate, PingIsAnsweredAndPongHandedOn) {
   v1::ClientMessage ping;
   ping.set_request_id(5);
   ping.mutable_ping()->set_nonce(99);
-  EXPECT_EQ(gate.receive(ping.SerializeAsString(), start).reply->pong().nonce(), 99U);
+  EXPECT_EQ(say(gate, ping.SerializeAsString(), start).reply->pong().nonce(), 99U);
 
   v1::ClientMessage pong;
   pong.mutable_pong()->set_nonce(42);
-  const auto verdict = gate.receive(pong.SerializeAsString(), start);
+  const auto verdict = say(gate, pong.SerializeAsString(), start);
   EXPECT_EQ(verdict.pong_nonce, 42U);
   EXPECT_FALSE(verdict.reply);
 }

@@ -2,6 +2,7 @@
 // too.
 #include "net/admission.h"
 
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -44,12 +45,21 @@ TEST(Admission, ARefusalTakesNoPlaceAndRefusalsAreBounded) {
   Admission admission(small_limits());
   const std::vector places{admission.admit("a"), admission.admit("a")};
   std::vector<std::shared_ptr<const Admission::Place>> refusals;
-  for (std::size_t i = 0; i < refusals_max; ++i) {
+  for (std::size_t i = 0; i < refusals_per_address_max; ++i) {
     refusals.push_back(admission.admit("a"));
     ASSERT_NE(refusals.back(), nullptr);
   }
   EXPECT_EQ(admission.admit("a"), nullptr);
-  EXPECT_FALSE(admission.admit("b")->refused());
+  const auto last = admission.admit("b");
+  EXPECT_FALSE(last->refused());
+  while (refusals.size() < refusals_max) {
+    refusals.push_back(admission.admit(std::string("c").append(std::to_string(refusals.size()))));
+    ASSERT_NE(refusals.back(), nullptr);
+    EXPECT_TRUE(refusals.back()->refused());
+  }
+  EXPECT_EQ(admission.admit("d"), nullptr) << "of all addresses together";
+  refusals.clear();
+  EXPECT_NE(admission.admit("a"), nullptr);
 }
 
 }  // namespace

@@ -127,13 +127,41 @@ TEST(OutputQueue, NothingIsAskedForWhileTheClientTakesNothing) {
 }
 
 TEST(OutputQueue, RepliesAreRefusedPastTheLimitAlone) {
-  OutputQueue queue(100, gap);
+  OutputQueue queue(100 + queued_message_overhead_bytes, gap);
   EXPECT_TRUE(queue.push_reply(text("a", 99)));
   EXPECT_TRUE(queue.push_reply(text("b", 500))) << "one may be larger than the limit";
   EXPECT_TRUE(queue.push_reply(text("c", 10))) << "and others may wait beside it";
   EXPECT_FALSE(queue.push_reply(text("d")));
   EXPECT_EQ(take_words(queue), (Words{"a", "b", "c"}));
   EXPECT_TRUE(queue.push_reply(text("d")));
+}
+
+TEST(OutputQueue, SmallMessagesCountAsTheMemoryThatTheyTake) {
+  OutputQueue queue(100 * queued_message_overhead_bytes, gap);
+  std::size_t taken = 0;
+  while (taken < 1'000 && queue.push_reply(text("?"))) ++taken;
+  EXPECT_GE(taken, 90U);
+  EXPECT_LE(taken, 101U);
+  EXPECT_GE(queue.bytes(), taken * queued_message_overhead_bytes);
+  EXPECT_EQ(queue.reply_bytes(), queue.bytes());
+  while (!queue.empty()) take_words(queue);
+  EXPECT_EQ(queue.bytes(), 0U);
+  EXPECT_EQ(queue.reply_bytes(), 0U);
+}
+
+TEST(OutputQueue, WhileMemoryIsFullFramesFindNoRoomAndRepliesDo) {
+  OutputQueue queue(1'000'000, gap);
+  queue.offer(frame(1, 1, 0, true), TimePoint());
+  EXPECT_EQ(take_words(queue), Words{"key 1 1"});
+  queue.set_memory_full(true);
+  queue.offer(frame(1, 2, 1, true), TimePoint());
+  EXPECT_TRUE(queue.push_reply(text("reply")));
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{});
+  EXPECT_EQ(take_words(queue), Words{"reply"});
+  queue.set_memory_full(false);
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  queue.offer(frame(1, 3, 2, true), TimePoint());
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 2 2", "key 1 3"}));
 }
 
 TEST(OutputQueue, FramesNeverPushOutReplies) {
@@ -180,7 +208,7 @@ TEST(OutputQueue, ASlowReaderOfLayersShedsTheHighestFirst) {
 }
 
 TEST(OutputQueue, AFrameOnOneThatWasShedIsLeftOut) {
-  OutputQueue queue(100, gap);
+  OutputQueue queue(100 + 3 * queued_message_overhead_bytes, gap);
   queue.offer(layered(4, true), TimePoint());
   queue.offer(layered(6), TimePoint());
   EXPECT_TRUE(queue.push_reply(text("reply", 200)));

@@ -79,6 +79,18 @@ TEST(SessionTimers, AWrongNonceIsNoAnswer) {
   EXPECT_TRUE(closes(timers.poll(opened_at + 45s)));
 }
 
+TEST(SessionTimers, WhileNothingIsReadNoPingIsMissed) {
+  SessionTimers timers(limits, opened_at);
+  timers.authenticated(opened_at);
+  ping_in(timers.poll(opened_at + 15s));
+  timers.reading_paused();
+  for (int i = 2; i <= 10; ++i) EXPECT_TRUE(does_nothing(timers.poll(opened_at + i * 15s)));
+  timers.reading_resumed(opened_at + 150s);
+  EXPECT_TRUE(does_nothing(timers.poll(opened_at + 165s - 1ms))) << "the pong is to be read first";
+  ping_in(timers.poll(opened_at + 165s));
+  EXPECT_TRUE(closes(timers.poll(opened_at + 180s)));
+}
+
 TEST(SessionTimers, AWriteMustGetOnWithinTenSeconds) {
   SessionTimers timers(limits, opened_at);
   timers.authenticated(opened_at);

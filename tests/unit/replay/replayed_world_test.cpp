@@ -13,6 +13,7 @@
 #include "pneuma_client/recording.h"
 #include "support/temporary_folder.h"
 #include "unit/app/ball_scene.h"
+#include "unit/app/requests.h"
 #include "unit/app/viewer.h"
 
 namespace pneuma::replay {
@@ -112,7 +113,7 @@ class ReplayedWorldTest : public testing::Test {
     v1::ClientMessage message;
     message.set_request_id(9);
     fill(message);
-    EXPECT_EQ(world_->post(app::Request{viewer_.session(), message}), app::Inbox::Post::taken);
+    EXPECT_EQ(world_->post(app::request_of(viewer_.session(), message)), app::Inbox::Post::taken);
     app::Outbox outbox;
     world_->drain(at(now_s), outbox);
     return look(outbox).value_or(v1::ServerMessage());

@@ -78,7 +78,7 @@ TEST(SceneJson, NumbersThatAreNotFiniteAreNamed) {
 }
 
 TEST(SceneJson, TextFromOutsideIsCutAndEscapedInErrors) {
-  EXPECT_EQ(scene_error(R"({"\u001b[31m\nx\u009b": 1})"), "\\x1b[31m\\x0ax\\x9b: unknown field");
+  EXPECT_EQ(scene_error(R"({"\u001b[31m\nx\u009b": 1})"), "\\x1b[31m\\x0ax\\xc2\\x9b: unknown field");
   EXPECT_EQ(scene_error("{\"" + std::string(1'000'000, 'z') + "\": 1}"), std::string(40, 'z') + "...: unknown field");
   // 39 bytes and a character of two: cut before it, not inside it.
   EXPECT_EQ(scene_error(R"({"gravity": ")" + std::string(39, 'z') + "\u00e9z\"}"),
