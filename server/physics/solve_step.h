@@ -15,7 +15,7 @@ template <class Real>
 struct SolverScratch {
   std::optional<ImplicitSolver<Real>> implicit;  // implicit Euler and TR-BDF2 only
   XpbdScratch<Real> xpbd;
-  // Of TR-BDF2, where it could gain energy.
+  // Of the implicit methods, where a step could gain energy.
   std::vector<Vec3<Real>> start_m_s;
   std::vector<Vec3d> places;
 

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "physics/contact/bounce_limit.h"
 #include "physics/contact/solver.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/rigid/rigid_mass.h"
@@ -109,9 +110,9 @@ std::size_t RigidSolver::bytes() const {
       order_.capacity() + groups_.capacity() + groups_in_pieces_.capacity() + members_.capacity();
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
          contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) +
-         row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + responses_.capacity() * sizeof(Response) +
-         pressed_.capacity() + before_.capacity() * sizeof(Motion) + shifts_m_.capacity() * sizeof(Vec3d) +
-         colliders_.capacity() * sizeof(ColliderState);
+         row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + still_m_s_.capacity() * sizeof(double) +
+         responses_.capacity() * sizeof(Response) + pressed_.capacity() + before_.capacity() * sizeof(Motion) +
+         shifts_m_.capacity() * sizeof(Vec3d) + colliders_.capacity() * sizeof(ColliderState);
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Met& met,
@@ -181,7 +182,7 @@ void RigidSolver::begin(std::span<const RigidState> rigid, std::span<const Colli
   for (const RigidState& body : rigid) before_.push_back({body.velocity, body.angular_velocity});
   find_contacts(rigid, colliders, dt_s);
   find_groups(rigid.size());
-  prepare(rigid, gravity_m_s2, resting_substeps * gravity_m_s2.norm() * dt_s, dt_s);
+  prepare(rigid, gravity_m_s2, resting_substeps * gravity_m_s2.norm() * dt_s, dt_s, false);
 }
 
 void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
@@ -225,8 +226,10 @@ void RigidSolver::find_groups(std::size_t bodies) {
   for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = first_of(i);
 }
 
-void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s,
-                          double dt_s) {
+// What bounces in a piece flies on in it, and what gravity does to it then counts. In a whole substep it stays where it
+// bounced (cut_moves).
+void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s,
+                          bool is_piece) {
   for (RigidContact& c : contacts_) {
     c.bounces = c.is_met = false;
     c.normal_impulse_n_s = 0.0;
@@ -234,13 +237,14 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
     if (c.b != no_body) c.arm_b = c.point - rigid[c.b].position;
     c.gives_way = gives_way(rigid, c, inverse_mass_along(rigid, c, c.normal));
     const double normal_m_s = relative_velocity(rigid, c).dot(c.normal);
+    c.closing_m_s = -normal_m_s;
     c.target_m_s = -std::max(0.0, c.distance_m) / dt_s;
     if (normal_m_s >= c.target_m_s) continue;  // would not meet
     const double after_s = dt_s + std::max(0.0, c.distance_m) / normal_m_s;
     const double gained_m_s = c.b == no_body ? after_s * c.normal.dot(pull_m_s2(rigid[c.a], gravity_m_s2)) : 0.0;
     const double impact_m_s = impact_speed(normal_m_s, gained_m_s, resting_m_s);
     if (impact_m_s < 0.0 && c.surface.restitution > 0.0) {
-      c.target_m_s = -c.surface.restitution * impact_m_s;
+      c.target_m_s = std::max(c.target_m_s, -c.surface.restitution * impact_m_s + (is_piece ? gained_m_s : 0.0));
       c.bounces = true;
     }
   }
@@ -253,8 +257,9 @@ void RigidSolver::prepare(std::span<const RigidState> rigid, const Vec3d& gravit
     if (last != contacts_.end()) ++last;
     for (RigidContact& c : std::span(first, last)) {
       const auto hits_before = [&c](const RigidContact& other) {
-        return other.bounces && other.distance_m < c.distance_m - together_share * c.size_m &&
-               other.normal.dot(c.normal) > 0.0;
+        if (!other.bounces || other.normal.dot(c.normal) <= 0.0) return false;
+        const double until_other_s = std::max(0.0, other.distance_m) / other.closing_m_s;
+        return c.distance_m - until_other_s * c.closing_m_s > together_share * c.size_m;
       };
       if (!c.bounces || std::none_of(first, last, hits_before)) continue;
       c.bounces = false;
@@ -343,6 +348,14 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
       for (ContactRow& row : rows) begin_again(rigid, row);
       converged = solve_rows(rows, responses_, limits).converged;
     }
+    if (std::ranges::any_of(rows, [this](const ContactRow& row) { return contacts_[row.key.features].bounces; })) {
+      still_m_s_.clear();
+      for (const ContactRow& row : rows) {
+        const RigidContact& c = contacts_[row.key.features];
+        still_m_s_.push_back(c.bounces ? -std::max(0.0, c.distance_m) / dt_s : row.least_m_s);
+      }
+      converged = limit_bounce(rows, responses_, still_m_s_, limits) && converged;
+    }
     counts_.unconverged += converged ? 0 : 1;
   }
   counts_.rows += rows_.size();
@@ -408,7 +421,7 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
       rigid[i].velocity = before_[i].velocity + piece_s * pull_m_s2(rigid[i], gravity_m_s2);
       rigid[i].angular_velocity = before_[i].angular_velocity;
     }
-    prepare(rigid, gravity_m_s2, resting_m_s, piece_s);
+    prepare(rigid, gravity_m_s2, resting_m_s, piece_s, true);
   };
   colliders_.assign(colliders.begin(), colliders.end());
   for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * pull_m_s2(rigid[i], gravity_m_s2);

@@ -49,7 +49,8 @@ class RigidSolver {
              double dt_s);
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
-  void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s);
+  void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s,
+               bool is_piece);
   void find_groups(std::size_t bodies);
   void load_rows(std::span<const RigidState> rigid);
   void aim_row(std::span<const RigidState> rigid, ContactRow& row) const;
@@ -72,6 +73,7 @@ class RigidSolver {
   std::vector<ContactRow> rows_;       // of contacts_; key.features is the contact's place
   std::vector<RowGroup> row_groups_;
   std::vector<std::uint8_t> yields_;
+  std::vector<double> still_m_s_;      // scratch, one a row of a group: what it reaches without a bounce
   std::vector<Response> responses_;    // one a rigid body, and of all colliders
   std::vector<Vec3d> shifts_m_;        // one a body
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include "physics/forces/force_terms.h"
 #include "physics/machine/portable_math.h"
 #include "physics/state/whole_motion.h"
 
@@ -56,9 +57,9 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
 template <class Real>
 bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                  const SubstepContext& context, ImplicitSolver<Real>& solver) {
+  const FirstGuess guess = is_driven(body, context.surroundings) ? FirstGuess::straight : FirstGuess::turned;
   std::swap(tables.held.steps, tables.held.first_order);
-  const bool solved =
-      implicit_euler(body, tables, accuracy, context.of_body(nullptr, nullptr), FirstGuess::turned, solver);
+  const bool solved = implicit_euler(body, tables, accuracy, context.of_body(nullptr, nullptr), guess, solver);
   std::swap(tables.held.steps, tables.held.first_order);
   return solved;
 }

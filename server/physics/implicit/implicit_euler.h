@@ -15,7 +15,8 @@ template <class Real>
 [[nodiscard]] bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                                   const SubstepContext& context, FirstGuess guess, ImplicitSolver<Real>& solver);
 
-/// The same for a body whose own method is another: from a turned guess, with a matrix of its own.
+/// The same for a body whose own method is another, with a matrix of its own: from a turned guess where nothing holds
+/// the body.
 template <class Real>
 [[nodiscard]] bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                                const SubstepContext& context, ImplicitSolver<Real>& solver);

@@ -33,9 +33,10 @@ struct RigidContact {
   // While it is solved:
   Vec3d arm_a = Vec3d::Zero();
   Vec3d arm_b = Vec3d::Zero();
-  bool gives_way = false;   // along the normal
-  bool is_met = false;      // its group was answered before
-  double target_m_s = 0.0;  // the least normal velocity that may remain
+  bool gives_way = false;    // along the normal
+  bool is_met = false;       // its group was answered before
+  double closing_m_s = 0.0;  // as it was found
+  double target_m_s = 0.0;   // the least normal velocity that may remain
   bool bounces = false;
   double normal_impulse_n_s = 0.0;
 };

@@ -1,5 +1,6 @@
 #include "physics/rigid/rigid_motion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -10,17 +11,25 @@
 namespace pneuma::physics {
 namespace {
 
+// A body goes through a larger turn in parts. A plate that turned by 2.4 rad a substep had twice the energy after ten.
+constexpr double turn_max_rad = 0.1;
+constexpr double turns_max = 128.0;
+
 /// What keeps the angular momentum: R I R^T w is the same before and after. The mean angular velocity is that at half
 /// the turn.
 void turn_freely(RigidState& body, double dt_s) {
   const Vec3d inertia = body.inverse_inertia_1_kg_m2.cwiseInverse();
   const Quatd axes = principal_orientation(body);
   const Vec3d momentum = axes * inertia.cwiseProduct(axes.conjugate() * body.angular_velocity);
-  const Quatd before = body.orientation;
-  body.orientation = turned(before, body.angular_velocity, 0.5 * dt_s);
-  const Vec3d middle = inverse_inertia_times(body, momentum);
-  body.orientation = turned(before, middle, dt_s);
-  body.angular_velocity = inverse_inertia_times(body, momentum);
+  const double turns = std::clamp(std::ceil(dt_s * body.angular_velocity.norm() / turn_max_rad), 1.0, turns_max);
+  const double part_s = dt_s / turns;
+  for (double turn = 0.0; turn < turns; ++turn) {
+    const Quatd before = body.orientation;
+    body.orientation = turned(before, body.angular_velocity, 0.5 * part_s);
+    const Vec3d middle = inverse_inertia_times(body, momentum);
+    body.orientation = turned(before, middle, part_s);
+    body.angular_velocity = inverse_inertia_times(body, momentum);
+  }
 }
 
 }  // namespace

@@ -1,0 +1,22 @@
+// Restitution that gives no energy.
+#pragma once
+
+#include <span>
+
+#include "physics/contact/response.h"
+#include "physics/contact/row.h"
+#include "physics/contact/solver.h"
+
+namespace pneuma::physics {
+
+/// What the impulses that rows hold did to the energy of their bodies, over the work of those that are driven.
+[[nodiscard]] double gained_j(std::span<const ContactRow> rows, std::span<const Response> responses);
+
+/// Where rows that bounce gave energy, replaces their solution by the nearest that gives none: a blend of it and the
+/// one without a bounce, in which each row reaches its `still_m_s`. Newton's law of restitution gives energy where
+/// friction turns a body into its contact (Kane and Levinson, "Dynamics: Theory and Applications", 1985). Returns
+/// whether what it had to solve has converged.
+bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std::span<const double> still_m_s,
+                  const SolveLimits& limits);
+
+}  // namespace pneuma::physics
