@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -15,6 +16,7 @@
 #include <unistd.h>
 
 #include "app/config.h"
+#include "app/descriptors.h"
 #include "app/free_memory.h"
 #include "app/health_probe.h"
 #include "app/log.h"
@@ -25,6 +27,7 @@
 #include "base/version.h"
 #include "config_file.h"
 #include "physics/lanes/isa.h"
+#include "token_command.h"
 
 namespace {
 
@@ -136,8 +139,11 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_option("--isa", options.isa, "Instruction set, baseline, v3 or v4; worlds do not depend on it")
       ->default_str("the best there is")
       ->check(CLI::IsMember({"baseline", "v3", "v4"}));
+  app.add_option("--tokens", config.tokens,
+                 "File of the tokens that clients may say, each with a role; pneuma-server token new makes them");
   app.add_option("--token-file", config.token_file,
-                 "Clients must know the token on its first line; otherwise PNEUMA_TOKEN's value");
+                 "The token on its first line may do everything; otherwise PNEUMA_TOKEN's value");
+  app.add_flag("--insecure", config.insecure, "Serve others than this machine without asking for a token");
   CLI::Option* certificate = app.add_option("--tls-cert", config.tls_certificate, "PEM chain; with --tls-key");
   CLI::Option* key = app.add_option("--tls-key", config.tls_key, "PEM key; with --tls-cert");
   certificate->needs(key);
@@ -189,12 +195,16 @@ sigset_t signals(std::initializer_list<int> numbers) {
 }
 
 /// Returns when the server is asked to end. No other signal ends it.
-void await_end(const sigset_t& awaited, const std::string& log_level) {
+void await_end(pneuma::app::Service& service, const sigset_t& awaited, const std::string& log_level) {
   constexpr timespec second{1, 0};
   for (;;) {
     const int signal = sigtimedwait(&awaited, nullptr, &second);
+    service.tend();
     if (signal < 0) {
       pneuma::app::give_back_free_memory();
+    } else if (signal == SIGHUP) {
+      spdlog::info("signal={} reads its files again", signal);
+      service.reload();
     } else if (signal == SIGTERM || signal == SIGINT) {
       spdlog::info("signal={} shutting down", signal);
       return;
@@ -223,6 +233,7 @@ pneuma::base::Status serve(Options options) {
   Config& config = options.config;
   if (auto status = read_environment(config); !status.ok()) return status;
   pneuma::app::fit_to_memory(config);
+  spdlog::info("descriptors={}", pneuma::app::raise_descriptor_limit());
   pneuma::app::Service service(std::move(config), [](const auto& its_config, auto& server, auto& metrics) {
     return std::make_unique<pneuma::app::WorldHost>(its_config, server, metrics);
   });
@@ -231,7 +242,7 @@ pneuma::base::Status serve(Options options) {
   std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
   std::fflush(stdout);
 
-  await_end(awaited, options.log_level);
+  await_end(service, awaited, options.log_level);
   end_at_once_when_asked_again();
   return service.stop();
 }
@@ -243,6 +254,8 @@ int main(int argc, char** argv) {
   Options options;
   if (auto folder = pneuma::app::web_folder_of_program(); !folder.empty()) options.config.web_dir = std::move(folder);
   add_flags(app, options);
+  std::function<pneuma::base::Status()> token_command;
+  pneuma::add_token_commands(app, token_command);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ConfigError& error) {
@@ -256,6 +269,10 @@ int main(int argc, char** argv) {
   }
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is a disk that is full
+  if (token_command) {
+    const pneuma::base::Status done = token_command();
+    return done.ok() ? 0 : fail(done);
+  }
   if (options.health) return check_health(options.config);
   if (!options.isa.empty()) {
     if (auto status = pneuma::physics::use_isa(options.isa); !status.ok()) return fail(status);

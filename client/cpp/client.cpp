@@ -37,6 +37,7 @@ base::Status to_status(const v1::Error& error) {
       case v1::Error::LIMIT_EXCEEDED:
         return Code::limit_exceeded;
       case v1::Error::UNAUTHENTICATED:
+      case v1::Error::PERMISSION_DENIED:  // the token is good, and not for this
         return Code::unauthenticated;
       case v1::Error::FAILED_PRECONDITION:
         return Code::failed_precondition;

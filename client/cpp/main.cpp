@@ -134,6 +134,7 @@ void add_play(CLI::App& app, FileWork& work) {
       ->add_option("--allow-host", options.allow_hosts,
                    "A name by which the HTTP address is asked, beside its addresses and localhost; * for any")
       ->take_all();
+  command->add_flag("--insecure", options.insecure, "Serve others than this machine without asking for a token");
   command->add_option("--web-dir", options.web_dir, "The page for browsers at the HTTP address, or off")
       ->default_str("../share/pneuma/web beside this program, if there is one");
   command->add_option("--speed", options.play.speed, "Recorded seconds a second")

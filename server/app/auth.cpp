@@ -1,10 +1,10 @@
 #include "app/auth.h"
 
-#include <array>
 #include <fstream>
 
 #include <openssl/crypto.h>
 #include <openssl/sha.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 namespace pneuma::app {
@@ -23,16 +23,22 @@ bool is_world_readable(const std::string& file) {
   return ::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IROTH) != 0;
 }
 
-bool same_token(std::string_view given, std::string_view expected) {
-  // Digests have one length, so that the time does not tell the token's length either.
-  const auto digest = [](std::string_view text) {
-    std::array<unsigned char, SHA256_DIGEST_LENGTH> out{};
-    SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), out.data());
-    return out;
-  };
-  const auto a = digest(given);
-  const auto b = digest(expected);
+TokenDigest digest_of(std::string_view token) {
+  static_assert(std::tuple_size_v<TokenDigest> == SHA256_DIGEST_LENGTH);
+  TokenDigest digest{};
+  SHA256(reinterpret_cast<const unsigned char*>(token.data()), token.size(), digest.data());
+  return digest;
+}
+
+bool same_digest(const TokenDigest& a, const TokenDigest& b) {
   return CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
+}
+
+std::optional<std::string_view> bearer_token(std::string_view authorization) {
+  constexpr std::string_view scheme = "Bearer ";  // in either case (RFC 9110, 11.1)
+  if (authorization.size() <= scheme.size()) return std::nullopt;
+  if (::strncasecmp(authorization.data(), scheme.data(), scheme.size()) != 0) return std::nullopt;
+  return authorization.substr(scheme.size());
 }
 
 }  // namespace pneuma::app

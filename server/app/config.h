@@ -21,8 +21,10 @@ struct Config {
   std::string data_dir;                  // empty: nothing is kept
   std::set<std::string> recover;         // worlds that come back up to the damage in their logs
   std::size_t threads = 0;               // 0: as many as the hardware has
-  std::string token_file;                // clients must know the token on its first line
-  std::string token;                     // or this one; both empty: no token is asked for
+  std::string tokens;                    // file of tokens, each with a role (token_file.h)
+  std::string token_file;                // clients may know the token on its first line, and do everything then
+  std::string token;                     // or this one; all three empty: no token is asked for
+  bool insecure = false;                 // without a token, listens beyond this machine all the same
   std::string tls_certificate;
   std::string tls_key;
   std::chrono::duration<double> checkpoint_interval{10.0};

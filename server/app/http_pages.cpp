@@ -1,5 +1,6 @@
 #include "app/http_pages.h"
 
+#include <set>
 #include <string>
 
 #include "app/world_clock.h"
@@ -27,40 +28,56 @@ std::string line_of(const v1::WorldList::World& world) {
 
 }  // namespace
 
-net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
+net::HttpReply start_page(const std::vector<WorldStatus>& worlds, const MayName& may_name) {
   std::string body("pneuma-server ");
   body.append(base::version).append("\n\n");
   body += "/worlds   this page\n";
   body += "/ws       protocol pneuma.v1, one message a WebSocket message\n";
   body += "/healthz  200 while every running world ticks, and the disk takes what is to be kept\n";
   body += "/metrics  for Prometheus\n\n";
-  body.append(std::to_string(worlds.size())).append(worlds.size() == 1 ? " world\n" : " worlds\n");
-  for (const WorldStatus& world : worlds) body.append(line_of(world.listing)).append("\n");
+  std::string lines;
+  std::size_t count = 0;
+  for (const WorldStatus& world : worlds) {
+    if (!may_name(world.listing.name())) continue;
+    lines.append(line_of(world.listing)).append("\n");
+    ++count;
+  }
+  body.append(std::to_string(count)).append(count == 1 ? " world\n" : " worlds\n").append(lines);
   return net::text_reply(200, std::move(body));
 }
 
-net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::steady_clock::time_point now) {
-  std::string silent;
-  std::string not_kept;
-  std::string damaged;
+net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::steady_clock::time_point now,
+                           const MayName& may_name) {
+  // Sets: all worlds that may not be named are one line.
+  std::set<std::string> silent;
+  std::set<std::string> not_kept;
+  std::set<std::string> damaged;
   for (const WorldStatus& world : worlds) {
+    const bool is_named = may_name(world.listing.name());
+    const std::string name = is_named ? "world " + world.listing.name() : "a world";
     if (world.listing.damaged()) {
-      damaged += "world " + world.listing.name() + " is damaged and not served\n";
+      damaged.insert(name + " is damaged and not served\n");
     } else if (!world.listing.paused() && world.last_active + tick_silence_max < now) {
-      silent += "world " + world.listing.name() + " has not ticked for " +
-                std::to_string(std::chrono::duration_cast<std::chrono::seconds>(now - world.last_active).count()) +
-                " s\n";
+      const auto silence = std::chrono::duration_cast<std::chrono::seconds>(now - world.last_active);
+      silent.insert(name + " has not ticked" + (is_named ? " for " + std::to_string(silence.count()) + " s\n" : "\n"));
     }
     if (!world.disk_trouble.empty()) {
-      not_kept += "world " + world.listing.name() + " cannot be kept: " + world.disk_trouble + "\n";
+      not_kept.insert(name + " cannot be kept" + (is_named ? ": " + world.disk_trouble + "\n" : "\n"));
     }
   }
-  if (!silent.empty() || !not_kept.empty()) return net::text_reply(503, silent + not_kept + damaged);
-  return net::text_reply(200, "ok\n" + damaged);
+  std::string text = silent.empty() && not_kept.empty() ? "ok\n" : "";
+  for (const auto* lines : {&silent, &not_kept, &damaged}) {
+    for (const std::string& line : *lines) text += line;
+  }
+  return net::text_reply(silent.empty() && not_kept.empty() ? 200 : 503, std::move(text));
 }
 
-net::HttpReply metrics_page(const Metrics& metrics) {
-  return net::text_reply(200, metrics.text(), "text/plain; version=0.0.4; charset=utf-8");
+net::HttpReply metrics_page(const Metrics& metrics, const MayName& may_name) {
+  return net::text_reply(200, metrics.text(may_name), "text/plain; version=0.0.4; charset=utf-8");
+}
+
+net::HttpReply token_wanted_page() {
+  return net::text_reply(401, "this server asks for a token; say it in a header, Authorization: Bearer TOKEN\n");
 }
 
 }  // namespace pneuma::app

@@ -1,4 +1,4 @@
-// The pages that anyone who reaches the HTTP address may read.
+// The pages at the HTTP address. Where the server asks for tokens, only who has one reads of the worlds.
 #pragma once
 
 #include <chrono>
@@ -10,12 +10,15 @@
 
 namespace pneuma::app {
 
-/// What this is, and which worlds there are.
-[[nodiscard]] net::HttpReply start_page(const std::vector<WorldStatus>& worlds);
+/// What this is, and which worlds there are of those that may be named.
+[[nodiscard]] net::HttpReply start_page(const std::vector<WorldStatus>& worlds, const MayName& may_name);
 /// 200 where every unpaused world ticked lately and the disk takes what is to be kept of each; otherwise 503 and of
-/// which not. Damaged worlds, which no restart mends, are named either way.
+/// which not. Damaged worlds, which no restart mends, are told of either way. Worlds that may not be named are "a
+/// world", and no more is said of them.
 [[nodiscard]] net::HttpReply health_page(const std::vector<WorldStatus>& worlds,
-                                         std::chrono::steady_clock::time_point now);
-[[nodiscard]] net::HttpReply metrics_page(const Metrics& metrics);
+                                         std::chrono::steady_clock::time_point now, const MayName& may_name);
+[[nodiscard]] net::HttpReply metrics_page(const Metrics& metrics, const MayName& may_name);
+/// Of a page that is for those with a token.
+[[nodiscard]] net::HttpReply token_wanted_page();
 
 }  // namespace pneuma::app

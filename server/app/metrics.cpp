@@ -1,5 +1,8 @@
 #include "app/metrics.h"
 
+#include <algorithm>
+#include <vector>
+
 #include <prometheus/text_serializer.h>
 
 namespace pneuma::app {
@@ -71,8 +74,19 @@ void Metrics::count_session(const net::SessionStats& before, const net::SessionS
   bytes_received.Increment(static_cast<double>(now.bytes_received - before.bytes_received));
 }
 
-std::string Metrics::text() const {
-  return prometheus::TextSerializer().Serialize(registry_.Collect());
+std::string metrics_text(std::vector<prometheus::MetricFamily> families, const MayName& may_name) {
+  for (prometheus::MetricFamily& family : families) {
+    std::erase_if(family.metric, [&](const prometheus::ClientMetric& metric) {
+      return std::ranges::any_of(metric.label, [&](const prometheus::ClientMetric::Label& label) {
+        return label.name == "world" && !may_name(label.value);
+      });
+    });
+  }
+  return prometheus::TextSerializer().Serialize(families);
+}
+
+std::string Metrics::text(const MayName& may_name) const {
+  return metrics_text(registry_.Collect(), may_name);
 }
 
 }  // namespace pneuma::app

@@ -3,12 +3,15 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
 #include <prometheus/histogram.h>
+#include <prometheus/metric_family.h>
 #include <prometheus/registry.h>
 
+#include "app/grant.h"
 #include "net/server.h"
 
 namespace pneuma::app {
@@ -45,8 +48,11 @@ class Metrics {
   /// Adds what a session did since `before` to the counters.
   void count_session(const net::SessionStats& before, const net::SessionStats& now);
 
-  /// Prometheus's text format.
-  [[nodiscard]] std::string text() const;
+  /// As metrics_text has it.
+  [[nodiscard]] std::string text(const MayName& may_name) const;
 };
+
+/// Prometheus's text format. Of what has a label `world`, those that `may_name` takes.
+[[nodiscard]] std::string metrics_text(std::vector<prometheus::MetricFamily> families, const MayName& may_name);
 
 }  // namespace pneuma::app

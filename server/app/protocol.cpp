@@ -106,39 +106,4 @@ std::string_view kind_of(v1::ClientMessage::RequestCase request) {
   return field == nullptr ? std::string_view("unknown") : std::string_view(field->name());
 }
 
-const std::string* world_of(const v1::ClientMessage& request) {
-  switch (request.request_case()) {
-    case v1::ClientMessage::kDestroyWorld:
-      return &request.destroy_world().world();
-    case v1::ClientMessage::kSubscribe:
-      return &request.subscribe().world();
-    case v1::ClientMessage::kEdit:
-      return &request.edit().world();
-    case v1::ClientMessage::kImpulse:
-      return &request.impulse().world();
-    case v1::ClientMessage::kGrab:
-      return &request.grab().world();
-    case v1::ClientMessage::kMoveGrab:
-      return &request.move_grab().world();
-    case v1::ClientMessage::kReleaseGrab:
-      return &request.release_grab().world();
-    case v1::ClientMessage::kPause:
-      return &request.pause().world();
-    case v1::ClientMessage::kResume:
-      return &request.resume().world();
-    case v1::ClientMessage::kStep:
-      return &request.step().world();
-    case v1::ClientMessage::kReset:
-      return &request.reset().world();
-    case v1::ClientMessage::kSeek:
-      return &request.seek().world();
-    case v1::ClientMessage::kGetStats:
-      return &request.get_stats().world();
-    case v1::ClientMessage::kGetScene:
-      return &request.get_scene().world();
-    default:
-      return nullptr;
-  }
-}
-
 }  // namespace pneuma::app

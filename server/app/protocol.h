@@ -1,4 +1,4 @@
-// The messages that the server says, and what can be read off a request without carrying it out.
+// The messages that the server says, and what requests are called.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,5 @@ inline constexpr double retry_hint_s = 1.0;
 [[nodiscard]] inline std::string_view kind_of(const v1::ClientMessage& request) {
   return kind_of(request.request_case());
 }
-/// The world that the request names; null for requests that name none.
-[[nodiscard]] const std::string* world_of(const v1::ClientMessage& request);
 
 }  // namespace pneuma::app

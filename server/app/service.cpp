@@ -10,7 +10,9 @@
 #include "app/http_pages.h"
 #include "app/log.h"
 #include "app/protocol.h"
+#include "app/request_kinds.h"
 #include "base/address.h"
+#include "base/token_limits.h"
 
 namespace pneuma::app {
 
@@ -27,8 +29,23 @@ std::vector<std::string> host_names(const Config& config) {
   return names;
 }
 
-bool is_loopback(const std::string& address) {
-  return address.starts_with("127.") || address.starts_with("[::1]") || address.starts_with("localhost:");
+/// Of --token-file or the environment; anybody may have thought of it.
+std::optional<Token> own_token(const std::string& secret) {
+  if (secret.empty()) return std::nullopt;
+  const bool is_guessable = secret.size() < base::token_unguessable_characters;
+  return Token{{"token-file", Role::admin, {}, {}}, digest_of(secret), is_guessable};
+}
+
+/// The addresses of the config that are reached from elsewhere, by their flags.
+base::Result<std::string> flags_open_to_others(const Config& config) {
+  std::string flags;
+  for (const auto& [flag, address] : {std::pair("--listen ", config.listen), std::pair("--http ", config.http)}) {
+    if (address == "off") continue;
+    const auto is_own = net::reaches_this_machine_alone(address);
+    if (!is_own.ok()) return is_own.status();
+    if (!*is_own) flags.append(flags.empty() ? "" : ", ").append(flag).append(address);
+  }
+  return flags;
 }
 
 }  // namespace
@@ -38,6 +55,7 @@ Service::Service(Config config, const MakeHost& make_host)
       requests_memory_(config_.limits.requests_memory_bytes_max),
       server_(config_.limits, callbacks(), host_names(config_)),
       host_(make_host(config_, server_, metrics_)),
+      gatekeeper_(config_.limits),
       parts_(config_.limits) {}
 
 Service::~Service() {
@@ -45,13 +63,10 @@ Service::~Service() {
 }
 
 Status Service::start() {
-  token_ = config_.token;
-  if (!config_.token_file.empty()) {
-    auto token = read_token(config_.token_file);
-    if (!token.ok()) return token.status();
-    token_ = std::move(*token);
-    if (is_world_readable(config_.token_file)) spdlog::warn("{} is readable by everyone", config_.token_file);
-  }
+  auto tokens = read_all_tokens();
+  if (!tokens.ok()) return tokens.status();
+  if (*tokens) gatekeeper_.use(std::move(**tokens));
+  if (auto status = check_openness(); !status.ok()) return status;
   if (config_.http != "off" && config_.web_dir != "off") {
     auto web = WebFolder::load(config_.web_dir);
     if (!web.ok()) {
@@ -65,16 +80,90 @@ Status Service::start() {
   return {};
 }
 
+// Before anything is done: who starts it is there to read why it does not serve.
+Status Service::check_openness() const {
+  const auto open = flags_open_to_others(config_);
+  if (!open.ok()) return open.status();
+  if (open->empty()) return {};
+  if (gatekeeper_.asks_for_tokens()) {
+    if (config_.tls_certificate.empty()) spdlog::warn("{} without TLS: tokens can be read on their way", *open);
+    return {};
+  }
+  if (config_.insecure) {
+    spdlog::warn("{} without a token: whoever reaches it may do everything", *open);
+    return {};
+  }
+  return {StatusCode::failed_precondition,
+          "others than this machine reach it, and it asks for no token. Give it tokens (--tokens or --token-file FILE, "
+          "or PNEUMA_TOKEN), or say --insecure to let everyone do everything",
+          *open};
+}
+
+base::Result<std::optional<std::vector<Token>>> Service::read_all_tokens() {
+  std::string secret = config_.token;
+  if (!config_.token_file.empty()) {
+    auto token = read_token(config_.token_file);
+    if (!token.ok()) return token.status();
+    secret = std::move(*token);
+    if (is_world_readable(config_.token_file)) spdlog::warn("{} is readable by everyone", config_.token_file);
+  }
+  own_token_ = own_token(secret);
+  std::vector<Token> tokens;
+  if (!config_.tokens.empty()) {
+    token_file_.emplace(config_.tokens);
+    auto read = token_file_->read();
+    if (!read.ok()) return read.status();
+    tokens = std::move(*read);
+    spdlog::info("tokens={} of {}", tokens.size(), log_name(config_.tokens));
+  }
+  if (own_token_) tokens.push_back(*own_token_);
+  if (!own_token_ && !token_file_) return std::optional<std::vector<Token>>();
+  return std::optional(std::move(tokens));
+}
+
+void Service::tend() {
+  if (token_file_ && token_file_->has_changed()) return read_tokens_again();
+  server_.post([this] { end_stale_sessions(); });
+}
+
+void Service::reload() {
+  if (token_file_) read_tokens_again();
+  if (config_.tls_certificate.empty()) return;
+  if (Status failed = server_.reload_tls({config_.tls_certificate, config_.tls_key}); !failed.ok()) {
+    spdlog::error("{}; the certificate of before stays", failed.message());
+  } else {
+    spdlog::info("certificate={} read again", log_name(config_.tls_certificate));
+  }
+}
+
+void Service::read_tokens_again() {
+  auto tokens = token_file_->read();
+  if (!tokens.ok()) {
+    spdlog::error("{}; the tokens of before stay", tokens.status().message());
+    return;
+  }
+  if (own_token_) tokens->push_back(*own_token_);
+  spdlog::info("tokens={} of {} read again", tokens->size(), log_name(config_.tokens));
+  server_.post([this, tokens = std::move(*tokens)]() mutable {
+    gatekeeper_.use(std::move(tokens));
+    end_stale_sessions();
+  });
+}
+
+void Service::end_stale_sessions() {
+  const auto now = wall_clock_now();
+  for (const auto& [id, guest] : guests_) {
+    if (guest.gate.grant() == nullptr) continue;
+    if (Status stale = gatekeeper_.check_still(guest.gate.grant(), now); !stale.ok()) server_.close(id, stale);
+  }
+}
+
 Status Service::listen() {
   std::optional<net::Tls> tls;
   if (!config_.tls_certificate.empty()) tls = net::Tls{config_.tls_certificate, config_.tls_key};
   if (auto status = server_.listen_tcp(config_.listen, tls); !status.ok()) return status;
   if (config_.http != "off") {
     if (auto status = server_.listen_http(config_.http, tls); !status.ok()) return status;
-  }
-  const bool open_to_others = !is_loopback(tcp_address()) || (config_.http != "off" && !is_loopback(http_address()));
-  if (open_to_others && token_.empty()) {
-    spdlog::warn("serves tcp={} http={} without a token: whoever reaches it may use it", tcp_address(), http_address());
   }
   return {};
 }
@@ -105,9 +194,9 @@ net::Callbacks Service::callbacks() {
   callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
     host_->reader_report(id, report);
   };
-  callbacks.http = [this](std::string_view path) { return page(path); };
-  callbacks.http_when_full = [this](std::string_view path) -> std::optional<net::HttpReply> {
-    return path == "/healthz" ? std::optional(page(path)) : std::nullopt;
+  callbacks.http = [this](const net::PageRequest& asked) { return page(asked); };
+  callbacks.http_when_full = [this](const net::PageRequest& asked) -> std::optional<net::HttpReply> {
+    return asked.path == "/healthz" ? std::optional(page(asked)) : std::nullopt;
   };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;
@@ -116,7 +205,7 @@ net::Callbacks Service::callbacks() {
 }
 
 void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
-  guests_.try_emplace(id, id, peer.counted_as, token_, config_.limits, parts_);
+  guests_.try_emplace(id, id, peer.counted_as, gatekeeper_, config_.limits, parts_);
   metrics_.sessions.Increment();
   spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
 }
@@ -128,7 +217,7 @@ void Service::received(net::SessionId id, net::ReceivedMessage message) {
   SessionGate::Verdict verdict = gate.receive(std::move(message), steady_clock::now());
   if (verdict.unread && verdict.unread->message.bytes.size() <= base::message_bytes_max_at_once) {
     const Unread unread = std::move(*verdict.unread);
-    verdict = gate.pass(unread.request_id, read_request(unread, requests_memory_));
+    verdict = gate.pass(unread.request_id, read_request(unread, requests_memory_), steady_clock::now());
   }
   if (verdict.unread) return read_apart(id, std::move(*verdict.unread));
   act_on(found->second, std::move(verdict));
@@ -143,20 +232,24 @@ void Service::read_apart(net::SessionId id, Unread unread) {
     server_.post([this, id, request_id, message = std::move(message)] {
       const auto found = guests_.find(id);
       if (found == guests_.end()) return;
-      act_on(found->second, found->second.gate.pass(request_id, std::move(*message)));
+      act_on(found->second, found->second.gate.pass(request_id, std::move(*message), steady_clock::now()));
       server_.resume(id);
     });
   };
   if (reader_.try_post(std::move(read), 0, {})) return server_.hold(id);
   Guest& guest = guests_.at(id);
-  act_on(guest, guest.gate.pass(request_id, Status(StatusCode::unavailable, "the server shuts down")));
+  const Status going_down(StatusCode::unavailable, "the server shuts down");
+  act_on(guest, guest.gate.pass(request_id, going_down, steady_clock::now()));
 }
 
 void Service::act_on(Guest& guest, SessionGate::Verdict verdict) {
-  const net::SessionId id = guest.session->id();
+  const net::SessionId id = guest.id;
   if (verdict.authenticated) {
+    const GrantPtr& grant = guest.gate.grant();
+    guest.session = std::make_shared<Session>(id, guest.gate.client(), grant);
     server_.authenticated(id);
-    spdlog::info("session={} client={} said hello", id, log_name(guest.gate.client_name()));
+    spdlog::info("session={} client={} said hello token={} role={}", id, log_name(guest.gate.client_name()),
+                 grant->token_id.empty() ? "none" : grant->token_id, name_of(grant->role));
   }
   if (verdict.pong_nonce) server_.pong(id, *verdict.pong_nonce);
   if (verdict.reply) {
@@ -190,9 +283,13 @@ void Service::route(Guest& guest, ReadMessage read) {
       v1::ServerMessage reply;
       reply.set_request_id(message.request_id());
       v1::WorldList& list = *reply.mutable_world_list();
-      for (WorldStatus& status : host_->statuses()) *list.add_worlds() = std::move(status.listing);
+      for (WorldStatus& status : host_->statuses()) {
+        if (guest.session->grant().worlds.covers(status.listing.name())) {
+          *list.add_worlds() = std::move(status.listing);
+        }
+      }
       metrics_.count_command("list_worlds", "ok");
-      return server_.send(guest.session->id(), serialise(reply));
+      return server_.send(guest.id, serialise(reply));
     }
     case v1::ClientMessage::kCreateWorld:
       return host_->create(std::move(request));
@@ -203,10 +300,10 @@ void Service::route(Guest& guest, ReadMessage read) {
       const std::string* named = world_of(message);
       if (named == nullptr) {
         const Status failed(StatusCode::internal, "the server does not know where this request belongs");
-        return server_.send(guest.session->id(), serialise(error_reply(message.request_id(), failed)));
+        return server_.send(guest.id, serialise(error_reply(message.request_id(), failed)));
       }
       const std::string world = *named;
-      if (message.has_get_stats()) request.reader = server_.reader_stats(guest.session->id());
+      if (message.has_get_stats()) request.reader = server_.reader_stats(guest.id);
       if (host_->ask(world, std::move(request))) remember(guest, world);
       return;
     }
@@ -220,17 +317,32 @@ void Service::remember(Guest& guest, const std::string& world) {
   std::erase_if(guest.worlds, [this](const std::string& name) { return !host_->has(name); });
 }
 
-net::HttpReply Service::page(std::string_view path) {
-  if (path == "/worlds") return start_page(host_->statuses());
-  if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now());
+// Nobody who said a token gets no grant, and is not refused.
+Gatekeeper::Verdict Service::who_reads(const net::PageRequest& asked) {
+  if (gatekeeper_.asks_for_tokens() && asked.authorization.empty()) return {};
+  return gatekeeper_.admit(bearer_token(asked.authorization).value_or(""), std::string(asked.counted_as),
+                           steady_clock::now(), wall_clock_now());
+}
+
+net::HttpReply Service::page(const net::PageRequest& asked) {
+  const std::string_view path = asked.path;
+  const bool is_file = path != "/worlds" && path != "/healthz" && path != "/metrics";
+  if (is_file) {
+    if (const net::HttpReply* file = web_.find(path)) return *file;
+    if (path != "/") return net::text_reply(404, "nothing here\n");
+  }
+  const Gatekeeper::Verdict reader = who_reads(asked);
+  const GrantPtr& grant = reader.grant;
+  const MayName may_name = [&grant](std::string_view world) { return grant != nullptr && grant->worlds.covers(world); };
+  if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now(), may_name);
+  if (reader.retry_after_s > 0.0) return net::text_reply(429, reader.refusal.what() + "\n");
+  if (!reader.refusal.ok()) return token_wanted_page();
   if (path == "/metrics") {
     count_sessions();
     metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
-    return metrics_page(metrics_);
+    return metrics_page(metrics_, may_name);
   }
-  if (const net::HttpReply* file = web_.find(path)) return *file;
-  if (path == "/") return start_page(host_->statuses());
-  return net::text_reply(404, "nothing here\n");
+  return grant == nullptr ? token_wanted_page() : start_page(host_->statuses(), may_name);
 }
 
 void Service::count_sessions() {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -13,11 +14,13 @@
 
 #include "app/background_queue.h"
 #include "app/config.h"
+#include "app/gatekeeper.h"
 #include "app/host.h"
 #include "app/message_parts.h"
 #include "app/metrics.h"
 #include "app/session.h"
 #include "app/session_gate.h"
+#include "app/token_file.h"
 #include "app/web_folder.h"
 #include "base/memory_budget.h"
 #include "base/status.h"
@@ -43,15 +46,24 @@ class Service {
   /// be kept, and why.
   base::Status stop();
 
+  // While it serves, on the thread that started it; both log what could not be read, and go on with what was there.
+
+  /// Reads the tokens again where their file has changed, and ends the sessions whose token counts no more. About once
+  /// a second.
+  void tend();
+  /// Reads the tokens and the certificate again.
+  void reload();
+
  private:
   struct Guest {
-    Guest(net::SessionId id, std::string client, std::string_view token, const base::Limits& limits,
+    Guest(net::SessionId its_id, std::string address, Gatekeeper& gatekeeper, const base::Limits& limits,
           MessageParts& parts)
-        : gate(id, token, limits, parts), session(std::make_shared<Session>(id, std::move(client))) {}
+        : id(its_id), gate(id, std::move(address), gatekeeper, limits, parts) {}
+    net::SessionId id;
     SessionGate gate;
-    std::shared_ptr<Session> session;
-    std::set<std::string> worlds;  // that may hold something for it
-    net::SessionStats counted;     // what the metrics know of it
+    std::shared_ptr<Session> session;  // null until a good hello came
+    std::set<std::string> worlds;      // that may hold something for it
+    net::SessionStats counted;         // what the metrics know of it
   };
 
   // On the network thread:
@@ -63,19 +75,27 @@ class Service {
   void closed(net::SessionId id, const base::Status& why);
   void route(Guest& guest, ReadMessage read);
   void remember(Guest& guest, const std::string& world);
-  [[nodiscard]] net::HttpReply page(std::string_view path);
+  [[nodiscard]] net::HttpReply page(const net::PageRequest& asked);
+  [[nodiscard]] Gatekeeper::Verdict who_reads(const net::PageRequest& asked);
   void count_sessions();
+  void end_stale_sessions();
 
+  [[nodiscard]] base::Status check_openness() const;
   [[nodiscard]] base::Status listen();
+  /// Those of the file and the one of --token-file; nothing where no token is asked for.
+  [[nodiscard]] base::Result<std::optional<std::vector<Token>>> read_all_tokens();
+  void read_tokens_again();
 
   const Config config_;
-  std::string token_;
+  std::optional<Token> own_token_;  // of --token-file or the environment
+  std::optional<WatchedTokenFile> token_file_;
   WebFolder web_;
   Metrics metrics_;
   base::MemoryBudget requests_memory_;
   net::Server server_;
   std::unique_ptr<Host> host_;
   // The network thread's alone:
+  Gatekeeper gatekeeper_;
   MessageParts parts_;
   std::map<net::SessionId, Guest> guests_;
   std::thread network_;

@@ -7,15 +7,18 @@
 #include <string>
 #include <utility>
 
+#include "app/grant.h"
 #include "net/server.h"
 
 namespace pneuma::app {
 
 class Session {
  public:
-  explicit Session(net::SessionId id, std::string client = {}) : id_(id), client_(std::move(client)) {}
+  explicit Session(net::SessionId id, std::string client = {}, GrantPtr grant = everything())
+      : id_(id), client_(std::move(client)), grant_(std::move(grant)) {}
 
   [[nodiscard]] net::SessionId id() const { return id_; }
+  [[nodiscard]] const Grant& grant() const { return *grant_; }
   /// Whose session it is, as what sessions take together is counted.
   [[nodiscard]] const std::string& client() const { return client_; }
 
@@ -41,6 +44,7 @@ class Session {
 
   net::SessionId id_;
   const std::string client_;
+  const GrantPtr grant_;
   std::mutex mutex_;
   std::set<std::string> topologies_;
 };

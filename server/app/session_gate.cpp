@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "app/auth.h"
 #include "app/protocol.h"
+#include "app/request_kinds.h"
 #include "base/version.h"
 
 namespace pneuma::app {
@@ -22,6 +22,13 @@ SessionGate::Verdict refuse(std::uint64_t request_id, const Status& why, double 
   return verdict;
 }
 
+SessionGate::Verdict refuse(std::uint64_t request_id, const v1::Error& why) {
+  SessionGate::Verdict verdict;
+  verdict.reply.emplace().set_request_id(request_id);
+  *verdict.reply->mutable_error() = why;
+  return verdict;
+}
+
 SessionGate::Verdict refuse_by_rate(std::uint64_t request_id, double wait_s) {
   return refuse(request_id, {StatusCode::limit_exceeded, "more commands than the server takes of a client"}, wait_s);
 }
@@ -32,38 +39,41 @@ SessionGate::Verdict shut(Status why) {
   return verdict;
 }
 
-SessionGate::Verdict refuse_and_shut(std::uint64_t request_id, const Status& why) {
-  SessionGate::Verdict verdict = refuse(request_id, why);
+SessionGate::Verdict refuse_and_shut(std::uint64_t request_id, const Status& why, double retry_after_s = 0.0) {
+  SessionGate::Verdict verdict = refuse(request_id, why, retry_after_s);
   verdict.close = why;
   return verdict;
 }
 
 }  // namespace
 
-SessionGate::SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits,
-                         MessageParts& parts)
+SessionGate::SessionGate(std::uint64_t session_id, std::string address, Gatekeeper& gatekeeper,
+                         const base::Limits& limits, MessageParts& parts)
     : session_id_(session_id),
-      token_(token),
+      address_(std::move(address)),
+      gatekeeper_(gatekeeper),
       message_bytes_max_(limits.message_bytes_max),
-      parts_(parts),
-      commands_(limits.commands_per_s, limits.commands_burst) {}
+      parts_(parts) {}
 
 SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoint now) {
   const std::optional<Envelope> envelope = read_envelope(message.bytes);
   if (!envelope) return shut({StatusCode::malformed, "not a ClientMessage"});
   const std::uint64_t id = envelope->request_id;
-  if (!open_ && envelope->request != v1::ClientMessage::kHello) {
+  if (grant_ == nullptr && envelope->request != v1::ClientMessage::kHello) {
     return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(envelope->request)) + " came before hello"});
   }
-  // The server asked for a pong, so it is no command.
-  if (envelope->request != v1::ClientMessage::kPong || message.bytes.size() > pong_bytes_max) {
-    const double wait_s = commands_.take(now);
-    if (envelope->request == v1::ClientMessage::kPart) return take_part(*envelope, wait_s, now);
-    if (wait_s > 0.0) return refuse_by_rate(id, wait_s);
-    if (id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
-  }
+  // The server asked for a pong, so it is no command. A hello counts once its client is known.
+  const bool is_command = envelope->request != v1::ClientMessage::kPong || message.bytes.size() > pong_bytes_max;
+  const double wait_s = is_command && commands_ != nullptr ? commands_->take(now) : 0.0;
+  if (envelope->request == v1::ClientMessage::kPart) return take_part(*envelope, wait_s, now);
+  if (wait_s > 0.0) return refuse_by_rate(id, wait_s);
+  if (is_command && id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
   if (envelope->request == v1::ClientMessage::REQUEST_NOT_SET) {
     return refuse(id, {StatusCode::unsupported, "no request that this server knows"});
+  }
+  // What the role alone rules out is not even parsed.
+  if (grant_ != nullptr) {
+    if (const Denial denial = check_role(*grant_, envelope->request)) return refuse(id, *denial);
   }
   Verdict verdict;
   verdict.unread = Unread{id, std::move(message), false};
@@ -87,7 +97,7 @@ SessionGate::Verdict SessionGate::take_part(const Envelope& envelope, double wai
   return verdict;
 }
 
-SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<ReadMessage> read) {
+SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<ReadMessage> read, TimePoint now) {
   if (!read.ok()) {
     if (read.status().code() == StatusCode::malformed) return shut(read.status());
     return refuse(request_id, read.status(), read.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0);
@@ -95,7 +105,7 @@ SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<Re
   const v1::ClientMessage& message = *read->message;
   switch (message.request_case()) {
     case v1::ClientMessage::kHello:
-      return hello(message);
+      return hello(message, now);
     case v1::ClientMessage::kPing: {
       Verdict verdict;
       verdict.reply.emplace().set_request_id(message.request_id());
@@ -110,6 +120,7 @@ SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<Re
     case v1::ClientMessage::REQUEST_NOT_SET:  // in parts
       return refuse(request_id, {StatusCode::unsupported, "no request that this server knows"});
     default: {
+      if (const Denial denial = check_permission(*grant_, message)) return refuse(request_id, *denial);
       Verdict verdict;
       verdict.request = std::move(*read);
       return verdict;
@@ -117,9 +128,9 @@ SessionGate::Verdict SessionGate::pass(std::uint64_t request_id, base::Result<Re
   }
 }
 
-SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
+SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message, TimePoint now) {
   const v1::Hello& hello = message.hello();
-  if (open_) {
+  if (grant_ != nullptr) {
     return refuse(message.request_id(), {StatusCode::failed_precondition, "hello was said already", "hello"});
   }
   if (hello.protocol_version() != base::protocol_version) {
@@ -128,11 +139,14 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
         {StatusCode::unsupported, "this server speaks version " + std::to_string(base::protocol_version),
          "hello.protocol_version"});
   }
-  if (!token_.empty() && !same_token(hello.token(), token_)) {
-    const char* what = hello.token().empty() ? "is missing: this server asks for a token" : "is not this server's";
-    return refuse_and_shut(message.request_id(), {StatusCode::unauthenticated, what, "hello.token"});
+  Gatekeeper::Verdict admitted = gatekeeper_.admit(hello.token(), address_, now, wall_clock_now());
+  if (admitted.grant == nullptr) {
+    return refuse_and_shut(message.request_id(), admitted.refusal.inside("hello.token"), admitted.retry_after_s);
   }
-  open_ = true;
+  grant_ = std::move(admitted.grant);
+  client_ = client_of(*grant_, address_);
+  commands_ = gatekeeper_.commands_of(client_, now);
+  (void)commands_->take(now);  // the hello; one that finds none left is let in, and can ask for nothing yet
   client_name_ = hello.client_name().substr(0, base::name_bytes_max);
 
   Verdict verdict;
@@ -144,6 +158,8 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message) {
   welcome.set_session_id(session_id_);
   welcome.set_message_bytes_max(static_cast<std::uint32_t>(message_bytes_max_));
   welcome.set_parts_bytes_max(static_cast<std::uint32_t>(parts_.bytes_max()));
+  welcome.set_role(to_wire(grant_->role));
+  welcome.set_worlds(grant_->worlds.text());
   return verdict;
 }
 

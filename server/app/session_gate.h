@@ -1,13 +1,16 @@
-// What one session may say and when: hello first, a request id always, no more often than its rate; a message in parts
-// once it is whole. Takes bytes and a time, returns what to do; owns no socket and parses nothing large.
+// What one session may say and when: hello first, a request id always, what its token allows, no more often than its
+// rate; a message in parts once it is whole. Takes bytes and a time, returns what to do; owns no socket and parses
+// nothing large.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "app/envelope.h"
+#include "app/gatekeeper.h"
 #include "app/message_parts.h"
 #include "app/request_reader.h"
 #include "app/token_bucket.h"
@@ -30,27 +33,34 @@ class SessionGate {
     std::optional<base::Status> close;        // say goodbye with this reason, after `reply`
   };
 
-  /// An empty `token`: the server asks for none. `token` and `parts`, all sessions' together, must outlive the gate.
-  SessionGate(std::uint64_t session_id, std::string_view token, const base::Limits& limits, MessageParts& parts);
+  /// `address` is whose session it is, as it is counted. `gatekeeper` and `parts`, all sessions' together, must outlive
+  /// the gate.
+  SessionGate(std::uint64_t session_id, std::string address, Gatekeeper& gatekeeper, const base::Limits& limits,
+              MessageParts& parts);
 
   /// A message as it came.
   [[nodiscard]] Verdict receive(net::ReceivedMessage message, TimePoint now);
   /// The message that was unread, or why it could not be read. The session receives nothing in between.
-  [[nodiscard]] Verdict pass(std::uint64_t request_id, base::Result<ReadMessage> read);
+  [[nodiscard]] Verdict pass(std::uint64_t request_id, base::Result<ReadMessage> read, TimePoint now);
 
-  [[nodiscard]] bool is_open() const { return open_; }  // a good hello came
+  /// What its token allows; null until a good hello came.
+  [[nodiscard]] const GrantPtr& grant() const { return grant_; }
+  /// As what it takes is counted (client_of).
+  [[nodiscard]] const std::string& client() const { return client_; }
   [[nodiscard]] const std::string& client_name() const { return client_name_; }
 
  private:
   [[nodiscard]] Verdict take_part(const Envelope& envelope, double wait_s, TimePoint now);
-  [[nodiscard]] Verdict hello(const v1::ClientMessage& message);
+  [[nodiscard]] Verdict hello(const v1::ClientMessage& message, TimePoint now);
 
   std::uint64_t session_id_;
-  std::string_view token_;
+  std::string address_;
+  Gatekeeper& gatekeeper_;
   std::size_t message_bytes_max_;
   MessageParts& parts_;
-  TokenBucket commands_;
-  bool open_ = false;
+  std::shared_ptr<TokenBucket> commands_;  // its client's; null until a good hello came
+  GrantPtr grant_;
+  std::string client_;
   std::string client_name_;
 };
 

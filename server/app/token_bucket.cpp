@@ -15,4 +15,8 @@ double TokenBucket::take(TimePoint now) {
   return 0.0;
 }
 
+bool TokenBucket::is_full(TimePoint now) const {
+  return !used_ || tokens_ + std::chrono::duration<double>(now - last_).count() * tokens_per_s_ >= burst_;
+}
+
 }  // namespace pneuma::app

@@ -13,6 +13,8 @@ class TokenBucket {
 
   /// Takes a token; 0 where there was one, otherwise the seconds until there is.
   [[nodiscard]] double take(TimePoint now);
+  /// As at the beginning.
+  [[nodiscard]] bool is_full(TimePoint now) const;
 
  private:
   double tokens_per_s_;

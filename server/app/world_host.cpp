@@ -163,12 +163,19 @@ void WorldHost::create_now(const Request& request) {
     const v1::CreateWorld& asked = request.message->create_world();
     auto scene = scene_of(asked);
     if (!scene.ok()) return refuse(request, scene.status());
+    const Grant& grant = request.session->grant();
     base::Result<std::string> name = asked.name();
     if (asked.name().empty()) {
       name = registry_.reserve_like(to_world_name(scene->name()));
       if (!name.ok()) name = name.status().inside("create_world");
+      if (name.ok() && !grant.worlds.covers(*name)) {
+        registry_.erase(*name);
+        return refuse(request, *check_world(grant, *name, "create_world.name"));
+      }
     } else if (auto status = check_world_name(asked.name(), "create_world.name"); !status.ok()) {
       name = status;
+    } else if (const Denial denial = check_world(grant, asked.name(), "create_world.name")) {
+      return refuse(request, *denial);
     } else if (status = registry_.reserve(asked.name()); !status.ok()) {
       name = status.inside("create_world.name");
     }
@@ -366,8 +373,14 @@ std::vector<WorldStatus> WorldHost::statuses() const {
 }
 
 void WorldHost::refuse(const Request& request, const Status& why, double retry_after_s) {
-  const v1::ServerMessage reply = error_reply(request.message->request_id(), why, retry_after_s);
-  metrics_.count_command(kind_of(*request.message), v1::Error::Code_Name(reply.error().code()));
+  refuse(request, to_error(why, retry_after_s));
+}
+
+void WorldHost::refuse(const Request& request, const v1::Error& why) {
+  v1::ServerMessage reply;
+  reply.set_request_id(request.message->request_id());
+  *reply.mutable_error() = why;
+  metrics_.count_command(kind_of(*request.message), v1::Error::Code_Name(why.code()));
   server_.send(request.session->id(), serialise(reply));
 }
 

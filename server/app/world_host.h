@@ -71,6 +71,7 @@ class WorldHost final : public Host {
   /// The room that a client's worlds have together.
   [[nodiscard]] WorldMemory::Limits room_of(const std::string& client);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
+  void refuse(const Request& request, const v1::Error& why);
 
   const Config& config_;
   net::Server& server_;

@@ -30,8 +30,8 @@ base::Status Admission::check_room(const std::string& address) const {
   return full("your address", limits_.connections_per_address_max);
 }
 
-std::shared_ptr<const Admission::Place> Admission::admit(const std::string& address) {
-  base::Status refusal = check_room(address);
+std::shared_ptr<const Admission::Place> Admission::admit(const std::string& address, base::Status refusal) {
+  if (refusal.ok()) refusal = check_room(address);
   const bool may_be_told =
       refusals_ < refusals_max && count_in(refusals_by_address_, address) < refusals_per_address_max;
   if (!refusal.ok() && !may_be_told) return nullptr;

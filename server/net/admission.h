@@ -40,8 +40,8 @@ class Admission {
     std::string address_;
     base::Status refusal_;
   };
-  /// Null where not even a refusal has room.
-  [[nodiscard]] std::shared_ptr<const Place> admit(const std::string& address);
+  /// `refusal` is why nobody gets a place now; OK: only the limits count. Null where not even a refusal has room.
+  [[nodiscard]] std::shared_ptr<const Place> admit(const std::string& address, base::Status refusal = {});
 
  private:
   [[nodiscard]] base::Status check_room(const std::string& address) const;

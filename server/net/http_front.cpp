@@ -154,6 +154,7 @@ Response make_response(const Request& request, const HttpReply& reply) {
   response.set("Content-Security-Policy", content_security_policy);
   response.set("Referrer-Policy", "no-referrer");
   response.set("X-Content-Type-Options", "nosniff");
+  if (reply.status == 401) response.set(http::field::www_authenticate, "Bearer");
   if (reply.status == 405) response.set(http::field::allow, "GET, HEAD");
   if (reply.status == 426) response.set(http::field::upgrade, "websocket");
   if (reply.status == 503) response.set(http::field::retry_after, "1");
@@ -187,7 +188,7 @@ HttpReply answer(const Request& request, const HttpFront& front) {
   if (!target.starts_with('/')) return text_reply(400, "the target must be a path\n");
   const std::string_view path = target.substr(0, target.find('?'));
   if (path == "/ws" && front.upgraded) return text_reply(426, "speaks WebSocket only\n");
-  HttpReply reply = front.reply(path);
+  HttpReply reply = front.reply({path, request[http::field::authorization], front.counted_as});
   if (!reply.tag.empty() && goes_compressed(request, reply)) reply.tag = compressed_tag(reply.tag);
   if (is_held(request, reply.tag)) return {304, std::move(reply.content_type), {}, {}, std::move(reply.tag)};
   return reply;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "net/origin.h"
 #include "net/transport.h"
@@ -11,7 +12,7 @@
 namespace pneuma::net {
 
 struct HttpFront {
-  std::function<HttpReply(std::string_view path)> reply;
+  std::function<HttpReply(const PageRequest&)> reply;
   /// Takes over a connection that became a WebSocket. Empty: the server is full, and that is all that is answered.
   std::function<void(std::unique_ptr<Transport>)> upgraded;
   /// For a whole request to come, a reply to go, or an idle connection to go on.
@@ -19,6 +20,7 @@ struct HttpFront {
   /// Of messages that come over WebSockets.
   base::MemoryBudget memory;
   const AllowedHosts& hosts;
+  std::string counted_as;  // whose connection it is
 };
 
 /// Serves one connection until it ends or is upgraded; `front` outlives it.

@@ -21,14 +21,15 @@ using Tcp = asio::ip::tcp;
 // be dropped.
 constexpr int unsent_bytes_max = 128 * 1024;
 
-base::Result<Tcp::endpoint> resolve(asio::io_context& io, const std::string& address) {
+/// At least one.
+base::Result<Tcp::resolver::results_type> resolve(asio::io_context& io, const std::string& address) {
   const auto parsed = base::parse_address(address);
   if (!parsed.ok()) return parsed.status();
   error_code error;
-  const auto found = Tcp::resolver(io).resolve(parsed->host, parsed->port,
-                                               Tcp::resolver::passive | Tcp::resolver::numeric_service, error);
+  auto found = Tcp::resolver(io).resolve(parsed->host, parsed->port,
+                                         Tcp::resolver::passive | Tcp::resolver::numeric_service, error);
   if (error) return base::Status(base::StatusCode::unavailable, error.message(), address);
-  return found.begin()->endpoint();
+  return found;
 }
 
 base::Status check_file(const std::string& file, const char* what) {
@@ -39,19 +40,27 @@ base::Status check_file(const std::string& file, const char* what) {
 
 }  // namespace
 
+base::Result<bool> reaches_this_machine_alone(const std::string& address) {
+  asio::io_context io;
+  const auto endpoints = resolve(io, address);
+  if (!endpoints.ok()) return endpoints.status();
+  return std::ranges::all_of(*endpoints, [](const auto& entry) { return entry.endpoint().address().is_loopback(); });
+}
+
 std::string to_text(const Tcp::endpoint& endpoint) {
   const std::string address = endpoint.address().to_string();
   return (endpoint.address().is_v6() ? "[" + address + "]" : address) + ":" + std::to_string(endpoint.port());
 }
 
 base::Result<Tcp::acceptor> listen_at(asio::io_context& io, const std::string& address) {
-  auto endpoint = resolve(io, address);
-  if (!endpoint.ok()) return endpoint.status();
+  const auto endpoints = resolve(io, address);
+  if (!endpoints.ok()) return endpoints.status();
+  const Tcp::endpoint endpoint = endpoints->begin()->endpoint();
   Tcp::acceptor acceptor(io);
   error_code error;
-  acceptor.open(endpoint->protocol(), error);
+  acceptor.open(endpoint.protocol(), error);
   if (!error) acceptor.set_option(Tcp::acceptor::reuse_address(true), error);
-  if (!error) acceptor.bind(*endpoint, error);
+  if (!error) acceptor.bind(endpoint, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
   if (error) return base::Status(base::StatusCode::unavailable, "cannot listen: " + error.message(), address);
   return acceptor;

@@ -18,6 +18,7 @@
 #include "net/listening.h"
 #include "net/output_queue.h"
 #include "net/session.h"
+#include "net/spare_descriptors.h"
 
 namespace pneuma::net {
 
@@ -28,6 +29,10 @@ using Tcp = asio::ip::tcp;
 
 // Out of file descriptors: the clients we have come first, then we look again.
 constexpr std::chrono::milliseconds accept_pause{100};
+
+base::Status out_of_descriptors() {
+  return {base::StatusCode::unavailable, "the server has no file descriptors left; try again later"};
+}
 
 }  // namespace
 
@@ -52,7 +57,7 @@ struct Server::Impl {
 
   base::Status listen(const std::string& address, const std::optional<Tls>& tls, Kind kind);
   asio::awaitable<void> accept_connections(Listener& listener);
-  void take(Tcp::socket socket, const Listener& listener);
+  void take(Tcp::socket socket, const Listener& listener, base::Status refusal);
   asio::awaitable<void> serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls, PeerInfo peer,
                                    PlacePtr place);
   void open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place);
@@ -79,6 +84,7 @@ struct Server::Impl {
   const AllowedHosts hosts;
   Callbacks callbacks;
   Admission admission;
+  SpareDescriptors spares;
   const base::MemoryBudget received_memory;
   const base::MemoryBudget queued_memory;
   SessionId next_id = 1;
@@ -110,25 +116,30 @@ base::Status Server::Impl::listen(const std::string& address, const std::optiona
 
 asio::awaitable<void> Server::Impl::accept_connections(Listener& listener) {
   asio::steady_timer pause(io);
+  bool by_spare = false;  // the last descriptors are for who is told that there are none, and for health checks
   while (!stopping) {
+    if (!by_spare) spares.fill();
     error_code error;
     Tcp::socket socket = co_await listener.acceptor.async_accept(asio::redirect_error(asio::use_awaitable, error));
     if (stopping) co_return;
     if (!error) {
-      take(std::move(socket), listener);
+      const bool is_short = std::exchange(by_spare, false) && !spares.fill();
+      take(std::move(socket), listener, is_short ? out_of_descriptors() : base::Status());
       continue;
     }
+    by_spare = error == asio::error::no_descriptors && spares.give_up_one();
+    if (by_spare) continue;
     pause.expires_after(accept_pause);
     co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, error));
   }
 }
 
-void Server::Impl::take(Tcp::socket socket, const Listener& listener) {
+void Server::Impl::take(Tcp::socket socket, const Listener& listener, base::Status refusal) {
   error_code error;
   const Tcp::endpoint peer = socket.remote_endpoint(error);
   if (error) return;
   std::string counted = counted_as(peer.address());
-  PlacePtr place = admission.admit(counted);
+  PlacePtr place = admission.admit(counted, std::move(refusal));
   if (place == nullptr) return;
   tune(socket);
   PeerInfo info{to_text(peer), std::move(counted), listener.kind == Kind::http, listener.tls != nullptr};
@@ -143,11 +154,11 @@ void Server::Impl::take(Tcp::socket socket, const Listener& listener) {
 
 asio::awaitable<void> Server::Impl::serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls,
                                                PeerInfo peer, PlacePtr place) {
-  HttpFront front{callbacks.http, {}, limits.partial_message_timeout, received_memory, hosts};
+  HttpFront front{callbacks.http, {}, limits.partial_message_timeout, received_memory, hosts, peer.counted_as};
   if (place->refused())
-    front.reply = [this, why = place->refusal().what()](std::string_view path) {
+    front.reply = [this, why = place->refusal().what()](const PageRequest& request) {
       if (callbacks.http_when_full) {
-        if (std::optional<HttpReply> reply = callbacks.http_when_full(path)) return std::move(*reply);
+        if (std::optional<HttpReply> reply = callbacks.http_when_full(request)) return std::move(*reply);
       }
       return text_reply(503, why + "\n");
     };
@@ -230,6 +241,16 @@ base::Status Server::listen_tcp(const std::string& address, const std::optional<
 }
 base::Status Server::listen_http(const std::string& address, const std::optional<Tls>& tls) {
   return impl_->listen(address, tls, Impl::Kind::http);
+}
+base::Status Server::reload_tls(const Tls& tls) {
+  auto loaded = load_tls(tls);
+  if (!loaded.ok()) return loaded.status();
+  asio::post(impl_->io, [impl = impl_.get(), context = std::move(*loaded)] {
+    for (auto& listener : impl->listeners) {
+      if (listener->tls != nullptr) listener->tls = context;
+    }
+  });
+  return {};
 }
 std::string Server::tcp_address() const {
   return impl_->bound_address(Impl::Kind::tcp);

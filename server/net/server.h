@@ -55,6 +55,12 @@ struct HttpReply {
   SharedBytes gzip_body;  // the same compressed; null: there is none
   std::string tag;        // a strong entity tag, with its quotes, of a body that may be kept; empty: it may not
 };
+/// A GET of anything but /ws.
+struct PageRequest {
+  std::string_view path;
+  std::string_view authorization;  // the header; empty: none
+  std::string_view counted_as;     // whose it is: PeerInfo::counted_as
+};
 /// One that is not kept.
 [[nodiscard]] HttpReply text_reply(int status, std::string text,
                                    std::string content_type = "text/plain; charset=utf-8");
@@ -84,10 +90,9 @@ struct Callbacks {
   std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
   /// How a stream is read of which reports were asked for: while frames of it come, a few times a second.
   std::function<void(SessionId, const ReaderReport&)> reader_report;
-  /// A GET of any path but /ws.
-  std::function<HttpReply(std::string_view path)> http;
+  std::function<HttpReply(const PageRequest&)> http;
   /// The same where the server is full: nothing, but for what must be answered then too.
-  std::function<std::optional<HttpReply>(std::string_view path)> http_when_full;
+  std::function<std::optional<HttpReply>(const PageRequest&)> http_when_full;
 
   // Messages of the owner's protocol that the session logic needs to send by itself.
   std::function<std::string(std::uint64_t nonce)> make_ping;
@@ -100,6 +105,9 @@ struct Tls {
   std::string key_file;
 };
 
+/// Whether HOST:PORT is reached from this machine alone, whatever addresses the name has.
+[[nodiscard]] base::Result<bool> reaches_this_machine_alone(const std::string& address);
+
 class Server {
  public:
   /// `host_names`: what requests over HTTP may call this server beside its addresses and localhost.
@@ -111,6 +119,9 @@ class Server {
   /// `address` is HOST:PORT or [V6]:PORT; port 0 picks a free one. Errors name the address and the cause.
   [[nodiscard]] base::Status listen_tcp(const std::string& address, const std::optional<Tls>& tls);
   [[nodiscard]] base::Status listen_http(const std::string& address, const std::optional<Tls>& tls);
+  /// Takes certificate and key for the connections to come, from the next one on; those that are open keep theirs.
+  /// Where they cannot be used, nothing changes. Any thread.
+  [[nodiscard]] base::Status reload_tls(const Tls& tls);
   /// HOST:PORT as bound; empty where not listening.
   [[nodiscard]] std::string tcp_address() const;
   [[nodiscard]] std::string http_address() const;

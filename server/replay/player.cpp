@@ -22,6 +22,7 @@ app::Config config_of(PlayerOptions options) {
   config.web_dir = std::move(options.web_dir);
   config.allow_hosts = std::move(options.allow_hosts);
   config.token = std::move(options.token);
+  config.insecure = options.insecure;
   return config;
 }
 

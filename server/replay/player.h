@@ -21,6 +21,7 @@ struct PlayerOptions {
   std::string web_dir = page_folder();   // or "off"
   std::vector<std::string> allow_hosts;  // names by which it is asked over HTTP, beside its addresses
   std::string token;                     // that clients must know; empty: none is asked for
+  bool insecure = false;                 // without a token, listens beyond this machine all the same
 };
 
 class Player {

@@ -178,7 +178,7 @@ TEST_F(SlowClient, OneThatReadsAByteAtATimeGetsAllOfIt) {
   EXPECT_EQ(answer.substr(4), question);
 }
 
-TEST_F(HostileClient, WithoutFileDescriptorsAcceptingWaitsAndGoesOn) {
+TEST_F(HostileClient, WithoutFileDescriptorsOthersAreToldAndTheClientsGoOn) {
   // The sanitizer asks through a pipe whether it may read an object, and takes a process without descriptors for one
   // with a bad object.
   if (support::is_address_sanitized) GTEST_SKIP() << "the undefined-behaviour sanitizer needs descriptors itself";
@@ -190,11 +190,17 @@ TEST_F(HostileClient, WithoutFileDescriptorsAcceptingWaitsAndGoesOn) {
   tight.rlim_cur =
       static_cast<rlim_t>(next_free) + 1;  // room for the client's end of a connection, none for the server's
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &tight), 0);
-  RawClient client(server_.tcp_port());
-  client.send_message("hello");
+  {
+    RawClient client(server_.tcp_port());
+    const auto goodbye = client.read_message();
+    ASSERT_TRUE(goodbye);
+    EXPECT_EQ(*goodbye, "goodbye the server has no file descriptors left; try again later");
+  }
   EXPECT_TRUE(bystander_.send_message("go on"));
   EXPECT_EQ(bystander_.read_message(), "go on");
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  RawClient client(server_.tcp_port());
+  EXPECT_TRUE(client.send_message("hello"));
   EXPECT_EQ(client.read_message(), "hello");
 }
 

@@ -99,7 +99,8 @@ Callbacks EchoServer::callbacks() {
     const std::scoped_lock lock(mutex_);
     ++keys_wanted_;
   };
-  callbacks.http = [this](std::string_view path) {
+  callbacks.http = [this](const PageRequest& request) {
+    const std::string_view path = request.path;
     if (path == "/late") {
       std::this_thread::sleep_for(late_after_);
       return text_reply(200, std::string(late_page_bytes, 'x'));

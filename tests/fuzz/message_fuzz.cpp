@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "app/message_memory.h"
-#include "app/protocol.h"
+#include "app/request_kinds.h"
 #include "app/session_gate.h"
 
 using namespace pneuma;
@@ -21,7 +21,7 @@ const app::SessionGate::TimePoint now = app::SessionGate::TimePoint() + std::chr
 app::SessionGate::Verdict say(app::SessionGate& gate, std::string_view bytes) {
   app::SessionGate::Verdict verdict = gate.receive({std::string(bytes), {}}, now);
   if (!verdict.unread) return verdict;
-  return gate.pass(verdict.unread->request_id, app::read_request(*verdict.unread, plenty));
+  return gate.pass(verdict.unread->request_id, app::read_request(*verdict.unread, plenty), now);
 }
 
 /// A request goes to a world, or is one of those that need none.
@@ -47,7 +47,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
 
   const base::Limits limits;
   app::MessageParts parts(limits);
-  app::SessionGate gate(1, "", limits, parts);
+  app::Gatekeeper open;
+  app::SessionGate gate(1, "", open, limits, parts);
   v1::ClientMessage hello;
   hello.set_request_id(1);
   hello.mutable_hello()->set_protocol_version(base::protocol_version);

@@ -43,7 +43,7 @@ TEST_F(Signals, WhatDoesNotAskForTheEndDoesNotBringIt) {
   const auto status = server_->stop();
   ASSERT_TRUE(status.ok()) << status.status().message();
   EXPECT_EQ(*status, 0) << server_->error_output();
-  for (const char* line : {"signal=1 changes nothing", "signal=10 log_level=debug", "signal=12 changes nothing",
+  for (const char* line : {"signal=1 reads its files again", "signal=10 log_level=debug", "signal=12 changes nothing",
                            "signal=15 shutting down"}) {
     EXPECT_NE(server_->error_output().find(line), std::string::npos) << line;
   }

@@ -1,15 +1,21 @@
 // Shows the HTTP side: the pages, and the protocol over WebSocket (Beast's own client, one message a WebSocket
 // message).
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <memory>
+#include <vector>
 
 #include <boost/asio.hpp>
 #include <boost/beast.hpp>
+#include <sys/resource.h>
 
 #include "raw_connection.h"
 #include "served.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
+#include "web_socket.h"
 
 namespace pneuma::integration {
 namespace {
@@ -22,12 +28,7 @@ class Web : public Served {
  protected:
   void SetUp() override { start({"--scene", "bouncing-ball"}); }
 
-  asio::ip::tcp::endpoint endpoint() const {
-    const std::string& address = server_->http_address();
-    const auto colon = address.rfind(':');
-    return {asio::ip::make_address(address.substr(0, colon)),
-            static_cast<std::uint16_t>(std::stoi(address.substr(colon + 1)))};
-  }
+  asio::ip::tcp::endpoint endpoint() const { return endpoint_of(server_->http_address()); }
 
   http::response<http::string_body> get(const std::string& target) {
     beast::tcp_stream stream(io_);
@@ -43,27 +44,6 @@ class Web : public Served {
   }
 
   asio::io_context io_;
-};
-
-class WebSocket {
- public:
-  WebSocket(asio::io_context& io, const asio::ip::tcp::endpoint& endpoint) : stream_(io) {
-    stream_.next_layer().connect(endpoint);
-    stream_.handshake("localhost", "/ws");
-    stream_.binary(true);
-  }
-  void send(const v1::ClientMessage& message) { stream_.write(asio::buffer(message.SerializeAsString())); }
-  v1::ServerMessage receive() {
-    beast::flat_buffer buffer;
-    stream_.read(buffer);
-    v1::ServerMessage message;
-    EXPECT_TRUE(message.ParseFromArray(buffer.data().data(), static_cast<int>(buffer.size())));
-    return message;
-  }
-  beast::websocket::stream<asio::ip::tcp::socket>& stream() { return stream_; }
-
- private:
-  beast::websocket::stream<asio::ip::tcp::socket> stream_;
 };
 
 v1::ClientMessage hello() {
@@ -130,6 +110,32 @@ TEST_F(Web, HealthIsToldWhenTheServerIsFull) {
   EXPECT_EQ(get("/healthz").result_int(), 200U);
   EXPECT_EQ(get("/worlds").result_int(), 503U);
   EXPECT_EQ(get("/ws").result_int(), 503U);
+}
+
+// B11: with the descriptors at their limit it was not answered at all.
+TEST_F(Web, HealthIsToldWhenThereAreNoDescriptorsLeft) {
+  start({"--connections-per-address-max", "1000", "--threads", "1"});
+  const auto files =
+      std::distance(std::filesystem::directory_iterator("/proc/" + std::to_string(server_->pid()) + "/fd"),
+                    std::filesystem::directory_iterator());
+  const rlim_t few = static_cast<rlim_t>(files) + 8;
+  const rlimit tight{few, few};
+  ASSERT_EQ(::prlimit(server_->pid(), RLIMIT_NOFILE, &tight, nullptr), 0);
+  std::vector<std::unique_ptr<RawConnection>> clients;
+  const auto gets_in = [&] {
+    return clients.emplace_back(std::make_unique<RawConnection>(server_->tcp_address()))->say_hello();
+  };
+  while (clients.size() < 100 && gets_in()) {
+  }
+  ASSERT_LT(clients.size(), 100U) << "none is left";
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(get("/healthz").result_int(), 200U);
+  EXPECT_EQ(get("/worlds").result_int(), 503U);
+  clients.resize(1);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (!gets_in() && std::chrono::steady_clock::now() < deadline) {
+  }
+  EXPECT_TRUE(clients.front()->send(hello())) << "who was in stays in";
+  EXPECT_EQ(get("/worlds").result_int(), 200U);
 }
 
 TEST_F(Web, MetricsCountWhatHappens) {

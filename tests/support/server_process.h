@@ -11,7 +11,8 @@
 
 namespace pneuma::support {
 
-/// A running pneuma-server; killed with this object. It gives slow clients ten minutes unless told otherwise.
+/// A running pneuma-server; killed with this object. It gives slow clients ten minutes, and all of them as many
+/// commands as they like, unless told otherwise.
 class ServerProcess {
  public:
   /// Starts `pneuma-server --listen 127.0.0.1:0 --http 127.0.0.1:0 arguments...` (a --listen or --http among the

@@ -19,7 +19,7 @@ export {
 } from "./stream.js";
 export { WorkerDecoder } from "./worker_decoder.js";
 export * from "../proto/pneuma/v1/scene_pb.js";
-export { Event_Kind } from "../proto/pneuma/v1/session_pb.js";
+export { Event_Kind, Welcome_Role } from "../proto/pneuma/v1/session_pb.js";
 export type {
   Applied,
   Done,

@@ -4,7 +4,7 @@ import { once } from "node:events";
 import { dirname, join } from "node:path";
 import { createInterface } from "node:readline";
 
-const serverProgram =
+export const serverProgram =
   process.env["PNEUMA_SERVER"] ?? join(process.env["PNEUMA_SOURCE"] ?? "../..", "build/release/bin/pneuma-server");
 /** `pneuma`, which is beside the server. */
 export const clientProgram = join(dirname(serverProgram), "pneuma");
@@ -19,7 +19,8 @@ export class Server {
 
   /** Starts one with these flags, asking for a token if there is one, and waits for its ready line. PNEUMA_SERVER names the program. */
   static start(flags: readonly string[], token = ""): Promise<Server> {
-    return Server.run(serverProgram, flags, token);
+    // All who come from here are one client.
+    return Server.run(serverProgram, ["--commands-per-s", "1e6", "--commands-burst", "1e6", ...flags], token);
   }
 
   /** Serves a recording. */

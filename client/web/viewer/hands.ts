@@ -23,6 +23,8 @@ export interface Hands {
   readonly client: Client;
   readonly world: string;
   readonly tool: Tool;
+  /** Whether bodies may be pulled and poked. */
+  readonly mayTouch: boolean;
   massKg(body: string): number;
   clicked(x: number, y: number): void;
   failed(error: PneumaError): void;
@@ -67,7 +69,7 @@ export class Pointer {
   press(hit: Hit | undefined): void {
     const hands = this.hands();
     if (this.pull) this.letGo();
-    else if (hands && hit) this.touchAt(hands, hit);
+    else if (hands?.mayTouch && hit) this.touchAt(hands, hit);
   }
 
   /** Moves what is held; false: nothing is. */
@@ -91,7 +93,7 @@ export class Pointer {
     if (!hands || !event.isPrimary || event.button !== 0) return;
     this.letGo();
     this.touch = { id: event.pointerId, x: event.clientX, y: event.clientY };
-    if (hands.tool === "throw") return;
+    if (hands.tool === "throw" || !hands.mayTouch) return;
     const hit = this.picture.pick(event.clientX, event.clientY);
     if (!hit) return;
     this.picture.orbit.enabled = false;

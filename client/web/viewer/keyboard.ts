@@ -1,5 +1,6 @@
 // Keys, and the controls that they press.
 import { element } from "./element.js";
+import { isPermitted } from "./permitted.js";
 
 const keys: Record<string, string> = {
   " ": "pause",
@@ -40,6 +41,6 @@ export function listenToKeys(): void {
     const id = controlOf(event);
     if (!id || (event.repeat && id !== "step")) return;
     event.preventDefault();
-    element(id).click();
+    if (isPermitted(element(id))) element(id).click();
   });
 }

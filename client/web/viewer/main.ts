@@ -25,6 +25,7 @@ import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
 import { tellNotice } from "./notice.js";
+import { mayEdit, permit } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
@@ -79,8 +80,9 @@ class Page implements Stage {
       const { live } = this.world;
       const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
       const massKg = (body: string) => this.controls.massKg(body);
-      const clicked = (x: number, y: number) => this.controls.clicked(x, y, tool);
-      return live && { ...live, tool, massKg, clicked, failed: refuse };
+      const mayTouch = mayEdit();
+      const clicked = (x: number, y: number) => this.controls.clicked(x, y, mayTouch ? tool : "pull");
+      return live && { ...live, tool, mayTouch, massKg, clicked, failed: refuse };
     });
     this.listenToLooks();
     this.listenToSheets();
@@ -108,12 +110,15 @@ class Page implements Stage {
         decoder: this.decoder,
         stateChanged: (state, reason) => {
           document.body.classList.toggle("lost", state !== "open");
-          if (state === "open") void this.world.resume();
-          else if (state === "lost") tellNotice("The connection is lost. Reconnecting…");
+          if (state === "open") {
+            if (this.client) permit(this.client.welcome.role); // it may have another one than before
+            void this.world.resume();
+          } else if (state === "lost") tellNotice("The connection is lost. Reconnecting…");
           else if (reason) this.turnedAway(reason, token);
         },
         event: (event) => this.happened(event),
       });
+      permit(this.client.welcome.role);
       remember("sessionStorage", tokenKey, token);
       await this.world.connect(this.client);
     } catch (error) {

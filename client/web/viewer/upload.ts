@@ -6,6 +6,7 @@ import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import type { Change } from "./inverse_edit.js";
 import type { Triangles } from "./mesh_file.js";
+import { mayEdit } from "./permitted.js";
 import { freePlace, newName } from "./surroundings.js";
 import type { WorldEdits } from "./world_edits.js";
 
@@ -65,7 +66,7 @@ export class Upload {
     addEventListener("dragover", (event) => {
       if (!isFile(event)) return;
       event.preventDefault();
-      document.body.classList.add("dropping");
+      document.body.classList.toggle("dropping", mayEdit());
     });
     addEventListener("dragleave", ({ relatedTarget }) => {
       if (!relatedTarget) document.body.classList.remove("dropping");
@@ -74,6 +75,7 @@ export class Upload {
       document.body.classList.remove("dropping");
       if (!isFile(event)) return;
       event.preventDefault(); // the browser would leave the page for it
+      if (!mayEdit()) return;
       void this.read([...event.dataTransfer!.files]);
     });
   }

@@ -28,7 +28,7 @@ std::string edit(std::uint64_t request_id, std::size_t text_bytes) {
 class Sender {
  public:
   explicit Sender(MessageParts& parts, std::uint64_t session_id = 7, const base::Limits& limits = {})
-      : gate_(session_id, "", limits, parts) {
+      : gate_(session_id, "here", open_house(limits), limits, parts) {
     v1::ClientMessage message;
     message.set_request_id(1);
     message.mutable_hello()->set_protocol_version(1);

@@ -1,5 +1,5 @@
-// Shows what a session may say and when: hello first, its version and token, request ids, rate. Bytes and times are
-// made up.
+// Shows what a session may say and when: hello first, its version and token, what that allows, request ids, rate. Bytes
+// and times are made up.
 #include "app/session_gate.h"
 
 #include <string>
@@ -25,13 +25,13 @@ std::string hello(std::uint32_t version, const std::string& token = {}) {
 }
 
 SessionGate opened(const base::Limits& limits = {}) {
-  SessionGate gate(7, "", limits, no_parts());
+  SessionGate gate(7, "here", open_house(limits), limits, no_parts());
   EXPECT_TRUE(say(gate, hello(1), start).authenticated);
   return gate;
 }
 
 TEST(SessionGate, HelloIsWelcomed) {
-  SessionGate gate(7, "", {}, no_parts());
+  SessionGate gate(7, "here", open_house(), {}, no_parts());
   const auto verdict = say(gate, hello(1), start);
   EXPECT_TRUE(verdict.authenticated);
   EXPECT_FALSE(verdict.close);
@@ -42,7 +42,7 @@ TEST(SessionGate, HelloIsWelcomed) {
 }
 
 TEST(SessionGate, AnythingBeforeHelloCloses) {
-  SessionGate gate(7, "", {}, no_parts());
+  SessionGate gate(7, "here", open_house(), {}, no_parts());
   const auto verdict = say(gate, list_worlds(1), start);
   ASSERT_TRUE(verdict.close);
   EXPECT_EQ(verdict.close->code(), base::StatusCode::unauthenticated);
@@ -51,7 +51,7 @@ TEST(SessionGate, AnythingBeforeHelloCloses) {
 
 TEST(SessionGate, BytesThatAreNoMessageClose) {
   for (const bool after_hello : {false, true}) {
-    SessionGate gate = after_hello ? opened() : SessionGate(7, "", {}, no_parts());
+    SessionGate gate = after_hello ? opened() : SessionGate(7, "here", open_house(), {}, no_parts());
     const auto verdict = say(gate, "\xff\xff\xff garbage", start);
     ASSERT_TRUE(verdict.close);
     EXPECT_EQ(verdict.close->code(), base::StatusCode::malformed);
@@ -59,7 +59,7 @@ TEST(SessionGate, BytesThatAreNoMessageClose) {
 }
 
 TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
-  SessionGate gate(7, "", {}, no_parts());
+  SessionGate gate(7, "here", open_house(), {}, no_parts());
   const auto verdict = say(gate, hello(2), start);
   EXPECT_FALSE(verdict.authenticated);
   ASSERT_TRUE(verdict.reply);
@@ -69,8 +69,10 @@ TEST(SessionGate, AnotherVersionIsRefusedAndClosed) {
 }
 
 TEST(SessionGate, OnlyTheTokenOpens) {
+  Gatekeeper gatekeeper;
+  gatekeeper.use({Token{{"an-id", Role::edit, {}, {}}, digest_of("secret")}});
   for (const std::string wrong : {"", "secre", "secret2", "Secret"}) {
-    SessionGate gate(7, "secret", {}, no_parts());
+    SessionGate gate(7, "here", gatekeeper, {}, no_parts());
     const auto verdict = say(gate, hello(1, wrong), start);
     EXPECT_FALSE(verdict.authenticated) << wrong;
     EXPECT_EQ(verdict.reply->error().code(), v1::Error::UNAUTHENTICATED);
@@ -78,8 +80,41 @@ TEST(SessionGate, OnlyTheTokenOpens) {
               wrong.empty() ? "is missing: this server asks for a token" : "is not this server's");
     EXPECT_TRUE(verdict.close);
   }
-  SessionGate gate(7, "secret", {}, no_parts());
-  EXPECT_TRUE(say(gate, hello(1, "secret"), start).authenticated);
+  SessionGate gate(7, "here", gatekeeper, {}, no_parts());
+  const auto verdict = say(gate, hello(1, "secret"), start);
+  EXPECT_TRUE(verdict.authenticated);
+  EXPECT_EQ(verdict.reply->welcome().role(), v1::Welcome::EDIT);
+  EXPECT_EQ(verdict.reply->welcome().worlds(), "*");
+}
+
+std::string edit_of(const std::string& world) {
+  v1::ClientMessage message;
+  message.set_request_id(5);
+  message.mutable_edit()->set_world(world);
+  return message.SerializeAsString();
+}
+
+TEST(SessionGate, WhatTheTokenDoesNotAllowIsRefusedAndTheSessionGoesOn) {
+  Gatekeeper gatekeeper;
+  gatekeeper.use({Token{{"a", Role::view, {}, {}}, digest_of("views")},
+                  Token{{"b", Role::edit, *WorldPattern::parse("lab-*"), {}}, digest_of("edits")}});
+  SessionGate views(7, "here", gatekeeper, {}, no_parts());
+  ASSERT_TRUE(say(views, hello(1, "views"), start).authenticated);
+  const auto denied = say(views, edit_of("lab-1"));
+  EXPECT_EQ(denied.reply->error().code(), v1::Error::PERMISSION_DENIED);
+  EXPECT_EQ(denied.reply->error().where(), "edit");
+  EXPECT_FALSE(denied.request);
+  EXPECT_FALSE(denied.close);
+  // An edit that is no edit: its role alone rules it out, so nobody reads on.
+  EXPECT_EQ(say(views, std::string("\x08\x05\x42\x02\xff\xff", 6)).reply->error().code(), v1::Error::PERMISSION_DENIED);
+
+  SessionGate edits(8, "here", gatekeeper, {}, no_parts());
+  ASSERT_TRUE(say(edits, hello(1, "edits"), start).authenticated);
+  EXPECT_TRUE(say(edits, edit_of("lab-1")).request);
+  const auto elsewhere = say(edits, edit_of("office"));
+  EXPECT_EQ(elsewhere.reply->error().code(), v1::Error::PERMISSION_DENIED);
+  EXPECT_EQ(elsewhere.reply->error().where(), "edit.world");
+  EXPECT_FALSE(elsewhere.request);
 }
 
 TEST(SessionGate, ASecondHelloIsRefusedAndTheSessionGoesOn) {
@@ -121,6 +156,25 @@ TEST(SessionGate, PastItsRateASessionIsToldWhenToComeBack) {
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::LIMIT_EXCEEDED);
   EXPECT_NEAR(verdict.reply->error().retry_after_s(), 0.1, 1e-9);
   EXPECT_TRUE(say(gate, list_worlds(5), start + std::chrono::milliseconds(101)).request);
+}
+
+TEST(SessionGate, TheConnectionsOfAClientShareItsRate) {
+  base::Limits limits;
+  limits.commands_per_s = 10.0;
+  limits.commands_burst = 6.0;
+  Gatekeeper& house = open_house(limits);
+  SessionGate first(7, "here", house, limits, no_parts());
+  SessionGate second(8, "here", house, limits, no_parts());
+  SessionGate elsewhere(9, "there", house, limits, no_parts());
+  for (SessionGate* gate : {&first, &second, &elsewhere}) ASSERT_TRUE(say(*gate, hello(1)).authenticated);
+  int granted = 0;
+  for (int i = 0; i < 10; ++i) granted += say(i % 2 == 0 ? first : second, list_worlds(2)).request ? 1 : 0;
+  EXPECT_EQ(granted, 4) << "each hello took one";
+  EXPECT_TRUE(say(elsewhere, list_worlds(2)).request) << "another address is another client";
+  // Neither does it help to leave and come again.
+  SessionGate again(10, "here", house, limits, no_parts());
+  ASSERT_TRUE(say(again, hello(1)).authenticated);
+  EXPECT_FALSE(say(again, list_worlds(2)).request);
 }
 
 TEST(SessionGate, PingIsAnsweredAndPongHandedOn) {

@@ -2,11 +2,15 @@
 // asked of the server by another client.
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { promisify } from "node:util";
 import type { Applied, Frame } from "../../src/index.js";
 import { Frames } from "../frames.js";
-import { clientProgram } from "../server.js";
+import { clientProgram, serverProgram } from "../server.js";
 import {
+  asked,
   client,
   colours,
   complaints,
@@ -160,6 +164,33 @@ test("a server that asks for a token after it was restarted is given one", async
   await page.waitForSelector("body:not(.lost)");
   await page.waitForFunction((last) => Number(document.getElementById("status")!.dataset["tick"]) !== last, tick);
   assert.ok(!(await page.isVisible("#sign-in")));
+});
+
+test("who may only look gets no controls that change anything", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "pneuma-page-"));
+  const tokens = join(folder, "tokens");
+  const made = await promisify(execFile)(serverProgram, ["token", "new", "--tokens", tokens, "--role", "view"]);
+  await restartServer(async () => {}, undefined, ["--tokens", tokens]);
+  await page.waitForSelector("#sign-in:not([hidden])");
+  await page.fill("#token", made.stdout.trim());
+  await page.click("#sign-in button");
+  await page.waitForSelector("body:not(.lost):not(.may-edit)");
+  await page.waitForSelector("#frame-all", { state: "visible" });
+  for (const id of ["pause", "reset", "undo", "time-scale", "tool-poke", "throw", "gravity", "add", "upload-open"]) {
+    assert.ok(!(await page.isVisible(`#${id}`)), id);
+  }
+  assert.ok(!(await page.isVisible("#new-world-open")));
+  assert.ok(await page.isVisible("#record"));
+  asked.length = 0;
+  for (const key of ["Space", "r", "t", "a", "n", "Delete"]) await page.keyboard.press(key);
+  await page.mouse.click(400, 300);
+  await pastTick(await shownTick());
+  const harmless = ["listWorlds", "getStats", "getScene", "subscribe", "unsubscribe", "pong"];
+  assert.deepEqual(
+    asked.map(({ case: kind }) => kind).filter((kind) => !harmless.includes(kind!)),
+    [],
+  );
+  await rm(folder, { recursive: true });
 });
 
 test("on a phone the world comes first, its controls at a touch", async () => {

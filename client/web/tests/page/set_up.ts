@@ -56,11 +56,15 @@ export function usePage(): void {
 }
 
 /** Ends the server, as a crash would; another begins at its address, when `meanwhile` is done. */
-export async function restartServer(meanwhile: () => Promise<unknown>, token?: string): Promise<void> {
+export async function restartServer(
+  meanwhile: () => Promise<unknown>,
+  token?: string,
+  flags: readonly string[] = [],
+): Promise<void> {
   const { http } = server;
   await server.kill();
   await meanwhile();
-  server = await Server.start(["--scene", world, "--http", http], token);
+  server = await Server.start(["--scene", world, "--http", http, ...flags], token);
 }
 
 /** Shows the world, and waits until a frame of it has come. */
