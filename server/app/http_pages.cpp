@@ -1,6 +1,10 @@
 #include "app/http_pages.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <string>
+#include <utility>
 
 #include "app/world_clock.h"
 #include "base/limits.h"
@@ -18,6 +22,7 @@ constexpr std::chrono::seconds tick_silence_max{static_cast<int>(slowest_period_
 std::string line_of(const v1::WorldList::World& world) {
   std::string line = world.name();
   if (world.damaged()) return line.append("  damaged");
+  if (world.restoring()) return line.append("  is being brought back");
   line.append("  tick ").append(std::to_string(world.tick()));
   line.append("  ").append(std::to_string(world.vertices())).append(" vertices");
   if (world.paused()) line.append("  paused");
@@ -33,6 +38,8 @@ net::HttpReply start_page(const std::vector<WorldStatus>& worlds) {
   body += "/worlds   this page\n";
   body += "/ws       protocol pneuma.v1, one message a WebSocket message\n";
   body += "/healthz  200 while every running world ticks, and the disk takes what is to be kept\n";
+  body += "/livez    200 while the server answers\n";
+  body += "/readyz   200 once every kept world is back\n";
   body += "/metrics  for Prometheus\n\n";
   body.append(std::to_string(worlds.size())).append(worlds.size() == 1 ? " world\n" : " worlds\n");
   for (const WorldStatus& world : worlds) body.append(line_of(world.listing)).append("\n");
@@ -44,6 +51,7 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
   std::string not_kept;
   std::string damaged;
   for (const WorldStatus& world : worlds) {
+    if (world.listing.restoring()) continue;
     if (world.listing.damaged()) {
       damaged += "world " + world.listing.name() + " is damaged and not served\n";
     } else if (!world.listing.paused() && world.last_active + tick_silence_max < now) {
@@ -59,8 +67,24 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
   return net::text_reply(200, "ok\n" + damaged);
 }
 
-net::HttpReply metrics_page(const Metrics& metrics) {
-  return net::text_reply(200, metrics.text(), "text/plain; version=0.0.4; charset=utf-8");
+net::HttpReply live_page() {
+  return net::text_reply(200, "ok\n");
+}
+
+net::HttpReply ready_page(const std::vector<WorldStatus>& worlds) {
+  const auto restoring =
+      std::ranges::count_if(worlds, [](const WorldStatus& world) { return world.listing.restoring(); });
+  const auto up = static_cast<std::ptrdiff_t>(worlds.size()) - restoring;
+  return net::text_reply(restoring == 0 ? 200 : 503,
+                         std::to_string(up) + " of " + std::to_string(worlds.size()) + " worlds are up\n");
+}
+
+net::HttpReply metrics_page(const Metrics& metrics, const std::vector<WorldStatus>& worlds,
+                            std::chrono::steady_clock::time_point now, WorldNames names) {
+  std::vector<prometheus::MetricFamily> also = world_families(worlds, now, names);
+  std::ranges::move(process_families(), std::back_inserter(also));
+  also.push_back(build_family());
+  return net::text_reply(200, metrics.text(std::move(also)), "text/plain; version=0.0.4; charset=utf-8");
 }
 
 }  // namespace pneuma::app

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <prometheus/counter.h>
 #include <prometheus/gauge.h>
@@ -23,6 +24,7 @@ class Metrics {
 
   prometheus::Gauge& worlds;
   prometheus::Gauge& worlds_damaged;
+  prometheus::Gauge& worlds_restoring;
   prometheus::Counter& ticks;
   prometheus::Histogram& step_seconds;
   prometheus::Histogram& encode_seconds;
@@ -39,14 +41,15 @@ class Metrics {
   prometheus::Counter& disk_errors;
   prometheus::Counter& damaged_files;
   prometheus::Counter& log_lines_dropped;
+  prometheus::Counter& connections_refused;
 
   /// `kind` is a request's field name, `result` "ok" or an error code's name.
   void count_command(std::string_view kind, std::string_view result);
   /// Adds what a session did since `before` to the counters.
   void count_session(const net::SessionStats& before, const net::SessionStats& now);
 
-  /// Prometheus's text format.
-  [[nodiscard]] std::string text() const;
+  /// Prometheus's text format, with what else there is to tell now.
+  [[nodiscard]] std::string text(std::vector<prometheus::MetricFamily> also = {}) const;
 };
 
 }  // namespace pneuma::app

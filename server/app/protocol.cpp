@@ -136,6 +136,12 @@ const std::string* world_of(const v1::ClientMessage& request) {
       return &request.get_stats().world();
     case v1::ClientMessage::kGetScene:
       return &request.get_scene().world();
+    case v1::ClientMessage::kTakeSnapshot:
+      return &request.take_snapshot().world();
+    case v1::ClientMessage::kBranchWorld:
+      return &request.branch_world().world();
+    case v1::ClientMessage::kRewindWorld:
+      return &request.rewind_world().world();
     default:
       return nullptr;
   }

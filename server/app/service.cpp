@@ -105,9 +105,10 @@ net::Callbacks Service::callbacks() {
   callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
     host_->reader_report(id, report);
   };
+  callbacks.refused = [this] { metrics_.connections_refused.Increment(); };
   callbacks.http = [this](std::string_view path) { return page(path); };
   callbacks.http_when_full = [this](std::string_view path) -> std::optional<net::HttpReply> {
-    return path == "/healthz" ? std::optional(page(path)) : std::nullopt;
+    return path == "/healthz" || path == "/livez" || path == "/readyz" ? std::optional(page(path)) : std::nullopt;
   };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;
@@ -194,7 +195,13 @@ void Service::route(Guest& guest, ReadMessage read) {
       metrics_.count_command("list_worlds", "ok");
       return server_.send(guest.session->id(), serialise(reply));
     }
+    case v1::ClientMessage::kRequestKey:
+      host_->ask_stream(message.request_key().stream_id(), std::move(request));
+      return;
+    case v1::ClientMessage::kReadSnapshot:
+      return host_->read_snapshot(std::move(request));
     case v1::ClientMessage::kCreateWorld:
+    case v1::ClientMessage::kRestoreWorld:
       return host_->create(std::move(request));
     case v1::ClientMessage::kUnsubscribe:
       host_->ask_stream(message.unsubscribe().stream_id(), std::move(request));
@@ -223,10 +230,14 @@ void Service::remember(Guest& guest, const std::string& world) {
 net::HttpReply Service::page(std::string_view path) {
   if (path == "/worlds") return start_page(host_->statuses());
   if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now());
+  if (path == "/livez") return live_page();
+  if (path == "/readyz") return ready_page(host_->statuses());
   if (path == "/metrics") {
     count_sessions();
     metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
-    return metrics_page(metrics_);
+    // Who reads this need not know the token: with one, worlds have no names here.
+    const WorldNames names = token_.empty() ? WorldNames::told : WorldNames::hidden;
+    return metrics_page(metrics_, host_->statuses(), steady_clock::now(), names);
   }
   if (const net::HttpReply* file = web_.find(path)) return *file;
   if (path == "/") return start_page(host_->statuses());
