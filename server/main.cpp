@@ -6,6 +6,8 @@
 #include <ctime>
 #include <functional>
 #include <initializer_list>
+#include <latch>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -154,6 +156,13 @@ void add_flags(CLI::App& app, Options& options) {
          "Between two checkpoints of a world")
       ->check(number_between(1e-3, 1e6))
       ->default_str("10");
+  using pneuma::persist::Sync;
+  app.add_option("--sync", config.sync,
+                 "What a crash of the machine may lose of what was answered: request, nothing; second, about the last "
+                 "second; os, what the system had not written yet")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Sync>{
+          {"request", Sync::every_record}, {"second", Sync::each_second}, {"os", Sync::none}}))
+      ->default_str("os");
   app.add_option("--log-level", options.log_level, "Least level that is logged")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
@@ -234,13 +243,24 @@ pneuma::base::Status serve(Options options) {
   if (auto status = read_environment(config); !status.ok()) return status;
   pneuma::app::fit_to_memory(config);
   spdlog::info("descriptors={}", pneuma::app::raise_descriptor_limit());
-  pneuma::app::Service service(std::move(config), [](const auto& its_config, auto& server, auto& metrics) {
-    return std::make_unique<pneuma::app::WorldHost>(its_config, server, metrics);
+  std::latch ready{1};  // the line that says so comes first
+  pneuma::app::Service service(std::move(config), [&ready](const auto& its_config, auto& server, auto& metrics) {
+    const auto tell = [&ready](const pneuma::app::WorldHost::Restored& worlds) {
+      pneuma::app::flush_log();  // what was found of them comes before the line that says it is over
+      ready.wait();
+      std::printf("worlds up=%zu damaged=%zu\n", worlds.up, worlds.damaged);
+      std::fflush(stdout);
+    };
+    return std::make_unique<pneuma::app::WorldHost>(its_config, server, metrics, tell);
   });
-  if (auto status = service.start(); !status.ok()) return status;
-  pneuma::app::flush_log();  // what was found at the start comes before the line that says it is over
-  std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
-  std::fflush(stdout);
+  const pneuma::base::Status started = service.start();
+  if (started.ok()) {
+    pneuma::app::flush_log();
+    std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
+    std::fflush(stdout);
+  }
+  ready.count_down();
+  if (!started.ok()) return started;
 
   await_end(service, awaited, options.log_level);
   end_at_once_when_asked_again();

@@ -294,6 +294,73 @@ auto change(const std::string& deed,
   };
 }
 
+void add_snapshot(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("snapshot", "Write a world into a file: its state, and how it came to it");
+  auto arguments = std::make_shared<pneuma::client::SnapshotArguments>();
+  command->add_option("WORLD", arguments->world)->required();
+  command->add_option("FILE", arguments->file)->required();
+  command->add_flag("--force", arguments->force, "Replace a file that is there");
+  command->callback([&work, arguments] {
+    work = [arguments](Session& session) { return pneuma::client::snapshot(session, *arguments); };
+  });
+}
+
+void add_restore(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("restore", "Make a world of a file that snapshot wrote");
+  auto arguments = std::make_shared<pneuma::client::RestoreArguments>();
+  command->add_option("FILE", arguments->file)->required();
+  command->add_option("--name", arguments->name, "The world's name; otherwise as it was");
+  command->add_flag("--paused", arguments->paused, "Pause it; otherwise it is paused if it was");
+  command->callback([&work, arguments] {
+    work = [arguments](Session& session) { return pneuma::client::restore(session, *arguments); };
+  });
+}
+
+void add_branch(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("branch", "Make a second world of one, as it is or as it was");
+  auto request = std::make_shared<pneuma::v1::BranchWorld>();
+  command->add_option_function<std::string>("WORLD", [request](const std::string& name) { request->set_world(name); })
+      ->required();
+  command
+      ->add_option_function<std::uint64_t>(
+          "--at", [request](std::uint64_t tick) { request->set_tick(tick); },
+          "As it was when it had done so many ticks, before what was asked for then")
+      ->check(not_negative_check());
+  command->add_option_function<std::string>(
+      "--name", [request](const std::string& name) { request->set_name(name); },
+      "The new world's name; otherwise the world's, with -2, -3...");
+  command->add_flag_callback(
+      "--paused", [request] { request->set_paused(true); }, "Pause it; otherwise it is paused if the world was");
+  command->callback([&work, request] {
+    work = [request](Session& session) {
+      return pneuma::client::report(session, "branched off", session.client.branch_world(*request));
+    };
+  });
+}
+
+void add_rewind(CLI::App& app, Work& work) {
+  auto* command = app.add_subcommand("rewind", "Put a world back to what it was at a tick");
+  auto world = std::make_shared<std::string>();
+  auto tick = std::make_shared<std::uint64_t>(0);
+  command->add_option("WORLD", *world)->required();
+  command->add_option("TICK", *tick, "When it had done so many ticks, before what was asked for then")
+      ->required()
+      ->check(not_negative_check());
+  command->callback([&work, world, tick] {
+    work = [world, tick](Session& session) {
+      return pneuma::client::report(session, "rewound", session.client.rewind_world(*world, *tick));
+    };
+  });
+}
+
+void add_verify(CLI::App& app, FileWork& work) {
+  auto* command = app.add_subcommand("verify", "Replay what a file of snapshot holds, and compare the hash");
+  auto file = std::make_shared<std::string>();
+  command->add_option("FILE", *file)->required();
+  command->callback(
+      [&work, file] { work = [file](FileSession& session) { return pneuma::client::verify(session, *file); }; });
+}
+
 void add_subcommands(CLI::App& app, Work& work, FileWork& file_work) {
   add_worlds(app, work);
   add_create(app, work);
@@ -308,6 +375,11 @@ void add_subcommands(CLI::App& app, Work& work, FileWork& file_work) {
   add_of_world(app, work, "pause", "Pause a world", change("paused", &Client::pause));
   add_resume(app, work);
   add_step(app, work);
+  add_snapshot(app, work);
+  add_restore(app, work);
+  add_branch(app, work);
+  add_rewind(app, work);
+  add_verify(app, file_work);
   add_of_world(app, work, "reset", "Put a world back to its scene", change("reset", &Client::reset));
   add_of_world(app, work, "stats", "A world's numbers", pneuma::client::stats);
   add_of_world(app, work, "scene",

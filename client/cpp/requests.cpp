@@ -10,6 +10,9 @@ namespace {
 using v1::ClientMessage;
 using v1::ServerMessage;
 
+// A world may be replayed from its last checkpoints for the reply.
+constexpr std::chrono::minutes replay_timeout{10};
+
 /// The part of a reply that a request expects.
 template <class Reply>
 base::Result<Reply> take(base::Result<ServerMessage> message, bool (ServerMessage::*has)() const,
@@ -149,6 +152,51 @@ base::Result<v1::Done> Client::seek(const std::string& world, double time_s) {
   request.mutable_seek()->set_world(world);
   request.mutable_seek()->set_time_s(time_s);
   return take_done(call(std::move(request)));
+}
+
+base::Result<v1::Snapshot> Client::snapshot(const std::string& world) {
+  ClientMessage request;
+  request.mutable_take_snapshot()->set_world(world);
+  const auto ask = [this](ClientMessage message) {
+    return take(call(std::move(message), replay_timeout), &ServerMessage::has_snapshot,
+                &ServerMessage::mutable_snapshot);
+  };
+  auto whole = ask(std::move(request));
+  while (whole.ok() && whole->data().size() < whole->bytes_total()) {
+    ClientMessage next;
+    next.mutable_read_snapshot()->set_snapshot_id(whole->snapshot_id());
+    next.mutable_read_snapshot()->set_offset(whole->data().size());
+    const auto piece = ask(std::move(next));
+    if (!piece.ok()) return piece;
+    if (piece->offset() != whole->data().size() || piece->data().empty() ||
+        piece->bytes_total() != whole->bytes_total()) {
+      return base::Status(base::StatusCode::malformed, "a piece of another snapshot");
+    }
+    whole->mutable_data()->append(piece->data());
+  }
+  if (whole.ok() && whole->data().size() != whole->bytes_total()) {
+    return base::Status(base::StatusCode::malformed, "a snapshot of another length than it says");
+  }
+  return whole;
+}
+
+base::Result<v1::Done> Client::restore_world(const v1::RestoreWorld& request) {
+  ClientMessage message;
+  *message.mutable_restore_world() = request;
+  return take_done(call(std::move(message), replay_timeout));
+}
+
+base::Result<v1::Done> Client::branch_world(const v1::BranchWorld& request) {
+  ClientMessage message;
+  *message.mutable_branch_world() = request;
+  return take_done(call(std::move(message), replay_timeout));
+}
+
+base::Result<v1::Done> Client::rewind_world(const std::string& world, std::uint64_t tick) {
+  ClientMessage request;
+  request.mutable_rewind_world()->set_world(world);
+  request.mutable_rewind_world()->set_tick(tick);
+  return take_done(call(std::move(request), replay_timeout));
 }
 
 base::Result<v1::Stats> Client::stats(const std::string& world) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/limits.h"
+#include "persist/command_log.h"
 
 namespace pneuma::app {
 
@@ -28,6 +29,7 @@ struct Config {
   std::string tls_certificate;
   std::string tls_key;
   std::chrono::duration<double> checkpoint_interval{10.0};
+  persist::Sync sync = persist::Sync::none;
   base::Limits limits;
 
   /// Bytes of memory that worlds may take, by estimate.

@@ -85,18 +85,32 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                             std::to_string(base::level_of_detail_max),
                         "subscribe.level_of_detail");
   }
-  const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
-  const Quality quality{static_cast<std::uint64_t>(std::clamp(divisions, 1.0, static_cast<double>(rate_divisor_max))),
-                        max_error_m,
-                        view_of(request),
-                        request.velocities(),
-                        request.scalars(),
-                        request.contacts(),
-                        request.time_layers(),
-                        request.simulated() && !request.time_layers() && request.level_of_detail() == 0};
+  for (int i = 0; i < request.known_topologies_size(); ++i) {
+    if (const std::size_t bytes = request.known_topologies(i).size(); bytes != codec::topology_hash_bytes) {
+      return base::invalid(
+          "has " + std::to_string(bytes) + " bytes; a hash has " + std::to_string(codec::topology_hash_bytes),
+          "subscribe.known_topologies[" + std::to_string(i) + "]");
+    }
+  }
+  Quality quality{request.rate_hz(),
+                  1,
+                  max_error_m,
+                  view_of(request),
+                  request.velocities(),
+                  request.scalars(),
+                  request.contacts(),
+                  request.time_layers(),
+                  request.simulated() && !request.time_layers() && request.level_of_detail() == 0};
 
-  auto found = find_asked(session->id(), quality);
-  if (found == classes_.end()) {
+  auto found = find_asked(session->id(), quality, world_rate_hz);
+  if (found != classes_.end()) {
+    const auto& adaptive = found->second.subscribers.at(session->id()).adaptive;
+    quality = adaptive ? adaptive->asked : found->first;
+  } else {
+    // Who asks for the same frames in other words shares them.
+    const auto like =
+        std::ranges::find_if(classes_, [&](const auto& entry) { return entry.first.is_like(quality, world_rate_hz); });
+    if (like != classes_.end()) quality = like->first;
     const auto same = classes_.find(quality);
     if (same != classes_.end() && same->second.subscribers.contains(session->id())) {
       return base::Status(
@@ -123,11 +137,22 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
     found->second.subscribers.try_emplace(session->id(), Subscriber{session});
     found->second.sessions.reset();
   }
-  for (const std::string& hash : request.known_topologies()) {
-    if (hash.size() == codec::topology_hash_bytes) session->knows_topology(hash);
-  }
+  for (const std::string& hash : request.known_topologies()) session->knows_topology(hash);
   set_wishes(*found, session->id(), request, quality);
   return describe(*found, request.world(), world_rate_hz);
+}
+
+std::uint64_t FrameHub::Quality::divisor(double world_rate_hz) const {
+  const double divisions = rate_hz == 0.0 ? 1.0 : std::round(world_rate_hz / rate_hz);
+  constexpr auto most = static_cast<double>(rate_divisor_max);
+  return static_cast<std::uint64_t>(std::clamp(std::max(divisions, 1.0) * static_cast<double>(rate_factor), 1.0, most));
+}
+
+bool FrameHub::Quality::is_like(const Quality& other, double world_rate_hz) const {
+  if (divisor(world_rate_hz) != other.divisor(world_rate_hz) || rate_factor != other.rate_factor) return false;
+  Quality same = *this;
+  same.rate_hz = other.rate_hz;
+  return same == other;
 }
 
 double FrameHub::bytes_per_vertex() const {
@@ -142,7 +167,7 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
   v1::Subscribed subscribed;
   subscribed.set_stream_id(quality_class.stream_id);
   subscribed.set_world(world);
-  subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+  subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality_class.rate_divisor));
   subscribed.set_max_error_m(source_error_m_ + quality.max_error_m);
   subscribed.set_grid_step_m(codec::grid_step_m(quality.max_error_m));
   subscribed.set_tick_s(quality_class.encoder.contents().tick_s);
@@ -155,12 +180,12 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
 
 // The session's stream for what it asks: of that quality, or where an adaptive one has taken it from there. One that
 // was only taken to that quality is for something else.
-FrameHub::Classes::iterator FrameHub::find_asked(net::SessionId session, const Quality& asked) {
+FrameHub::Classes::iterator FrameHub::find_asked(net::SessionId session, const Quality& asked, double world_rate_hz) {
   return std::ranges::find_if(classes_, [&](const auto& entry) {
     const auto subscriber = entry.second.subscribers.find(session);
     if (subscriber == entry.second.subscribers.end()) return false;
     const std::optional<Adaptive>& adaptive = subscriber->second.adaptive;
-    return (adaptive ? adaptive->asked : entry.first) == asked;
+    return (adaptive ? adaptive->asked : entry.first).is_like(asked, world_rate_hz);
   });
 }
 
@@ -168,7 +193,8 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
   const auto found = classes_.find(quality);
   if (found != classes_.end()) return found;
   const std::uint32_t stream_id = take_stream_id_();
-  const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
+  const std::uint64_t rate_divisor = quality.divisor(world_rate_hz);
+  const double rate_hz = world_rate_hz / static_cast<double>(rate_divisor);
   const FrameContents contents{
       .max_error_m = quality.max_error_m,
       .tick_s = 1.0 / world_rate_hz,
@@ -176,8 +202,9 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
       .scalars = quality.scalars,
       .contacts = quality.contacts};
   QualityClass made{stream_id,
+                    rate_divisor,
                     LayeredEncoder(FrameEncoder(stream_id, contents)),
-                    WorldLayout(quality.view, {.ticks = quality.simulated ? quality.rate_divisor : 0,
+                    WorldLayout(quality.view, {.ticks = quality.simulated ? rate_divisor : 0,
                                                .grid_step_m = codec::grid_step_m(quality.max_error_m)}),
                     {},
                     {},
@@ -217,6 +244,16 @@ void FrameHub::key_wanted(net::SessionId session, std::uint32_t stream_id) {
   }
 }
 
+bool FrameHub::request_key(net::SessionId session, std::uint32_t stream_id) {
+  for (auto& [quality, quality_class] : classes_) {
+    const auto found = quality_class.subscribers.find(session);
+    if (quality_class.stream_id != stream_id || found == quality_class.subscribers.end()) continue;
+    found->second.wants_key = found->second.takes_no_delta = true;
+    return true;
+  }
+  return false;
+}
+
 void FrameHub::close(Outbox& outbox) {
   for (const auto& [quality, quality_class] : classes_) {
     for (const auto& [session, subscriber] : quality_class.subscribers) {
@@ -227,10 +264,12 @@ void FrameHub::close(Outbox& outbox) {
   classes_.clear();
 }
 
-void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const {
-  for (const auto& [quality, quality_class] : classes_) {
+void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) {
+  for (auto& [quality, quality_class] : classes_) {
     v1::ServerMessage message = event_message(v1::Event::STREAM_RATE_CHANGED, world, tick);
-    const double rate_hz = world_rate_hz / static_cast<double>(quality.rate_divisor);
+    quality_class.rate_divisor = quality.divisor(world_rate_hz);
+    if (quality.simulated) quality_class.layout.set_frame_ticks(quality_class.rate_divisor);
+    const double rate_hz = world_rate_hz / static_cast<double>(quality_class.rate_divisor);
     message.mutable_event()->set_stream_id(quality_class.stream_id);
     message.mutable_event()->set_rate_hz(rate_hz);
     message.mutable_event()->set_detail(base::number_text(rate_hz) + " frames a second");
@@ -249,7 +288,7 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
     const WorldLayout::Update came = *update++;
     if (came == WorldLayout::Update::waits) continue;
     introduce(quality_class, outbox);
-    const bool due = tick % quality.rate_divisor == 0;
+    const bool due = tick % quality_class.rate_divisor == 0;
     const bool out_of_turn = all || came == WorldLayout::Update::changed || !quality_class.encoder.key_tick();
     if (due || out_of_turn) {
       // What comes out of its turn is for everyone, and so is what can build on nothing: of a recording, the same tick
@@ -257,7 +296,7 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
       const bool builds = came == WorldLayout::Update::none && quality_class.encoder.key_tick() < tick;
       const bool layered = quality.time_layers && !out_of_turn && builds;
       publish_new(quality, quality_class, source, scalars, tick,
-                  layered ? LayeredEncoder::layer_of(tick / quality.rate_divisor) : 0, outbox);
+                  layered ? LayeredEncoder::layer_of(tick / quality_class.rate_divisor) : 0, outbox);
     } else {
       publish_last(quality_class, outbox);
     }
@@ -323,6 +362,10 @@ std::vector<net::SessionId> FrameHub::take_due_keys(QualityClass& quality_class,
                                                     std::uint64_t tick, double tick_period_s) {
   std::vector<net::SessionId> due;
   for (auto& [id, subscriber] : quality_class.subscribers) {
+    if (std::exchange(subscriber.takes_no_delta, false)) {
+      due.push_back(id);
+      continue;
+    }
     if (subscriber.key_interval_s == 0.0) continue;
     const bool went_back = tick < subscriber.last_key_tick;  // a recording, by a seek
     const auto ticks_until_next = static_cast<double>(tick + ticks_between - subscriber.last_key_tick);
@@ -347,7 +390,7 @@ void FrameHub::publish_new(const Quality& quality, QualityClass& quality_class, 
       subscriber.last_key_tick = tick;
       with_key = true;
     }
-    const std::uint64_t ticks_between = quality.rate_divisor * (quality.time_layers ? LayeredEncoder::cycle : 1);
+    const std::uint64_t ticks_between = quality_class.rate_divisor * (quality.time_layers ? LayeredEncoder::cycle : 1);
     keyed = take_due_keys(quality_class, ticks_between, tick, source.tick_period_s());
   }
   if (quality_class.sessions == nullptr) {
@@ -374,6 +417,7 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   auto waiting = std::make_shared<std::vector<net::SessionId>>();
   for (auto& [id, subscriber] : quality_class.subscribers) {
     if (!std::exchange(subscriber.wants_key, false)) continue;
+    subscriber.takes_no_delta = false;
     subscriber.last_key_tick = *quality_class.encoder.key_tick();
     waiting->push_back(id);
   }
@@ -381,7 +425,8 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) outbox.publish(waiting, std::move(frame));
 }
 
-void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const {
+void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox,
+                       std::uint64_t grab_id) const {
   for (const auto& [quality, quality_class] : classes_) {
     net::SharedBytes bytes;
     for (const auto& [session, subscriber] : quality_class.subscribers) {
@@ -390,6 +435,7 @@ void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Out
         v1::ServerMessage message;
         message.mutable_applied()->set_stream_id(quality_class.stream_id);
         message.mutable_applied()->set_tick(tick);
+        message.mutable_applied()->set_grab_id(grab_id);
         *message.mutable_applied()->mutable_command() = command;
         message.mutable_applied()->mutable_command()->clear_request_id();
         bytes = serialise(message);
@@ -414,7 +460,7 @@ void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& 
     if (!quality_class.subscribers.contains(session)) continue;
     v1::Stats::Stream& stream = *out.add_streams();
     stream.set_stream_id(quality_class.stream_id);
-    stream.set_rate_hz(world_rate_hz / static_cast<double>(quality.rate_divisor));
+    stream.set_rate_hz(world_rate_hz / static_cast<double>(quality_class.rate_divisor));
     stream.set_max_error_m(source_error_m_ + quality.max_error_m);
     stream.set_encode_time_us(quality_class.encode_time_us);
     stream.set_drain_bytes_s(reader.drain_bytes_s);

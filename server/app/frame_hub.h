@@ -54,6 +54,8 @@ class FrameHub {
   void session_ended(net::SessionId session);
   /// The session waits for a key frame of the stream.
   void key_wanted(net::SessionId session, std::uint32_t stream_id);
+  /// The session asks for one although it could use a delta. False where it has no such stream.
+  [[nodiscard]] bool request_key(net::SessionId session, std::uint32_t stream_id);
   /// How an adaptive reader does: where it should have another quality, it is moved by the next encode_tick or
   /// encode_rest, which tells it (STREAM_REPLACED).
   void reader_report(net::SessionId session, const net::ReaderReport& report);
@@ -66,8 +68,9 @@ class FrameHub {
   /// A body moves otherwise without an edit: the same for its mechanics.
   void mechanics_changed();
 
-  /// The world's rate was edited: tells each stream's subscribers its new rate, the same whole division as before.
-  void rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox) const;
+  /// The world's rate was edited: each stream gets the rate nearest to what was asked for, and its subscribers are
+  /// told.
+  void rate_changed(const std::string& world, std::uint64_t tick, double world_rate_hz, Outbox& outbox);
 
   /// Frames of the tick just done, for the classes that are due; for all of them where `all` is set. Whoever waits for
   /// a key frame of a class that is not due gets its last frame as a key.
@@ -75,8 +78,8 @@ class FrameHub {
   /// Key frames for a world that rests between two ticks: for whoever waits, or for everyone where it was edited.
   void encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox);
 
-  /// A change was carried out after `tick` ticks: tells the subscribers who wish to know.
-  void applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox) const;
+  /// A change was carried out after `tick` ticks: tells the subscribers who wish to know. `grab_id`: of a grab.
+  void applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox, std::uint64_t grab_id = 0) const;
 
   /// Sends a message to every session that has a stream here, once.
   void send_to_all(const v1::ServerMessage& message, Outbox& outbox) const;
@@ -97,7 +100,8 @@ class FrameHub {
   static constexpr auto rate_divisor_max = static_cast<std::uint64_t>(86'400.0 * base::rate_hz_max);
 
   struct Quality {
-    std::uint64_t rate_divisor;
+    double rate_hz;             // as asked for; 0: the world's
+    std::uint64_t rate_factor;  // frames are fewer by this, where an adaptive reader was moved
     double max_error_m;
     View view;
     bool velocities;
@@ -107,6 +111,10 @@ class FrameHub {
     bool simulated;
     auto operator<=>(const Quality&) const = default;
 
+    /// Ticks from one frame to the next.
+    [[nodiscard]] std::uint64_t divisor(double world_rate_hz) const;
+    /// The same frames, as long as the world has this rate.
+    [[nodiscard]] bool is_like(const Quality& other, double world_rate_hz) const;
     [[nodiscard]] double bytes_per_vertex() const {
       return stream_bytes_per_vertex(velocities, time_layers, view.level);
     }
@@ -124,12 +132,14 @@ class FrameHub {
     std::optional<Adaptive> adaptive{};
     std::uint32_t layout_id = 0;  // the last one sent; 0: none
     bool wants_key = true;
+    bool takes_no_delta = false;  // the next frame that can be a key is one for it
     bool wants_commands = false;
     double key_interval_s = 0.0;      // 0: none asked for
     std::uint64_t last_key_tick = 0;  // of the last key frame made for it
   };
   struct QualityClass {
     std::uint32_t stream_id;
+    std::uint64_t rate_divisor;  // ticks from one frame to the next
     LayeredEncoder encoder;
     WorldLayout layout;
     std::map<net::SessionId, Subscriber> subscribers;
@@ -143,7 +153,7 @@ class FrameHub {
   [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source, std::uint64_t tick);
   [[nodiscard]] v1::Subscribed describe(const Classes::value_type& entry, const std::string& world,
                                         double world_rate_hz) const;
-  [[nodiscard]] Classes::iterator find_asked(net::SessionId session, const Quality& asked);
+  [[nodiscard]] Classes::iterator find_asked(net::SessionId session, const Quality& asked, double world_rate_hz);
   [[nodiscard]] Classes::iterator class_of(const Quality& quality, double world_rate_hz);
   void set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
                   const Quality& asked);

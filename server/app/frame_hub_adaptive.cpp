@@ -40,8 +40,8 @@ std::optional<FrameHub::Quality> FrameHub::on_rung(const Quality& asked, std::si
   // Of the whole bound that the client was told, the source's own part included.
   const double factor = quality_rungs[rung].error_factor;
   quality.max_error_m = factor * asked.max_error_m + (factor - 1.0) * source_error_m_;
-  quality.rate_divisor *= quality_rungs[rung].rate_divisor;
-  if (quality.max_error_m > base::max_error_max_m || quality.rate_divisor > rate_divisor_max) return std::nullopt;
+  quality.rate_factor *= quality_rungs[rung].rate_divisor;
+  if (quality.max_error_m > base::max_error_max_m) return std::nullopt;
   return quality;
 }
 

@@ -22,11 +22,13 @@ class Host {
 
   // The network thread; all return at once.
 
-  /// Answers when the world is built.
+  /// Answers a CreateWorld or RestoreWorld when the world is built.
   virtual void create(Request request) = 0;
   /// Queues a request for its world. False, and answered, where that cannot be.
   virtual bool ask(const std::string& world, Request request) = 0;
   virtual bool ask_stream(std::uint32_t stream_id, Request request) = 0;
+  /// Answers with the next piece of a snapshot that the session took.
+  virtual void read_snapshot(Request request) = 0;
   virtual void key_wanted(net::SessionId session, std::uint32_t stream_id) = 0;
   virtual void reader_report(net::SessionId session, const net::ReaderReport& report) = 0;
   virtual void session_ended(net::SessionId session, const std::string& world) = 0;

@@ -192,14 +192,16 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
 
 void HostedWorld::checkpoint(TimePoint now, bool force) {
   if (!journal_ || mid_tick_ || halted_) return;
+  journal_->sync_if_due(now);
   if (force || journal_->checkpoint_due(now, live_.tick())) journal_->checkpoint(now, live_.save(), paused_);
-  publish_trouble();
+  const std::lock_guard lock(status_mutex_);
+  describe_keeping(status_);
 }
 
-void HostedWorld::publish_trouble() {
-  std::string trouble = journal_->trouble().message();
-  const std::lock_guard lock(status_mutex_);
-  status_.disk_trouble = std::move(trouble);
+void HostedWorld::describe_keeping(WorldStatus& status) const {
+  if (!journal_) return;
+  status.disk_trouble = journal_->trouble().message();
+  status.behind_checkpoint_of = journal_->behind_checkpoint_of(live_.tick());
 }
 
 std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const {
@@ -247,7 +249,15 @@ void HostedWorld::publish_status(TimePoint now) {
   listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   listing.set_frozen_bodies(frozen_count(world));
   status.last_active = now;
-  if (journal_) status.disk_trouble = journal_->trouble().message();
+  if (now - summarised_ >= std::chrono::seconds(1)) {
+    summary_ = window_.summary(now);
+    summarised_ = now;
+  }
+  if (!paused_) {
+    status.lateness_s = 1e-3 * summary_.due_error_ms_p99;
+    status.time_ratio = summary_.time_ratio;
+  }
+  describe_keeping(status);
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);
 }

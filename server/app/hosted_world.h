@@ -22,6 +22,7 @@
 #include "app/world_clock.h"
 #include "app/world_journal.h"
 #include "app/world_memory.h"
+#include "app/world_moment.h"
 #include "app/world_status.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -36,6 +37,7 @@ class HostedWorld {
     std::function<void(std::uint32_t)> drop_stream_id;
     Metrics* metrics = nullptr;
     MeshTopologies::Defer defer = [](const auto& make) { make(); };
+    LookBackOn look_back = nullptr;
   };
 
   /// `journal` may be null: nothing of the world is kept.
@@ -99,6 +101,9 @@ class HostedWorld {
   [[nodiscard]] Answer pause(const v1::ClientMessage& message, Outbox& outbox);
   [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> step_on(const Request& request);
+  /// What is answered later, from what is kept of the world.
+  [[nodiscard]] std::optional<Answer> look_back(const Request& request);
+  [[nodiscard]] base::Status check_past(std::uint64_t tick, const std::string& field) const;
   /// The steps that wait get `why` for an answer.
   void end_steps(const base::Status& why, Outbox& outbox);
   void destroy(const Request& request, Outbox& outbox);
@@ -111,7 +116,8 @@ class HostedWorld {
   /// What became of bodies in the tick, to the log and to all who watch.
   void send_events(Outbox& outbox);
   void publish_status(TimePoint now);
-  void publish_trouble();
+  /// What is kept of the world, or not.
+  void describe_keeping(WorldStatus& status) const;
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
 
   const std::string name_;
@@ -137,6 +143,8 @@ class HostedWorld {
   TimePoint tick_began_{};
   TickSample sample_;  // of the tick under way
   TickWindow window_;
+  TickSummary summary_;  // of the last seconds, for others: found once a second
+  TimePoint summarised_{};
   double slipped_s_ = 0.0;
   TimePoint last_slow_event_{};
 

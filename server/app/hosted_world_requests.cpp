@@ -74,6 +74,14 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       }
       return Answer(done_reply(message.request_id(), live_.tick(), name_));
     }
+    case v1::ClientMessage::kRequestKey: {
+      const std::uint32_t stream_id = message.request_key().stream_id();
+      if (!hub_.request_key(request.session->id(), stream_id)) {
+        return Answer(
+            base::not_found("this session has no stream " + std::to_string(stream_id), "request_key.stream_id"));
+      }
+      return Answer(done_reply(message.request_id(), live_.tick(), name_));
+    }
     case v1::ClientMessage::kPause:
       return pause(message, outbox);
     case v1::ClientMessage::kResume:
@@ -93,6 +101,12 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     case v1::ClientMessage::kSeek:
       return Answer(
           Status(StatusCode::failed_precondition, "a live world has no past to go to; a recording has", "seek.world"));
+    case v1::ClientMessage::kTakeSnapshot:
+    case v1::ClientMessage::kBranchWorld:
+      return look_back(request);
+    case v1::ClientMessage::kRewindWorld:
+      if (message.rewind_world().state().empty()) return look_back(request);
+      return change(request, outbox);
     case v1::ClientMessage::kDestroyWorld:
       destroy(request, outbox);
       return std::nullopt;
@@ -125,7 +139,13 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
     if (journal_) journal_->take_back();
     return effect.status();
   }
-  hub_.applied(live_.tick(), message, outbox);
+  if (message.has_rewind_world()) {
+    v1::ClientMessage told = message;
+    told.mutable_rewind_world()->clear_state();
+    hub_.applied(live_.tick(), told, outbox);
+  } else {
+    hub_.applied(live_.tick(), message, outbox, effect->grabbed ? effect->grabbed->grab_id() : 0);
+  }
   if (effect->edited) hub_.edited();
   // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
   const std::uint64_t shown_from = effect->edited && paused_ && pending_steps_.empty() ? live_.tick() : next_tick();
@@ -134,8 +154,8 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   }
   // Released, or gone with its body or its scene.
   std::erase_if(grab_owners_, [&](const auto& owner) { return !live_.grabs().contains(owner.first); });
-  if (message.has_reset()) {
-    hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, shown_from), outbox);
+  if (message.has_reset() || message.has_rewind_world()) {
+    hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, shown_from, {}, effect->detail), outbox);
   }
   if (effect->grabbed) {
     grab_owners_.emplace(effect->grabbed->grab_id(), session);
@@ -191,6 +211,36 @@ std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) 
   }
   pending_steps_.push_back({request.session, request.message->request_id(), ticks});
   return std::nullopt;  // answered in end_tick
+}
+
+Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) const {
+  if (tick > live_.tick()) {
+    return base::invalid(
+        "is " + std::to_string(tick) + "; the world has done " + std::to_string(live_.tick()) + " ticks", field);
+  }
+  if (!journal_) return {StatusCode::failed_precondition, "the server keeps nothing of its worlds (--data-dir)", field};
+  return {};
+}
+
+std::optional<HostedWorld::Answer> HostedWorld::look_back(const Request& request) {
+  const v1::ClientMessage& message = *request.message;
+  const std::string kind(kind_of(message));
+  if (!wiring_.look_back) return Answer(Status(StatusCode::unsupported, "not a request to this world", kind));
+  if (halted_)
+    return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault", kind + ".world"));
+  Status wrong;
+  if (message.has_rewind_world()) wrong = check_past(message.rewind_world().tick(), kind + ".tick");
+  if (message.branch_world().has_tick()) wrong = check_past(message.branch_world().tick(), kind + ".tick");
+  if (wrong.ok()) {
+    wrong = wiring_.look_back(request, [this] {
+      return WorldMoment{{live_.save(), paused_},
+                         live_.physics().state_hash(),
+                         journal_ ? journal_->log_end() : std::nullopt,
+                         journal_ ? journal_->first_checkpoint() : 0};
+    });
+  }
+  if (!wrong.ok()) return Answer(std::move(wrong));
+  return std::nullopt;
 }
 
 void HostedWorld::destroy(const Request& request, Outbox& outbox) {

@@ -1,7 +1,11 @@
 #include "app/http_pages.h"
 
+#include <algorithm>
+#include <cstddef>
+#include <iterator>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "app/world_clock.h"
 #include "base/limits.h"
@@ -19,6 +23,7 @@ constexpr std::chrono::seconds tick_silence_max{static_cast<int>(slowest_period_
 std::string line_of(const v1::WorldList::World& world) {
   std::string line = world.name();
   if (world.damaged()) return line.append("  damaged");
+  if (world.restoring()) return line.append("  is being brought back");
   line.append("  tick ").append(std::to_string(world.tick()));
   line.append("  ").append(std::to_string(world.vertices())).append(" vertices");
   if (world.paused()) line.append("  paused");
@@ -34,6 +39,8 @@ net::HttpReply start_page(const std::vector<WorldStatus>& worlds, const MayName&
   body += "/worlds   this page\n";
   body += "/ws       protocol pneuma.v1, one message a WebSocket message\n";
   body += "/healthz  200 while every running world ticks, and the disk takes what is to be kept\n";
+  body += "/livez    200 while the server answers\n";
+  body += "/readyz   200 once every kept world is back\n";
   body += "/metrics  for Prometheus\n\n";
   std::string lines;
   std::size_t count = 0;
@@ -53,6 +60,7 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
   std::set<std::string> not_kept;
   std::set<std::string> damaged;
   for (const WorldStatus& world : worlds) {
+    if (world.listing.restoring()) continue;
     const bool is_named = may_name(world.listing.name());
     const std::string name = is_named ? "world " + world.listing.name() : "a world";
     if (world.listing.damaged()) {
@@ -72,8 +80,24 @@ net::HttpReply health_page(const std::vector<WorldStatus>& worlds, std::chrono::
   return net::text_reply(silent.empty() && not_kept.empty() ? 200 : 503, std::move(text));
 }
 
-net::HttpReply metrics_page(const Metrics& metrics, const MayName& may_name) {
-  return net::text_reply(200, metrics.text(may_name), "text/plain; version=0.0.4; charset=utf-8");
+net::HttpReply live_page() {
+  return net::text_reply(200, "ok\n");
+}
+
+net::HttpReply ready_page(const std::vector<WorldStatus>& worlds) {
+  const auto restoring =
+      std::ranges::count_if(worlds, [](const WorldStatus& world) { return world.listing.restoring(); });
+  const auto up = static_cast<std::ptrdiff_t>(worlds.size()) - restoring;
+  return net::text_reply(restoring == 0 ? 200 : 503,
+                         std::to_string(up) + " of " + std::to_string(worlds.size()) + " worlds are up\n");
+}
+
+net::HttpReply metrics_page(const Metrics& metrics, const std::vector<WorldStatus>& worlds,
+                            std::chrono::steady_clock::time_point now, const MayName& may_name) {
+  std::vector<prometheus::MetricFamily> also = world_families(worlds, now, may_name);
+  std::ranges::move(process_families(), std::back_inserter(also));
+  also.push_back(build_family());
+  return net::text_reply(200, metrics.text(may_name, std::move(also)), "text/plain; version=0.0.4; charset=utf-8");
 }
 
 net::HttpReply token_wanted_page() {

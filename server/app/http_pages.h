@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/hosted_world.h"
+#include "app/metric_families.h"
 #include "app/metrics.h"
 #include "net/server.h"
 
@@ -17,7 +18,13 @@ namespace pneuma::app {
 /// world", and no more is said of them.
 [[nodiscard]] net::HttpReply health_page(const std::vector<WorldStatus>& worlds,
                                          std::chrono::steady_clock::time_point now, const MayName& may_name);
-[[nodiscard]] net::HttpReply metrics_page(const Metrics& metrics, const MayName& may_name);
+/// 200: the server answers.
+[[nodiscard]] net::HttpReply live_page();
+/// 200 where every kept world is up, or found damaged; otherwise 503, and how many are.
+[[nodiscard]] net::HttpReply ready_page(const std::vector<WorldStatus>& worlds);
+/// With the names of worlds that may be named as labels.
+[[nodiscard]] net::HttpReply metrics_page(const Metrics& metrics, const std::vector<WorldStatus>& worlds,
+                                          std::chrono::steady_clock::time_point now, const MayName& may_name);
 /// Of a page that is for those with a token.
 [[nodiscard]] net::HttpReply token_wanted_page();
 

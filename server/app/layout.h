@@ -54,6 +54,11 @@ class WorldLayout {
     current_ = false;
     mechanics_current_ = false;
   }
+  /// Frames come at another distance from now on.
+  void set_frame_ticks(std::uint64_t ticks) {
+    simulated_.ticks = ticks;
+    mechanics_current_ = false;
+  }
   /// The bodies are what they were, but move otherwise.
   void mechanics_changed() { mechanics_current_ = false; }
   /// Takes the world's bodies as they are now where they were edited; their mechanics once a simulated second at most:

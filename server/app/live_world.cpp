@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/request_fields.h"
+#include "app/saved_world.h"
 #include "base/limits.h"
 #include "scene_io/edit.h"
 #include "scene_io/edit_path.h"
@@ -95,6 +96,7 @@ bool LiveWorld::is_change(const v1::ClientMessage& request) {
     case v1::ClientMessage::kMoveGrab:
     case v1::ClientMessage::kReleaseGrab:
     case v1::ClientMessage::kReset:
+    case v1::ClientMessage::kRewindWorld:
       return true;
     default:
       return false;
@@ -115,6 +117,8 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request, co
       return release_grab(request.release_grab());
     case v1::ClientMessage::kReset:
       return reset(admit);
+    case v1::ClientMessage::kRewindWorld:
+      return rewind(request.rewind_world(), admit);
     default:
       return Status(base::StatusCode::internal, "not a change");
   }
@@ -227,6 +231,24 @@ Result<LiveWorld::Effect> LiveWorld::reset(const Admit& admit) {
   grabs_.clear();
   Effect effect;
   effect.edited = true;
+  return effect;
+}
+
+Result<LiveWorld::Effect> LiveWorld::rewind(const v1::RewindWorld& request, const Admit& admit) {
+  const auto saved = from_bytes(request.state());
+  if (!saved.ok()) return saved.status().inside("rewind_world.state");
+  auto past = restore(saved->live, admit);
+  if (!past.ok()) return past.status().inside("rewind_world");
+  if (past->world_.tick() > tick()) return base::invalid("is of a later tick", "rewind_world.state");
+  // Those who held a body then may be gone.
+  for (const auto& [id, body] : past->grabs_) (void)past->world_.release_grab(id);
+  past->grabs_.clear();
+  past->tick_offset_ = tick() - past->world_.tick();
+  past->next_grab_id_ = std::max(past->next_grab_id_, next_grab_id_);
+  *this = std::move(*past);
+  Effect effect;
+  effect.edited = true;
+  effect.detail = "as it was at tick " + std::to_string(request.tick());
   return effect;
 }
 

@@ -49,8 +49,9 @@ class LiveWorld {
 
   /// True for the requests that change() takes.
   [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
-  /// Carries out an edit, impulse, grab, move, release or reset, between two ticks. Errors name the field from the
-  /// request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has changed then.
+  /// Carries out an edit, impulse, grab, move, release, reset or rewind (whose state is given), between two ticks.
+  /// Errors name the field from the request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has
+  /// changed then.
   [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request, const Admit& admit = anything);
 
   [[nodiscard]] physics::World& physics() { return world_; }
@@ -85,6 +86,7 @@ class LiveWorld {
   [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);
   [[nodiscard]] base::Result<Effect> release_grab(const v1::ReleaseGrab& request);
   [[nodiscard]] base::Result<Effect> reset(const Admit& admit);
+  [[nodiscard]] base::Result<Effect> rewind(const v1::RewindWorld& request, const Admit& admit);
 
   SharedScene created_;
   SharedScene edited_;

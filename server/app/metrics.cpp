@@ -1,6 +1,8 @@
 #include "app/metrics.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 #include <prometheus/text_serializer.h>
@@ -32,6 +34,7 @@ Metrics::Metrics()
                     .Register(registry_)),
       worlds(gauge(registry_, "pneuma_worlds", "Worlds hosted.")),
       worlds_damaged(gauge(registry_, "pneuma_worlds_damaged", "Worlds kept on the disk that cannot be brought back.")),
+      worlds_restoring(gauge(registry_, "pneuma_worlds_restoring", "Worlds kept on the disk that are not up yet.")),
       ticks(counter(registry_, "pneuma_ticks_total", "Ticks done, all worlds.")),
       step_seconds(histogram(registry_, "pneuma_step_seconds", "Time to step one tick.")),
       encode_seconds(histogram(registry_, "pneuma_encode_seconds", "Time to encode one tick for all its qualities.")),
@@ -54,7 +57,9 @@ Metrics::Metrics()
       damaged_files(counter(registry_, "pneuma_damaged_files_total",
                             "Checkpoints and logs that were found damaged, and kept aside.")),
       log_lines_dropped(counter(registry_, "pneuma_log_lines_dropped_total",
-                                "Lines of the server's log that repeated others, or that nobody read in time.")) {}
+                                "Lines of the server's log that repeated others, or that nobody read in time.")),
+      connections_refused(counter(registry_, "pneuma_connections_refused_total",
+                                  "Connections past a limit of connections, all told or of one address.")) {}
 
 void Metrics::count_command(std::string_view kind, std::string_view result) {
   commands_.Add({{"kind", std::string(kind)}, {"result", std::string(result)}}).Increment();
@@ -85,8 +90,10 @@ std::string metrics_text(std::vector<prometheus::MetricFamily> families, const M
   return prometheus::TextSerializer().Serialize(families);
 }
 
-std::string Metrics::text(const MayName& may_name) const {
-  return metrics_text(registry_.Collect(), may_name);
+std::string Metrics::text(const MayName& may_name, std::vector<prometheus::MetricFamily> also) const {
+  std::vector<prometheus::MetricFamily> families = registry_.Collect();
+  std::ranges::move(also, std::back_inserter(families));
+  return metrics_text(std::move(families), may_name);
 }
 
 }  // namespace pneuma::app

@@ -26,6 +26,7 @@ class Metrics {
 
   prometheus::Gauge& worlds;
   prometheus::Gauge& worlds_damaged;
+  prometheus::Gauge& worlds_restoring;
   prometheus::Counter& ticks;
   prometheus::Histogram& step_seconds;
   prometheus::Histogram& encode_seconds;
@@ -42,14 +43,15 @@ class Metrics {
   prometheus::Counter& disk_errors;
   prometheus::Counter& damaged_files;
   prometheus::Counter& log_lines_dropped;
+  prometheus::Counter& connections_refused;
 
   /// `kind` is a request's field name, `result` "ok" or an error code's name.
   void count_command(std::string_view kind, std::string_view result);
   /// Adds what a session did since `before` to the counters.
   void count_session(const net::SessionStats& before, const net::SessionStats& now);
 
-  /// As metrics_text has it.
-  [[nodiscard]] std::string text(const MayName& may_name) const;
+  /// As metrics_text has it, with what else there is to tell now.
+  [[nodiscard]] std::string text(const MayName& may_name, std::vector<prometheus::MetricFamily> also = {}) const;
 };
 
 /// Prometheus's text format. Of what has a label `world`, those that `may_name` takes.

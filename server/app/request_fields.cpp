@@ -98,9 +98,12 @@ base::Status check_time_scale(const v1::Resume& resume) {
   if (!resume.has_time_scale()) return {};
   const double scale = resume.time_scale();
   if (scale >= WorldClock::time_scale_min && scale <= WorldClock::time_scale_max) return {};
-  return base::invalid("is " + base::number_text(scale) + "; may be " + base::number_text(WorldClock::time_scale_min) +
-                           " to " + base::number_text(WorldClock::time_scale_max),
-                       "resume.time_scale");
+  // What is no pace at all, or one that another server might have.
+  const bool is_pace = scale > 0.0 && std::isfinite(scale);
+  return {is_pace ? base::StatusCode::limit_exceeded : base::StatusCode::invalid_argument,
+          "is " + base::number_text(scale) + "; may be " + base::number_text(WorldClock::time_scale_min) + " to " +
+              base::number_text(WorldClock::time_scale_max),
+          "resume.time_scale"};
 }
 
 base::Status check_world_name(const std::string& name, const std::string& field) {

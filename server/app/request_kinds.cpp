@@ -33,8 +33,12 @@ constexpr std::array kinds{
     Kind{Message::kSubscribe, Role::view, named_in<&Message::subscribe>},
     // Of one of the session's own streams.
     Kind{Message::kUnsubscribe, Role::view, nullptr},
+    Kind{Message::kRequestKey, Role::view, nullptr},
     Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>},
     Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>},
+    Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>},
+    // Of one that the session took.
+    Kind{Message::kReadSnapshot, Role::view, nullptr},
     Kind{Message::kEdit, Role::edit, named_in<&Message::edit>},
     Kind{Message::kImpulse, Role::edit, named_in<&Message::impulse>},
     Kind{Message::kGrab, Role::edit, named_in<&Message::grab>},
@@ -45,7 +49,10 @@ constexpr std::array kinds{
     Kind{Message::kStep, Role::edit, named_in<&Message::step>},
     Kind{Message::kReset, Role::edit, named_in<&Message::reset>},
     Kind{Message::kSeek, Role::edit, named_in<&Message::seek>},
+    Kind{Message::kRewindWorld, Role::edit, named_in<&Message::rewind_world>},
     Kind{Message::kCreateWorld, Role::admin, nullptr},
+    Kind{Message::kRestoreWorld, Role::admin, nullptr},
+    Kind{Message::kBranchWorld, Role::admin, named_in<&Message::branch_world>},
     Kind{Message::kDestroyWorld, Role::admin, named_in<&Message::destroy_world>},
 };
 

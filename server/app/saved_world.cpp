@@ -4,6 +4,9 @@
 #include <memory>
 #include <utility>
 
+#include "app/message_memory.h"
+#include "base/limits.h"
+
 namespace pneuma::app {
 
 namespace {
@@ -53,7 +56,11 @@ class Reader {
   bool good_ = true;
 };
 
-std::shared_ptr<const v1::Scene> parse_scene(std::string_view bytes) {
+std::shared_ptr<const v1::Scene> parse_scene(std::string_view bytes, std::size_t bytes_max) {
+  const bool is_limited = bytes_max < std::numeric_limits<std::size_t>::max();
+  if (is_limited && !measure_message(bytes, *v1::Scene::descriptor(), {bytes_max, base::message_fields_max}).ok()) {
+    return nullptr;
+  }
   auto scene = std::make_shared<v1::Scene>();
   if (!scene->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return nullptr;
   return scene;
@@ -78,7 +85,7 @@ std::string to_bytes(const SavedWorld& world) {
   return out;
 }
 
-base::Result<SavedWorld> from_bytes(std::string_view bytes) {
+base::Result<SavedWorld> from_bytes(std::string_view bytes, std::size_t scene_bytes_max) {
   Reader reader(bytes);
   if (const auto found = reader.number(); found != version) {
     return base::Status(base::StatusCode::unsupported, "saved by another version of the server");
@@ -92,8 +99,8 @@ base::Result<SavedWorld> from_bytes(std::string_view bytes) {
     const std::uint64_t id = reader.number();
     world.live.grabs.emplace(id, reader.bytes());
   }
-  world.live.created = parse_scene(reader.bytes());
-  world.live.edited = parse_scene(reader.bytes());
+  world.live.created = parse_scene(reader.bytes(), scene_bytes_max);
+  world.live.edited = parse_scene(reader.bytes(), scene_bytes_max);
   world.live.snapshot = reader.bytes();
   if (!reader.ended() || world.live.created == nullptr || world.live.edited == nullptr) {
     return base::Status(base::StatusCode::malformed, "not a saved world, or cut off");

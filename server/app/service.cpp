@@ -194,9 +194,11 @@ net::Callbacks Service::callbacks() {
   callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
     host_->reader_report(id, report);
   };
+  callbacks.refused = [this] { metrics_.connections_refused.Increment(); };
   callbacks.http = [this](const net::PageRequest& asked) { return page(asked); };
   callbacks.http_when_full = [this](const net::PageRequest& asked) -> std::optional<net::HttpReply> {
-    return asked.path == "/healthz" ? std::optional(page(asked)) : std::nullopt;
+    const bool is_of_health = asked.path == "/healthz" || asked.path == "/livez" || asked.path == "/readyz";
+    return is_of_health ? std::optional(page(asked)) : std::nullopt;
   };
   callbacks.make_ping = make_ping;
   callbacks.make_goodbye = make_goodbye;
@@ -291,7 +293,13 @@ void Service::route(Guest& guest, ReadMessage read) {
       metrics_.count_command("list_worlds", "ok");
       return server_.send(guest.id, serialise(reply));
     }
+    case v1::ClientMessage::kRequestKey:
+      host_->ask_stream(message.request_key().stream_id(), std::move(request));
+      return;
+    case v1::ClientMessage::kReadSnapshot:
+      return host_->read_snapshot(std::move(request));
     case v1::ClientMessage::kCreateWorld:
+    case v1::ClientMessage::kRestoreWorld:
       return host_->create(std::move(request));
     case v1::ClientMessage::kUnsubscribe:
       host_->ask_stream(message.unsubscribe().stream_id(), std::move(request));
@@ -326,6 +334,8 @@ Gatekeeper::Verdict Service::who_reads(const net::PageRequest& asked) {
 
 net::HttpReply Service::page(const net::PageRequest& asked) {
   const std::string_view path = asked.path;
+  if (path == "/livez") return live_page();
+  if (path == "/readyz") return ready_page(host_->statuses());
   const bool is_file = path != "/worlds" && path != "/healthz" && path != "/metrics";
   if (is_file) {
     if (const net::HttpReply* file = web_.find(path)) return *file;
@@ -340,7 +350,7 @@ net::HttpReply Service::page(const net::PageRequest& asked) {
   if (path == "/metrics") {
     count_sessions();
     metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
-    return metrics_page(metrics_, may_name);
+    return metrics_page(metrics_, host_->statuses(), steady_clock::now(), may_name);
   }
   return grant == nullptr ? token_wanted_page() : start_page(host_->statuses(), may_name);
 }

@@ -1,12 +1,12 @@
 #include "app/world_archive.h"
 
-#include <exception>
 #include <optional>
 #include <utility>
 
 #include <spdlog/spdlog.h>
 
 #include "app/log.h"
+#include "app/replay_log.h"
 #include "app/saved_world.h"
 
 namespace pneuma::app {
@@ -15,78 +15,17 @@ using base::Result;
 using base::Status;
 using base::StatusCode;
 
-namespace {
-
-// The commands at their ticks, on the state that they were given to: the same bits come out.
-Status replay(const std::string& name, const std::vector<persist::LogRecord>& records, LiveWorld& live, bool& paused,
-              const LiveWorld::Admit& take_over) {
-  physics::Workers workers(1);
-  for (const persist::LogRecord& record : records) {
-    v1::ClientMessage message;
-    if (record.tick < live.tick() || !message.ParseFromString(record.bytes)) {
-      return {StatusCode::malformed, "a command of tick " + std::to_string(record.tick) + " does not fit"};
-    }
-    while (live.tick() < record.tick) live.physics().step_tick(workers);
-    if (message.has_pause()) paused = true;
-    if (message.has_resume()) paused = false;
-    if (!LiveWorld::is_change(message)) continue;
-    if (const auto effect = live.change(message, take_over); !effect.ok()) {
-      spdlog::warn("world={} tick={} replay: {}", log_name(name), record.tick, effect.status().message());
-    }
-  }
-  return {};
-}
-
-}  // namespace
-
 Result<WorldArchive> WorldArchive::open(const std::string& data_dir, std::chrono::duration<double> checkpoint_interval,
-                                        BackgroundQueue& disk, Metrics& metrics) {
+                                        persist::Sync sync, BackgroundQueue& disk, Metrics& metrics) {
   auto opened = persist::DataDir::open(data_dir);
   if (!opened.ok()) return opened.status();
   auto held = std::make_unique<persist::DataDir>(std::move(*opened));
-  const WorldJournal::Wiring wiring{held.get(), &disk, &metrics, checkpoint_interval};
+  const WorldJournal::Wiring wiring{held.get(), &disk, &metrics, checkpoint_interval, sync};
   return WorldArchive(std::move(held), wiring);
 }
 
-Result<WorldArchive::Found> WorldArchive::restore_all(std::size_t threads, const WorldMemory::Limits& room,
-                                                      const std::set<std::string>& recover) {
-  const auto names = data_dir_->list_worlds();
-  if (!names.ok()) return names.status();
-  std::vector<std::optional<Restored>> restored(names->size());
-  physics::Workers workers(threads);
-  const auto log_damage = [](const std::string& name, const std::string& why) {
-    spdlog::error(
-        "world={} damaged, not served; its name and files stay until it is destroyed (--recover {} brings "
-        "back what comes before the damage): {}",
-        log_name(name), log_name(name), why);
-  };
-  workers.for_each(names->size(), [&](std::size_t i) {
-    const std::string& name = (*names)[i];
-    try {
-      auto world = restore(name, room, recover.contains(name));
-      if (world.ok()) {
-        restored[i] = std::move(*world);
-      } else {
-        log_damage(name, world.status().message());
-      }
-    } catch (const std::exception& error) {
-      log_damage(name, error.what());
-    }
-  });
-
-  Found found;
-  for (std::size_t i = 0; i < restored.size(); ++i) {
-    if (restored[i]) {
-      found.worlds.push_back(std::move(*restored[i]));
-    } else {
-      found.damaged.push_back((*names)[i]);
-    }
-  }
-  return found;
-}
-
 Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, const WorldMemory::Limits& room,
-                                                     bool recover) const {
+                                                     bool recover, const std::atomic<bool>& is_over) const {
   const auto recovered = persist::read_latest_checkpoint(*data_dir_, name);
   if (!recovered.ok()) return recovered.status();
   for (const Status& damaged : recovered->damaged)
@@ -107,7 +46,11 @@ Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, co
   Status damage = commands->damage.value_or(Status());
   if (damage.ok() || recover) {
     if (commands->torn) spdlog::warn("world={} log cut: {}", log_name(name), commands->torn->message());
-    if (Status ended = replay(name, commands->records, *live, paused, take_over); !ended.ok()) damage = ended;
+    const ReplayOptions options{std::nullopt, &is_over};
+    if (Status ended = replay_log(name, commands->records, *live, paused, take_over, options); !ended.ok()) {
+      damage = ended;
+    }
+    if (is_over) return Status(StatusCode::unavailable, "the server shuts down");
   }
   if (!damage.ok() || !recovered->damaged.empty()) {
     wiring_.metrics->damaged_files.Increment(static_cast<double>(recovered->damaged.size() + (damage.ok() ? 0 : 1)));
@@ -122,11 +65,12 @@ Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, co
 
   std::optional<persist::CommandLog> log;
   if (commands->end && damage.ok()) {
-    auto resumed = persist::CommandLog::resume(*data_dir_, name, *commands->end, persist::Sync::none);
+    auto resumed = persist::CommandLog::resume(*data_dir_, name, *commands->end, wiring_.sync);
     if (!resumed.ok()) return resumed.status();
     log.emplace(std::move(*resumed));
   }
   auto journal = std::make_unique<WorldJournal>(name, recovered->next_sequence, wiring_, std::move(log));
+  if (!damage.ok()) journal->forget_past();
   const Status kept = journal->checkpoint_now(live->save(), paused);
   // The log of before goes on; but one that is damaged cannot.
   if (!kept.ok() && !damage.ok()) return kept;

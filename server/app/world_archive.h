@@ -1,9 +1,9 @@
 // The data directory as the host sees it: worlds that were, and room for those to come.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +12,7 @@
 #include "app/world_memory.h"
 #include "base/status.h"
 #include "persist/data_dir.h"
+#include "persist/history.h"
 
 namespace pneuma::app {
 
@@ -20,7 +21,7 @@ class WorldArchive {
   /// `disk` and `metrics` must outlive the archive. Errors name the directory.
   [[nodiscard]] static base::Result<WorldArchive> open(const std::string& data_dir,
                                                        std::chrono::duration<double> checkpoint_interval,
-                                                       BackgroundQueue& disk, Metrics& metrics);
+                                                       persist::Sync sync, BackgroundQueue& disk, Metrics& metrics);
 
   struct Restored {
     std::string name;
@@ -29,18 +30,22 @@ class WorldArchive {
     std::unique_ptr<WorldJournal> journal;
     WorldMemory memory;
   };
-  struct Found {
-    std::vector<Restored> worlds;
-    std::vector<std::string> damaged;  // names; why was logged
-  };
-  /// Of the worlds named in `recover` what comes before the damage comes back; the damaged files are kept aside.
-  /// Each world's latest good checkpoint with its commands replayed, on `threads` threads. They count in the memory of
-  /// `room`, and come back past its limit too.
-  [[nodiscard]] base::Result<Found> restore_all(std::size_t threads, const WorldMemory::Limits& room,
-                                                const std::set<std::string>& recover);
+  /// The worlds that are kept, by name.
+  [[nodiscard]] base::Result<std::vector<std::string>> names() const { return data_dir_->list_worlds(); }
+  /// A world's latest good checkpoint with its commands replayed. It counts in the memory of `room`, and comes back
+  /// past its limit too. With `recover` it comes back up to a damage, and the damaged files are kept aside. Where
+  /// `is_over` becomes true, UNAVAILABLE. Any thread; one at a time for a world.
+  [[nodiscard]] base::Result<Restored> restore(const std::string& name, const WorldMemory::Limits& room, bool recover,
+                                               const std::atomic<bool>& is_over) const;
 
   /// Removes what is kept of a world.
   [[nodiscard]] base::Status remove(const std::string& name) const { return data_dir_->remove_world(name); }
+
+  /// persist::read_history of a world; on the thread that writes checkpoints.
+  [[nodiscard]] base::Result<persist::History> read_history(const std::string& name,
+                                                            const persist::HistoryRange& range) const {
+    return persist::read_history(*data_dir_, name, range);
+  }
 
   /// A journal for a new world, whose first checkpoint is written; nothing is left of it where that fails.
   [[nodiscard]] base::Result<std::unique_ptr<WorldJournal>> begin(const std::string& name, const LiveWorld& live,
@@ -49,8 +54,6 @@ class WorldArchive {
  private:
   WorldArchive(std::unique_ptr<persist::DataDir> data_dir, WorldJournal::Wiring wiring)
       : data_dir_(std::move(data_dir)), wiring_(wiring) {}
-  [[nodiscard]] base::Result<Restored> restore(const std::string& name, const WorldMemory::Limits& room,
-                                               bool recover) const;
 
   std::unique_ptr<persist::DataDir> data_dir_;  // the journals point to it
   WorldJournal::Wiring wiring_;

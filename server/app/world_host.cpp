@@ -89,12 +89,13 @@ Scheduler::Next WorldHost::run_guarded(HostedWorld& world) {
   }
 }
 
-WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics)
+WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics, OnRestored on_restored)
     : config_(config),
       server_(server),
       metrics_(metrics),
       memory_(config.memory.worlds_bytes_max),
       registry_(config.limits.worlds_max),
+      on_restored_(std::move(on_restored)),
       scheduler_(thread_count(config.threads)) {}
 
 WorldHost::~WorldHost() {
@@ -104,45 +105,89 @@ WorldHost::~WorldHost() {
 base::Status WorldHost::start() {
   spdlog::info("memory_bytes={} for_worlds={} of_a_client={} of_a_world={}", config_.memory.bytes_max,
                config_.memory.worlds_bytes_max, config_.memory.client_bytes_max, config_.memory.world_bytes_max);
-  if (auto status = restore(); !status.ok()) return status;
+  if (auto status = find_kept(); !status.ok()) return status;
+  std::set<std::string> passed_over;
   for (const std::string& scene : config_.scenes) {
-    if (auto status = add_scene(scene); !status.ok()) return status;
+    if (auto status = add_scene(scene, passed_over); !status.ok()) return status;
   }
+  restore_kept();
   return {};
 }
 
-base::Status WorldHost::restore() {
+base::Status WorldHost::find_kept() {
   if (config_.data_dir.empty()) return {};
-  auto archive = WorldArchive::open(config_.data_dir, config_.checkpoint_interval, disk_, metrics_);
+  auto archive = WorldArchive::open(config_.data_dir, config_.checkpoint_interval, config_.sync, disk_, metrics_);
   if (!archive.ok()) return archive.status();
   archive_.emplace(std::move(*archive));
-  auto found =
-      archive_->restore_all(thread_count(config_.threads), {memory_, config_.memory.world_bytes_max}, config_.recover);
-  if (!found.ok()) return found.status();
-  // Their names stay taken, so that no new world writes over what is left of them.
-  for (const std::string& name : found->damaged) {
-    if (auto status = registry_.reserve_damaged(name); !status.ok()) return status;
-    metrics_.worlds_damaged.Increment();
+  const auto names = archive_->names();
+  if (!names.ok()) return names.status();
+  // The names are taken from now on, so that no new world writes over what is kept of them.
+  for (const std::string& name : *names) {
+    if (auto status = registry_.reserve_restoring(name); !status.ok()) return status;
     kept_.insert(name);
-  }
-  for (WorldArchive::Restored& restored : found->worlds) {
-    if (auto status = registry_.reserve(restored.name); !status.ok()) return status;
-    kept_.insert(restored.name);
-    spdlog::info("world={} tick={} restored", log_name(restored.name), restored.live.tick());
-    host(restored.name, std::move(restored.live), restored.paused, std::move(restored.journal),
-         std::move(restored.memory));
   }
   return {};
 }
 
-base::Status WorldHost::add_scene(const std::string& name_or_file) {
+// The worlds that are up go first: at a low priority.
+void WorldHost::restore_kept() {
+  if (!archive_) return;
+  to_restore_ = kept_.size();
+  metrics_.worlds_restoring.Set(static_cast<double>(kept_.size()));
+  const std::size_t threads = std::clamp<std::size_t>(kept_.size(), 1, thread_count(config_.threads));
+  for (std::size_t i = 0; i < threads; ++i) restorers_.emplace_back(BackgroundQueue::Priority::low);
+  if (kept_.empty()) return restorers_.front().post([this] { tell_restored(); });
+  const auto names = std::make_shared<const std::vector<std::string>>(kept_.begin(), kept_.end());
+  const auto next = std::make_shared<std::atomic<std::size_t>>(0);
+  for (BackgroundQueue& restorer : restorers_) {
+    restorer.post([this, names, next] {
+      for (std::size_t i = (*next)++; i < names->size() && !closed_; i = (*next)++) restore((*names)[i]);
+    });
+  }
+}
+
+void WorldHost::restore(const std::string& name) {
+  Status failed;
+  try {
+    auto world =
+        archive_->restore(name, {memory_, config_.memory.world_bytes_max}, config_.recover.contains(name), closed_);
+    if (world.ok()) {
+      spdlog::info("world={} tick={} restored", log_name(name), world->live.tick());
+      host(name, std::move(world->live), world->paused, std::move(world->journal), std::move(world->memory));
+      ++restored_;
+    } else {
+      failed = world.status();
+    }
+  } catch (const std::exception& error) {
+    failed = {StatusCode::internal, error.what()};
+  }
+  if (!failed.ok()) {
+    if (closed_) return;
+    spdlog::error(
+        "world={} damaged, not served; its name and files stay until it is destroyed (--recover {} brings "
+        "back what comes before the damage): {}",
+        log_name(name), log_name(name), failed.message());
+    registry_.put_damaged(name);
+    metrics_.worlds_damaged.Increment();
+    ++restored_damaged_;
+  }
+  metrics_.worlds_restoring.Decrement();
+  if (--to_restore_ == 0) tell_restored();
+}
+
+void WorldHost::tell_restored() {
+  const Restored restored{restored_, restored_damaged_};
+  spdlog::info("worlds_up={} worlds_damaged={} all kept worlds are back", restored.up, restored.damaged);
+  if (on_restored_) on_restored_(restored);
+}
+
+base::Status WorldHost::add_scene(const std::string& name_or_file, std::set<std::string>& passed_over) {
   auto scene = scene_io::load_scene(name_or_file);
   if (!scene.ok()) return scene.status();
   const std::string wanted = to_world_name(scene->name());
-  if (kept_.erase(wanted) > 0) {
-    const bool damaged = registry_.find(wanted).damaged;
-    spdlog::info("world={} --scene {} adds nothing: the data directory keeps {} of that name", log_name(wanted),
-                 name_or_file, damaged ? "a damaged world" : "a world");
+  if (kept_.contains(wanted) && passed_over.insert(wanted).second) {
+    spdlog::info("world={} --scene {} adds nothing: the data directory keeps a world of that name", log_name(wanted),
+                 name_or_file);
     return {};
   }
   auto name = registry_.reserve_like(wanted);
@@ -160,44 +205,66 @@ void WorldHost::create(Request request) {
 void WorldHost::create_now(const Request& request) {
   if (closed_) return refuse(request, going_down(), retry_hint_s);
   try {
-    const v1::CreateWorld& asked = request.message->create_world();
-    auto scene = scene_of(asked);
-    if (!scene.ok()) return refuse(request, scene.status());
-    const Grant& grant = request.session->grant();
-    base::Result<std::string> name = asked.name();
-    if (asked.name().empty()) {
-      name = registry_.reserve_like(to_world_name(scene->name()));
-      if (!name.ok()) name = name.status().inside("create_world");
-      if (name.ok() && !grant.worlds.covers(*name)) {
-        registry_.erase(*name);
-        return refuse(request, *check_world(grant, *name, "create_world.name"));
-      }
-    } else if (auto status = check_world_name(asked.name(), "create_world.name"); !status.ok()) {
-      name = status;
-    } else if (const Denial denial = check_world(grant, asked.name(), "create_world.name")) {
-      return refuse(request, *denial);
-    } else if (status = registry_.reserve(asked.name()); !status.ok()) {
-      name = status.inside("create_world.name");
+    if (!request.message->has_restore_world()) return create_scene(request);
+    if (Status failed = restore_file(request); !failed.ok()) {
+      refuse(request, failed, failed.code() == StatusCode::unavailable ? retry_hint_s : 0.0);
     }
-    if (!name.ok()) {
-      return refuse(request, name.status(), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
-    }
-    const auto mended =
-        build(*name, std::move(*scene), asked.paused(), WorldMemory(room_of(request.session->client())));
-    if (!mended.ok()) {
-      const double hint_s = mended.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0;
-      return refuse(request, mended.status().inside(source_field(asked)), hint_s);
-    }
-    metrics_.count_command("create_world", "ok");
-    spdlog::info("world={} session={} created", log_name(*name), request.session->id());
-    server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, *name, {}, *mended)));
   } catch (const std::exception& error) {
-    spdlog::error("session={} create_world threw: {}", request.session->id(), error.what());
+    spdlog::error("session={} {} threw: {}", request.session->id(), kind_of(*request.message), error.what());
     refuse(request, {StatusCode::internal, "the server failed at this request"});
   }
 }
 
+std::optional<std::string> WorldHost::reserve(const Request& request, const std::string& asked,
+                                              const std::string& otherwise) {
+  const std::string kind(kind_of(*request.message));
+  const std::string field = kind + ".name";
+  const Grant& grant = request.session->grant();
+  const auto refused = [&](const auto& why, double hint_s = 0.0) {
+    refuse(request, why, hint_s);
+    return std::nullopt;
+  };
+  if (!asked.empty()) {
+    if (auto status = check_world_name(asked, field); !status.ok()) return refused(status);
+    if (const Denial denial = check_world(grant, asked, field)) {
+      refuse(request, *denial);
+      return std::nullopt;
+    }
+    if (auto status = registry_.reserve(asked); !status.ok()) {
+      return refused(status.inside(field), status.code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
+    }
+    return asked;
+  }
+  const auto name = registry_.reserve_like(otherwise);
+  if (!name.ok()) {
+    return refused(name.status().inside(kind), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
+  }
+  if (const Denial denial = check_world(grant, *name, field)) {
+    registry_.erase(*name);
+    refuse(request, *denial);
+    return std::nullopt;
+  }
+  return *name;
+}
+
+void WorldHost::create_scene(const Request& request) {
+  const v1::CreateWorld& asked = request.message->create_world();
+  auto scene = scene_of(asked);
+  if (!scene.ok()) return refuse(request, scene.status());
+  const auto name = reserve(request, asked.name(), to_world_name(scene->name()));
+  if (!name) return;
+  const auto mended = build(*name, std::move(*scene), asked.paused(), WorldMemory(room_of(request.session->client())));
+  if (!mended.ok()) {
+    const double hint_s = mended.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0;
+    return refuse(request, mended.status().inside(source_field(asked)), hint_s);
+  }
+  metrics_.count_command("create_world", "ok");
+  spdlog::info("world={} session={} created", log_name(*name), request.session->id());
+  server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, *name, {}, *mended)));
+}
+
 WorldMemory::Limits WorldHost::room_of(const std::string& client) {
+  const std::lock_guard lock(clients_mutex_);
   std::erase_if(clients_, [](const auto& known) { return known.second.bytes() == 0; });
   const auto found = clients_.try_emplace(client, config_.memory.client_bytes_max, memory_).first;
   return {found->second, config_.memory.world_bytes_max};
@@ -215,26 +282,31 @@ base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& na
       return live.status();
     }
     memory.settle(true, live->physics().integrator(), 0.0);
-    std::unique_ptr<WorldJournal> journal;
-    if (archive_) {
-      auto begun = archive_->begin(name, *live, paused);
-      if (!begun.ok()) {
-        registry_.erase(name);
-        return begun.status();
-      }
-      journal = std::move(*begun);
-    }
     const std::vector<v1::MendedMesh> mended = live->mended();
+    if (Status failed = keep_and_host(name, std::move(*live), paused, std::move(memory)); !failed.ok()) return failed;
     for (const v1::MendedMesh& mesh : mended) {
       spdlog::info("world={} mesh={} mended: {}", log_name(name), log_name(mesh.mesh()), mesh.detail());
     }
-    host(name, std::move(*live), paused, std::move(journal), std::move(memory));
     return mended;
   } catch (const std::exception& error) {
     registry_.erase(name);
     spdlog::error("world={} create threw: {}", log_name(name), error.what());
     return Status(StatusCode::internal, "the server failed at this scene");
   }
+}
+
+Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldMemory memory) {
+  std::unique_ptr<WorldJournal> journal;
+  if (archive_) {
+    auto begun = archive_->begin(name, live, paused);
+    if (!begun.ok()) {
+      registry_.erase(name);
+      return begun.status();
+    }
+    journal = std::move(*begun);
+  }
+  host(name, std::move(live), paused, std::move(journal), std::move(memory));
+  return {};
 }
 
 void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
@@ -249,6 +321,9 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
       make();
       if (const auto entry = registry_.find(name); entry.world != nullptr) scheduler_.wake(entry.task);
     });
+  };
+  wiring.look_back = [this, name](const Request& request, const std::function<WorldMoment()>& moment) {
+    return look_back(name, request, moment);
   };
   auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring),
                                              std::move(memory));
@@ -300,7 +375,7 @@ void WorldHost::bury_damaged(const std::string& name, const Request& request) {
 }
 
 bool WorldHost::ask(const std::string& name, Request request) {
-  const auto [world, task, damaged] = registry_.find(name);
+  const auto [world, task, damaged, restoring] = registry_.find(name);
   const std::string world_field = std::string(kind_of(*request.message)) + ".world";
   if (damaged) {
     if (request.message->has_destroy_world()) {
@@ -312,8 +387,21 @@ bool WorldHost::ask(const std::string& name, Request request) {
     }
     return false;
   }
+  if (restoring) {
+    refuse(request,
+           {StatusCode::unavailable,
+            "world " + name + " is being brought back; " + std::to_string(to_restore_) + " of " +
+                std::to_string(kept_.size()) + " kept worlds are not up yet",
+            world_field},
+           retry_hint_s);
+    return false;
+  }
   if (world == nullptr) {
     refuse(request, base::not_found("no world " + name, world_field));
+    return false;
+  }
+  if (!request.message->rewind_world().state().empty()) {
+    refuse(request, base::invalid("is the server's own to fill in", "rewind_world.state"));
     return false;
   }
   switch (world->post(request)) {
@@ -340,12 +428,13 @@ bool WorldHost::ask(const std::string& name, Request request) {
 bool WorldHost::ask_stream(std::uint32_t stream_id, Request request) {
   const auto world = registry_.find_stream(stream_id).world;
   if (world != nullptr) return ask(world->name(), std::move(request));
-  refuse(request, base::not_found("this session has no stream " + std::to_string(stream_id), "unsubscribe.stream_id"));
+  refuse(request, base::not_found("this session has no stream " + std::to_string(stream_id),
+                                  std::string(kind_of(*request.message)) + ".stream_id"));
   return false;
 }
 
 void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
-  const auto [world, task, damaged] = registry_.find_stream(stream_id);
+  const auto [world, task, damaged, restoring] = registry_.find_stream(stream_id);
   if (world != nullptr && world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(task);
 }
 
@@ -356,8 +445,10 @@ void WorldHost::reader_report(net::SessionId session, const net::ReaderReport& r
 }
 
 void WorldHost::session_ended(net::SessionId session, const std::string& name) {
-  const auto [world, task, damaged] = registry_.find(name);
+  const auto [world, task, damaged, restoring] = registry_.find(name);
   if (world != nullptr && world->post(SessionEnded{session}) == Inbox::Post::taken) scheduler_.wake(task);
+  snapshots_.drop(session);
+  snapshots_.drop_old(steady_clock::now());
 }
 
 std::vector<WorldStatus> WorldHost::statuses() const {
@@ -367,6 +458,11 @@ std::vector<WorldStatus> WorldHost::statuses() const {
     WorldStatus& status = statuses.emplace_back();
     status.listing.set_name(name);
     status.listing.set_damaged(true);
+  }
+  for (const std::string& name : registry_.restoring()) {
+    WorldStatus& status = statuses.emplace_back();
+    status.listing.set_name(name);
+    status.listing.set_restoring(true);
   }
   std::ranges::sort(statuses, {}, [](const WorldStatus& status) { return status.listing.name(); });
   return statuses;
@@ -386,9 +482,12 @@ void WorldHost::refuse(const Request& request, const v1::Error& why) {
 
 void WorldHost::close() {
   if (closed_.exchange(true)) return;
+  for (BackgroundQueue& restorer : restorers_) restorer.finish();
   builder_.finish();
   coarsener_.finish();
   scheduler_.stop();
+  disk_.flush();
+  historian_.finish();
   Outbox outbox;
   const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
   for (const auto& entry : registry_.all()) {

@@ -2,8 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
+#include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,8 +20,10 @@
 #include "app/outbox.h"
 #include "app/scheduler.h"
 #include "app/session.h"
+#include "app/snapshot_shelf.h"
 #include "app/world_archive.h"
 #include "app/world_memory.h"
+#include "app/world_moment.h"
 #include "app/world_registry.h"
 #include "base/memory_budget.h"
 #include "base/status.h"
@@ -28,19 +33,28 @@ namespace pneuma::app {
 
 class WorldHost final : public Host {
  public:
-  /// `config`, `server` and `metrics` must outlive the host.
-  WorldHost(const Config& config, net::Server& server, Metrics& metrics);
+  /// What became of the kept worlds, when the last of them is up.
+  struct Restored {
+    std::size_t up = 0;
+    std::size_t damaged = 0;
+  };
+  using OnRestored = std::function<void(const Restored&)>;
+
+  /// `config`, `server` and `metrics` must outlive the host. `on_restored` is called once, on a thread of the host,
+  /// where there is a data directory.
+  WorldHost(const Config& config, net::Server& server, Metrics& metrics, OnRestored on_restored = nullptr);
   ~WorldHost() override;
   WorldHost(const WorldHost&) = delete;
   WorldHost& operator=(const WorldHost&) = delete;
 
-  /// Brings back the worlds of the data directory, and adds one for each `--scene NAME|FILE`, unless there was one of
-  /// that name. A world that cannot be brought back is logged, listed as damaged and left as it lies there.
+  /// Begins to bring back the worlds of the data directory, and adds one for each `--scene NAME|FILE`, unless there was
+  /// one of that name. A world that cannot be brought back is logged, listed as damaged and left as it lies there.
   [[nodiscard]] base::Status start() override;
 
   void create(Request request) override;
   bool ask(const std::string& world, Request request) override;
   bool ask_stream(std::uint32_t stream_id, Request request) override;
+  void read_snapshot(Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
@@ -56,14 +70,41 @@ class WorldHost final : public Host {
  private:
   using TimePoint = Scheduler::TimePoint;
 
-  [[nodiscard]] base::Status restore();
-  [[nodiscard]] base::Status add_scene(const std::string& name_or_file);
+  /// Takes the names of what is kept.
+  [[nodiscard]] base::Status find_kept();
+  void restore_kept();
+  void restore(const std::string& name);
+  void tell_restored();
+  /// A kept world of the scene's name is passed over once.
+  [[nodiscard]] base::Status add_scene(const std::string& name_or_file, std::set<std::string>& passed_over);
   Scheduler::Next run_slice(HostedWorld& world, Outbox& outbox);
   Scheduler::Next run_guarded(HostedWorld& world);
   void bury(HostedWorld& world);
   void bury_damaged(const std::string& name, const Request& request);
   void create_now(const Request& request);
+  void create_scene(const Request& request);
+  /// The name that is asked for, or one like the other where none is. Where that fails, the request is refused.
+  [[nodiscard]] std::optional<std::string> reserve(const Request& request, const std::string& asked,
+                                                   const std::string& otherwise);
 
+  // world_host_past.cpp: what is asked about a world's past.
+  struct LookBack;
+  [[nodiscard]] base::Status look_back(const std::string& world, const Request& request,
+                                       const std::function<WorldMoment()>& moment);
+  void read_past(LookBack& asked) const;
+  void answer_look_back(LookBack& asked);
+  [[nodiscard]] base::Status take_snapshot(LookBack& asked);
+  [[nodiscard]] base::Status branch(LookBack& asked);
+  [[nodiscard]] base::Status rewind(LookBack& asked);
+  [[nodiscard]] base::Result<LiveWorld> replay_to(const LookBack& asked, std::uint64_t tick, bool& paused,
+                                                  WorldMemory& memory) const;
+  [[nodiscard]] base::Status restore_file(const Request& request);
+  /// Hosts a world under a name that is asked for, and answers the request.
+  [[nodiscard]] base::Status adopt(const Request& request, const std::string& asked_name, const std::string& otherwise,
+                                   LiveWorld live, bool paused, WorldMemory memory);
+
+  /// With a journal where there is an archive. The name was reserved, and is given back where it fails.
+  [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldMemory memory);
   void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
             WorldMemory memory);
   [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused,
@@ -79,14 +120,23 @@ class WorldHost final : public Host {
   const base::MemoryBudget memory_;  // of all worlds
   WorldRegistry registry_;
   std::optional<WorldArchive> archive_;  // where there is a data directory
-  std::set<std::string> kept_;           // the worlds found there, until a --scene of that name has been passed over
+  std::set<std::string> kept_;           // the worlds found there
   std::atomic<bool> closed_ = false;
   bool stopped_ = false;
-  std::map<std::string, base::MemoryBudget> clients_;  // what each one's worlds hold; the building thread's
+  std::mutex clients_mutex_;
+  std::map<std::string, base::MemoryBudget> clients_;  // what each one's worlds hold
+  std::atomic<std::size_t> looking_back_ = 0;          // requests under way
+  SnapshotShelf snapshots_{memory_};
+  const OnRestored on_restored_;
+  std::atomic<std::size_t> to_restore_ = 0;  // kept worlds that are not up yet
+  std::atomic<std::size_t> restored_ = 0;
+  std::atomic<std::size_t> restored_damaged_ = 0;
   BackgroundQueue disk_;
   BackgroundQueue builder_{BackgroundQueue::Priority::low};
   BackgroundQueue coarsener_{BackgroundQueue::Priority::low};
-  Scheduler scheduler_;  // last: its threads use the rest
+  BackgroundQueue historian_{BackgroundQueue::Priority::low};
+  std::deque<BackgroundQueue> restorers_;  // while there is something to bring back
+  Scheduler scheduler_;                    // last: its threads use the rest
 };
 
 }  // namespace pneuma::app

@@ -20,10 +20,10 @@ Status WorldRegistry::reserve(const std::string& name) {
   return {};
 }
 
-Status WorldRegistry::reserve_damaged(const std::string& name) {
+Status WorldRegistry::reserve_restoring(const std::string& name) {
   if (auto status = reserve(name); !status.ok()) return status;
   const std::lock_guard lock(mutex_);
-  worlds_[name].damaged = true;
+  worlds_[name].restoring = true;
   return {};
 }
 
@@ -69,11 +69,11 @@ std::vector<WorldRegistry::Entry> WorldRegistry::all() const {
   return entries;
 }
 
-std::vector<std::string> WorldRegistry::damaged() const {
+std::vector<std::string> WorldRegistry::names_where(bool Entry::* holds) const {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> names;
   for (const auto& [name, entry] : worlds_) {
-    if (entry.damaged) names.push_back(name);
+    if (entry.*holds) names.push_back(name);
   }
   return names;
 }

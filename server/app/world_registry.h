@@ -20,7 +20,8 @@ class WorldRegistry {
   struct Entry {
     std::shared_ptr<HostedWorld> world;  // null: there is none, it is still being built, or it is damaged
     std::shared_ptr<Scheduler::Task> task;
-    bool damaged = false;  // what is kept of it could not be read
+    bool damaged = false;    // what is kept of it could not be read
+    bool restoring = false;  // it is being brought back
   };
 
   explicit WorldRegistry(std::size_t worlds_max) : worlds_max_(worlds_max) {}
@@ -29,18 +30,19 @@ class WorldRegistry {
   [[nodiscard]] base::Status reserve(const std::string& name);
   /// Takes `wanted`, or the first free one of wanted-2, wanted-3...
   [[nodiscard]] base::Result<std::string> reserve_like(const std::string& wanted);
-  /// Takes the name of a world that cannot be brought back.
-  [[nodiscard]] base::Status reserve_damaged(const std::string& name);
+  /// Takes the name of a world that is being brought back.
+  [[nodiscard]] base::Status reserve_restoring(const std::string& name);
   void put(Entry entry);
-  /// The world is gone, and what is kept of it is not.
+  /// The world is gone, or could not be brought back, and what is kept of it is still there.
   void put_damaged(const std::string& name);
   void erase(const std::string& name);
 
   [[nodiscard]] Entry find(const std::string& name) const;
   /// By name, in order; those still being built, and the damaged ones, are left out.
   [[nodiscard]] std::vector<Entry> all() const;
-  /// Names, in order.
-  [[nodiscard]] std::vector<std::string> damaged() const;
+  // Names, in order.
+  [[nodiscard]] std::vector<std::string> damaged() const { return names_where(&Entry::damaged); }
+  [[nodiscard]] std::vector<std::string> restoring() const { return names_where(&Entry::restoring); }
 
   [[nodiscard]] std::uint32_t take_stream_id(const std::string& world);
   void drop_stream_id(std::uint32_t stream_id);
@@ -48,6 +50,7 @@ class WorldRegistry {
 
  private:
   [[nodiscard]] base::Status check_room() const;
+  [[nodiscard]] std::vector<std::string> names_where(bool Entry::* holds) const;
 
   const std::size_t worlds_max_;
   mutable std::mutex mutex_;

@@ -136,6 +136,16 @@ inline constexpr double damping_max_n_s_m = 1e9;
 
 // The largest world at double precision takes 13 MB, and its scene twice: as it was created, and as it is now.
 inline constexpr std::size_t checkpoint_bytes_max = 256 * 1024 * 1024;
+// A world file comes back as one message in parts, with its name and field heads.
+inline constexpr std::size_t world_file_bytes_max = parts_bytes_max - 64 * 1024;
+// Of a snapshot in one reply: a sixteenth of the output queue, so that frames go on beside it.
+inline constexpr std::size_t snapshot_piece_bytes = 512 * 1024;
+// A client that has not asked for the next piece by then has gone on to something else.
+inline constexpr std::chrono::seconds snapshot_timeout{60};
+// Snapshots, branches and rewinds under way: each holds a copy of its world's state.
+inline constexpr std::size_t look_backs_max = 8;
+// Of a checkpoint and its logs, read back while the server runs.
+inline constexpr std::size_t history_bytes_max = 2 * checkpoint_bytes_max;
 // What came between two checkpoints.
 inline constexpr std::size_t log_bytes_max = 1024 * 1024 * 1024;
 // Room for a mesh of the largest size, written out.

@@ -140,6 +140,7 @@ void Server::Impl::take(Tcp::socket socket, const Listener& listener, base::Stat
   if (error) return;
   std::string counted = counted_as(peer.address());
   PlacePtr place = admission.admit(counted, std::move(refusal));
+  if ((place == nullptr || place->refused()) && callbacks.refused) callbacks.refused();
   if (place == nullptr) return;
   tune(socket);
   PeerInfo info{to_text(peer), std::move(counted), listener.kind == Kind::http, listener.tls != nullptr};

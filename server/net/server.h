@@ -86,6 +86,8 @@ struct Callbacks {
   /// One whole message. After it the owner may hold() the session.
   std::function<void(SessionId, ReceivedMessage)> received;
   std::function<void(SessionId, const base::Status& why)> closed;
+  /// A connection was past a limit of connections; may be left out.
+  std::function<void()> refused;
   /// The session cannot use this stream's deltas any more and waits for a key frame.
   std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
   /// How a stream is read of which reports were asked for: while frames of it come, a few times a second.

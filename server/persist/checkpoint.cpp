@@ -35,7 +35,7 @@ std::string make_header(const Checkpoint& checkpoint) {
   return header + summed;
 }
 
-base::Result<Checkpoint> read_checkpoint(Files& files, const std::string& path, std::uint64_t sequence) {
+base::Result<Checkpoint> read_file_of(Files& files, const std::string& path, std::uint64_t sequence) {
   auto file = read_file(files, path, header_bytes + base::checkpoint_bytes_max);
   if (!file.ok()) return file.status();
   const auto damaged = [&path](const std::string& what) {
@@ -119,6 +119,12 @@ base::Status write_checkpoint(const DataDir& data_dir, const std::string& world,
   return remove_old(files, *folder);
 }
 
+base::Result<Checkpoint> read_checkpoint(const DataDir& data_dir, const std::string& world, std::uint64_t sequence) {
+  const auto folder = data_dir.world_folder(world);
+  if (!folder.ok()) return folder.status();
+  return read_file_of(data_dir.files(), numbered_file(*folder, checkpoint_prefix, sequence), sequence);
+}
+
 base::Result<Recovered> read_latest_checkpoint(const DataDir& data_dir, const std::string& world) {
   const auto folder = data_dir.world_folder(world);
   if (!folder.ok()) return folder.status();
@@ -132,8 +138,7 @@ base::Result<Recovered> read_latest_checkpoint(const DataDir& data_dir, const st
   recovered.next_sequence = std::max(sequences->back(), logs->empty() ? 0 : logs->back()) + 1;
   std::string failures;
   for (auto sequence = sequences->rbegin(); sequence != sequences->rend(); ++sequence) {
-    auto checkpoint =
-        read_checkpoint(data_dir.files(), numbered_file(*folder, checkpoint_prefix, *sequence), *sequence);
+    auto checkpoint = read_file_of(data_dir.files(), numbered_file(*folder, checkpoint_prefix, *sequence), *sequence);
     if (checkpoint.ok()) {
       recovered.checkpoint = std::move(*checkpoint);
       return recovered;

@@ -35,6 +35,10 @@ struct Recovered {
 [[nodiscard]] base::Status write_checkpoint(const DataDir& data_dir, const std::string& world,
                                             const Checkpoint& checkpoint);
 
+/// One checkpoint; fails with malformed, naming the file, where it is damaged.
+[[nodiscard]] base::Result<Checkpoint> read_checkpoint(const DataDir& data_dir, const std::string& world,
+                                                       std::uint64_t sequence);
+
 /// The newest checkpoint that is whole. Fails with not_found where there is none at all, and with malformed, naming
 /// each file, where all are damaged.
 [[nodiscard]] base::Result<Recovered> read_latest_checkpoint(const DataDir& data_dir, const std::string& world);

@@ -152,7 +152,7 @@ base::Result<CommandLog> CommandLog::start(const DataDir& data_dir, const std::s
   const std::string path = numbered_file(*folder, log_prefix, sequence);
   const int file = files.open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640);
   if (file < 0) return system_failure("make", path);
-  CommandLog log(files, file, path, sync, bytes_max);
+  CommandLog log(files, file, path, sequence, sync, bytes_max);
   const std::string header = make_header(sequence);
   base::Status status = log.write_at_end(header);
   if (status.ok() && sync == Sync::every_record) status = sync_folder(files, *folder);
@@ -171,41 +171,11 @@ base::Result<CommandLog> CommandLog::resume(const DataDir& data_dir, const std::
   const std::string path = numbered_file(*folder, log_prefix, end.sequence);
   const int file = data_dir.files().open(path.c_str(), O_WRONLY | O_CLOEXEC, 0);
   if (file < 0) return system_failure("open", path);
-  CommandLog log(data_dir.files(), file, path, sync, bytes_max);
+  CommandLog log(data_dir.files(), file, path, end.sequence, sync, bytes_max);
   log.bytes_ = log.bytes_before_ = end.bytes;
   log.sum_ = log.sum_before_ = end.sum;
   log.has_rest_ = true;
   return log;
-}
-
-CommandLog::CommandLog(CommandLog&& other) noexcept
-    : files_(other.files_),
-      file_(std::exchange(other.file_, -1)),
-      path_(std::move(other.path_)),
-      sync_(other.sync_),
-      bytes_max_(other.bytes_max_),
-      bytes_(other.bytes_),
-      sum_(other.sum_),
-      has_rest_(other.has_rest_),
-      bytes_before_(other.bytes_before_),
-      sum_before_(other.sum_before_) {}
-
-CommandLog& CommandLog::operator=(CommandLog&& other) noexcept {
-  std::swap(files_, other.files_);
-  std::swap(file_, other.file_);
-  std::swap(path_, other.path_);
-  std::swap(sync_, other.sync_);
-  std::swap(bytes_max_, other.bytes_max_);
-  std::swap(bytes_, other.bytes_);
-  std::swap(sum_, other.sum_);
-  std::swap(has_rest_, other.has_rest_);
-  std::swap(bytes_before_, other.bytes_before_);
-  std::swap(sum_before_, other.sum_before_);
-  return *this;
-}
-
-CommandLog::~CommandLog() {
-  if (file_ >= 0) files_->close(file_);
 }
 
 base::Status CommandLog::write(std::uint64_t tick, std::string_view bytes) {
@@ -244,9 +214,12 @@ base::Status CommandLog::write_at_end(std::string_view bytes) {
   if (has_rest_) {
     if (base::Status failed = cut_off(); !failed.ok()) return failed;
   }
-  base::Status failed = write_all(*files_, file_, path_, bytes, bytes_);
+  base::Status failed = write_all(file_->files, file_->number, path_, bytes, bytes_);
   // After a failed sync the system may drop what it could not write; so it counts as unwritten.
-  if (failed.ok() && sync_ == Sync::every_record && files_->fsync(file_) < 0) failed = system_failure("sync", path_);
+  if (failed.ok() && sync_ == Sync::every_record && file_->files.fsync(file_->number) < 0) {
+    failed = system_failure("sync", path_);
+  }
+  needs_sync_ = needs_sync_ || sync_ == Sync::each_second;
   if (failed.ok()) return {};
   has_rest_ = true;
   (void)cut_off();  // or before the next record
@@ -261,16 +234,25 @@ base::Status CommandLog::take_back() {
 }
 
 base::Status CommandLog::cut_off() {
-  if (files_->ftruncate(file_, static_cast<off_t>(bytes_)) < 0) return system_failure("cut", path_);
+  if (file_->files.ftruncate(file_->number, static_cast<off_t>(bytes_)) < 0) return system_failure("cut", path_);
   has_rest_ = false;
   return {};
 }
 
 void CommandLog::discard() {
-  files_->unlink(path_.c_str());
+  file_->files.unlink(path_.c_str());
 }
 
-base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& world, std::uint64_t sequence) {
+std::function<base::Status()> CommandLog::sync_job() {
+  needs_sync_ = false;
+  return [file = file_, path = path_]() -> base::Status {
+    if (file->files.fsync(file->number) < 0) return system_failure("sync", path);
+    return sync_folder(file->files, path.substr(0, path.rfind('/')));
+  };
+}
+
+base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& world, std::uint64_t sequence,
+                                   const std::optional<LogEnd>& until) {
   const auto folder = data_dir.world_folder(world);
   if (!folder.ok()) return folder.status();
   const auto numbers = numbered_files(*folder, log_prefix);
@@ -284,14 +266,15 @@ base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& w
   if (number == numbers->end()) return missing(sequence);  // a log follows each checkpoint
   std::optional<base::Status> unsealed;  // a log that was passed, and what is wrong if any other goes on
   End end;
-  for (; number != numbers->end(); ++number, ++sequence) {
+  for (; number != numbers->end() && (!until || sequence <= until->sequence); ++number, ++sequence) {
     if (*number != sequence) return missing(sequence);
     const std::string path = numbered_file(*folder, log_prefix, *number);
-    const auto bytes = read_file(data_dir.files(), path, base::log_bytes_max);
+    auto bytes = read_file(data_dir.files(), path, base::log_bytes_max);
     if (!bytes.ok()) {
       replay.damage = bytes.status();
       return replay;
     }
+    if (until && *number == until->sequence && bytes->size() > until->bytes) bytes->resize(until->bytes);
     const std::size_t records_before = replay.records.size();
     end = LogReader(*bytes, path).read(*number, replay.records);
     if (unsealed && replay.records.size() > records_before) {
@@ -308,6 +291,10 @@ base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& w
     } else if (end.chained && !end.sealed) {
       unsealed.emplace(base::StatusCode::malformed, "its end is missing", path);
     }
+  }
+  if (until) {
+    if (sequence <= until->sequence || end.bytes != until->bytes) return missing(until->sequence);
+    return replay;
   }
   if (end.sealed) return missing(sequence);
   replay.torn = std::move(end.torn);

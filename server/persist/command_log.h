@@ -10,6 +10,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -21,9 +23,11 @@
 
 namespace pneuma::persist {
 
+/// How much of a log a machine's crash may lose; a process's own (kill -9) loses none of it.
 enum class Sync {
-  none,          // what was written outlives the process (kill -9), not the machine
-  every_record,  // and the machine
+  none,          // what the system had not yet written by itself
+  each_second,   // about a second's worth: whoever owns the log calls sync_job()
+  every_record,  // nothing: each is on the disk before write() returns
 };
 
 /// Where a log stands that may go on.
@@ -45,9 +49,6 @@ class CommandLog {
   [[nodiscard]] static base::Result<CommandLog> resume(const DataDir& data_dir, const std::string& world,
                                                        const LogEnd& end, Sync sync,
                                                        std::uint64_t bytes_max = base::log_bytes_max);
-  CommandLog(CommandLog&& other) noexcept;
-  CommandLog& operator=(CommandLog&& other) noexcept;
-  ~CommandLog();
 
   /// Writes a record, not empty; ticks never go down. It is the log's last one from now on, and may be taken back until
   /// the next is written. Where it fails the log is as it was: what got to the disk of it is cut off before anything
@@ -59,19 +60,38 @@ class CommandLog {
   [[nodiscard]] base::Status seal(std::uint64_t tick);
   /// Removes the file of a log that nothing was written to.
   void discard();
+  /// Something was written that no sync_job() has covered.
+  [[nodiscard]] bool needs_sync() const { return needs_sync_; }
+  /// What brings all that is written by now, and the file's name, to the disk. Any thread, also when the log is gone.
+  [[nodiscard]] std::function<base::Status()> sync_job();
+  /// Up to where it is written.
+  [[nodiscard]] LogEnd end() const { return {sequence_, bytes_, sum_}; }
 
  private:
-  CommandLog(Files& files, int file, std::string path, Sync sync, std::uint64_t bytes_max)
-      : files_(&files), file_(file), path_(std::move(path)), sync_(sync), bytes_max_(bytes_max) {}
+  struct OpenFile {
+    OpenFile(Files& its_files, int its_number) : files(its_files), number(its_number) {}
+    OpenFile(const OpenFile&) = delete;
+    OpenFile& operator=(const OpenFile&) = delete;
+    ~OpenFile() { files.close(number); }
+    Files& files;
+    int number;
+  };
+  CommandLog(Files& files, int file, std::string path, std::uint64_t sequence, Sync sync, std::uint64_t bytes_max)
+      : file_(std::make_shared<const OpenFile>(files, file)),
+        path_(std::move(path)),
+        sequence_(sequence),
+        sync_(sync),
+        bytes_max_(bytes_max) {}
   /// Writes at the end of what is there, which was cut off cleanly before.
   [[nodiscard]] base::Status write_at_end(std::string_view bytes);
   [[nodiscard]] base::Status write_record(std::uint64_t tick, std::string_view bytes);
   [[nodiscard]] base::Status cut_off();
 
-  Files* files_;
-  int file_;
+  std::shared_ptr<const OpenFile> file_;  // shared with syncs under way
   std::string path_;
+  std::uint64_t sequence_;
   Sync sync_;
+  bool needs_sync_ = false;
   std::uint64_t bytes_max_;
   // What is there: how much, and the last record's sum. Past it lies what a failure has left, if any.
   std::uint64_t bytes_ = 0;
@@ -98,8 +118,9 @@ struct Replay {
   std::optional<LogEnd> end;
 };
 
-/// All that was written after checkpoint `sequence`, through every later log.
+/// All that was written after checkpoint `sequence`, through every later log; with `until`, up to there.
 [[nodiscard]] base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& world,
-                                                 std::uint64_t sequence);
+                                                 std::uint64_t sequence,
+                                                 const std::optional<LogEnd>& until = std::nullopt);
 
 }  // namespace pneuma::persist

@@ -64,7 +64,12 @@ void ReplayHost::refuse(const app::Request& request, const Status& why) {
 }
 
 void ReplayHost::create(app::Request request) {
-  refuse(request, {StatusCode::failed_precondition, "a recording is played here: worlds are not made", "create_world"});
+  refuse(request, {StatusCode::failed_precondition, "a recording is played here: worlds are not made",
+                   std::string(app::kind_of(*request.message))});
+}
+
+void ReplayHost::read_snapshot(app::Request request) {
+  refuse(request, base::not_found("a recording is played here: it has no snapshots", "read_snapshot.snapshot_id"));
 }
 
 bool ReplayHost::ask(const std::string& world, app::Request request) {

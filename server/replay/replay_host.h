@@ -31,6 +31,7 @@ class ReplayHost final : public app::Host {
   void create(app::Request request) override;
   bool ask(const std::string& world, app::Request request) override;
   bool ask_stream(std::uint32_t stream_id, app::Request request) override;
+  void read_snapshot(app::Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;

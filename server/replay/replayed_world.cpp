@@ -185,6 +185,11 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
         return base::not_found("this session has no such stream", "unsubscribe.stream_id");
       }
       return done(message);
+    case v1::ClientMessage::kRequestKey:
+      if (!hub_.request_key(request.session->id(), message.request_key().stream_id())) {
+        return base::not_found("this session has no such stream", "request_key.stream_id");
+      }
+      return done(message);
     case v1::ClientMessage::kPause:
       paused_ = true;
       return done(message);

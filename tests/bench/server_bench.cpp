@@ -17,6 +17,7 @@
 #include "bench/figures.h"
 #include "pneuma_client/client.h"
 #include "support/server_process.h"
+#include "support/temporary_folder.h"
 
 namespace pneuma::bench {
 
@@ -98,6 +99,39 @@ BENCHMARK(impulse_to_frame)->Iterations(1)->Unit(benchmark::kMillisecond)->UseRe
 
 [[maybe_unused]] const bool latency_listed = expect(
     {"impulse_to_frame/", "median_ms", Bound::at_most, 25.0, "impulse sent to first frame that shows it, median ms"});
+
+// What --sync costs: a client that hits a kept, paused ball as fast as it is answered.
+void sync_cost(benchmark::State& bench, const char* sync) {
+  constexpr int hits = 500;
+  for ([[maybe_unused]] auto _ : bench) {
+    const support::TemporaryFolder folder;
+    auto server = support::ServerProcess::start(
+        {"--data-dir", folder.path(), "--sync", sync, "--commands-per-s", "1e6", "--commands-burst", "1e6"});
+    if (!server.ok()) return bench.SkipWithError(server.status().message().c_str());
+    auto client = client::Client::connect(server->tcp_address());
+    if (!client.ok()) return bench.SkipWithError(client.status().message().c_str());
+    v1::CreateWorld create;
+    create.set_scene_json(resting_ball);
+    create.set_paused(true);
+    if (auto done = client->create_world(create); !done.ok())
+      return bench.SkipWithError(done.status().message().c_str());
+    v1::Impulse impulse;
+    impulse.set_world("resting-ball");
+    impulse.set_body("ball");
+    impulse.mutable_impulse()->set_x(1e-3);
+    std::vector<double> times_ms;
+    for (int hit = 0; hit < hits; ++hit) {
+      const auto sent = Clock::now();
+      if (auto done = client->impulse(impulse); !done.ok()) return bench.SkipWithError(done.status().message().c_str());
+      times_ms.push_back(duration<double, std::milli>(Clock::now() - sent).count());
+    }
+    bench.counters["median_ms"] = percentile(times_ms, 0.5);
+    bench.counters["p99_ms"] = percentile(times_ms, 0.99);
+  }
+}
+BENCHMARK_CAPTURE(sync_cost, request, "request")->Iterations(1)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(sync_cost, second, "second")->Iterations(1)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(sync_cost, os, "os")->Iterations(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 double resident_mib(pid_t pid) {
   std::ifstream statm(std::string("/proc/").append(std::to_string(pid)).append("/statm"));

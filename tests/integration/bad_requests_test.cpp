@@ -227,6 +227,30 @@ void BadRequests::add_others() {
   add("resume nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_resume()->set_world("nowhere"); });
   add("reset nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_reset()->set_world("nowhere"); });
   add("step nowhere", v1::Error::NOT_FOUND, "nowhere", [](M& m) { m.mutable_step()->set_world("nowhere"); });
+  add("snapshot nowhere", v1::Error::NOT_FOUND, "nowhere",
+      [](M& m) { m.mutable_take_snapshot()->set_world("nowhere"); });
+  add("piece of no snapshot", v1::Error::NOT_FOUND, "read_snapshot.snapshot_id",
+      [](M& m) { m.mutable_read_snapshot()->set_snapshot_id(9); });
+  add("restore no file", v1::Error::INVALID_ARGUMENT, "restore_world.snapshot: is no world file",
+      [](M& m) { m.mutable_restore_world()->set_snapshot("{}"); });
+  add("branch to a bad name", v1::Error::INVALID_ARGUMENT, "branch_world.name", [](M& m) {
+    m.mutable_branch_world()->set_world("w");
+    m.mutable_branch_world()->set_name("a b");
+  });
+  add("branch of what was not kept", v1::Error::FAILED_PRECONDITION, "branch_world.tick", [](M& m) {
+    m.mutable_branch_world()->set_world("w");
+    m.mutable_branch_world()->set_tick(0);
+  });
+  add("rewind to what is to come", v1::Error::INVALID_ARGUMENT, "rewind_world.tick", [](M& m) {
+    m.mutable_rewind_world()->set_world("w");
+    m.mutable_rewind_world()->set_tick(1'000'000);
+  });
+  add("rewind to a state of its own", v1::Error::INVALID_ARGUMENT, "rewind_world.state", [](M& m) {
+    m.mutable_rewind_world()->set_world("w");
+    m.mutable_rewind_world()->set_state("state");
+  });
+  add("key of no stream", v1::Error::NOT_FOUND, "request_key.stream_id",
+      [](M& m) { m.mutable_request_key()->set_stream_id(77); });
   add("step nothing", v1::Error::INVALID_ARGUMENT, "step.ticks", [](M& m) { m.mutable_step()->set_world("w"); });
   add("step too far", v1::Error::LIMIT_EXCEEDED, "step.ticks", [](M& m) {
     m.mutable_step()->set_world("w");

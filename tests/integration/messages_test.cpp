@@ -303,19 +303,23 @@ TEST_F(Messages, WindThatIsReversedBlowsTheOtherWay) {
   EXPECT_LT(bulge_m(), -0.05);
 }
 
+// Each stream keeps what was asked for, as near to it as the world's rate divides.
 TEST_F(Messages, AnEditOfTheRateTellsEachStreamItsOwn) {
   const auto full = client().subscribe("w");
   const auto third = client().subscribe("w", {.rate_hz = 20.0});
-  ASSERT_TRUE(full.ok() && third.ok());
+  const auto odd = client().subscribe("w", {.rate_hz = 13.0});
+  ASSERT_TRUE(full.ok() && third.ok() && odd.ok());
+  EXPECT_EQ(odd->rate_hz(), 12.0);
   ASSERT_TRUE(client().edit_json("w", R"({"changes": [{"set_stepping": {"rate_hz": 120, "substeps": 8}}]})").ok());
   std::map<std::uint32_t, double> rates;
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     const auto event = await_event(client(), v1::Event::STREAM_RATE_CHANGED);
     ASSERT_TRUE(event);
     EXPECT_EQ(event->world(), "w");
     rates[event->stream_id()] = event->rate_hz();
   }
-  EXPECT_EQ(rates, (std::map<std::uint32_t, double>{{full->stream_id(), 120.0}, {third->stream_id(), 40.0}}));
+  EXPECT_EQ(rates, (std::map<std::uint32_t, double>{
+                       {full->stream_id(), 120.0}, {third->stream_id(), 20.0}, {odd->stream_id(), 120.0 / 9.0}}));
 }
 
 TEST_F(Messages, AGrabDragsAndLetsGo) {

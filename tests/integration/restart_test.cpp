@@ -3,6 +3,8 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
+#include <utility>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -179,6 +181,75 @@ TEST_F(Restart, SigtermAnswersWhatItReceivedBeforeItsGoodbyes) {
   const auto status = server_->wait(patience);
   ASSERT_TRUE(status.ok());
   EXPECT_EQ(*status, 0) << server_->error_output();
+}
+
+// A replay of so much motion takes long enough to be looked at while it is under way.
+class RestartWithMotion : public Restart {
+ protected:
+  void SetUp() override {
+    Restart::SetUp();
+    start(without_checkpoints());
+    client::Client client = connect();
+    create(client, two_balls(), "moved", true);
+    const auto stepped = client.step("moved", 20'000);
+    ASSERT_TRUE(stepped.ok()) << stepped.status().message();
+    hash_ = client.stats("moved")->state_hash();
+    server_->kill();
+  }
+  [[nodiscard]] std::vector<std::string> without_checkpoints() const {
+    auto flags = arguments();
+    flags.insert(flags.end(), {"--checkpoint-interval-s", "1000"});
+    return flags;
+  }
+  void start_without_waiting() {
+    auto server = support::ServerProcess::start(without_checkpoints(), patience, support::ErrorOutput::kept,
+                                                support::KeptWorlds::on_their_way);
+    if (!server.ok()) throw std::runtime_error(server.status().message());
+    server_.emplace(std::move(*server));
+  }
+  using Page = std::pair<std::string, std::string>;  // status and body
+  [[nodiscard]] Page page(const std::string& path) const {
+    RawConnection connection(server_->http_address());
+    EXPECT_TRUE(connection.send("GET " + path + " HTTP/1.0\r\nHost: localhost\r\n\r\n"));
+    const std::string reply = connection.receive_to_end();
+    if (reply.size() < 12) return {};
+    return {reply.substr(9, 3), reply.substr(reply.find("\r\n\r\n") + 4)};
+  }
+
+  std::uint64_t hash_ = 0;
+};
+
+TEST_F(RestartWithMotion, ItListensAtOnceAndSaysHowManyWorldsAreUp) {
+  start_without_waiting();
+  client::Client client = connect();
+  const auto early = client.stats("moved");
+  EXPECT_EQ(early.status().code(), base::StatusCode::unavailable) << early.status().message();
+  EXPECT_NE(early.status().message().find("1 of 1 kept worlds are not up yet (try again in 1 s)"), std::string::npos)
+      << early.status().message();
+  EXPECT_EQ(page("/readyz"), Page("503", "0 of 1 worlds are up\n"));
+  EXPECT_EQ(page("/livez"), Page("200", "ok\n"));
+  EXPECT_EQ(page("/healthz"), Page("200", "ok\n"));
+  EXPECT_TRUE(client.list_worlds()->worlds(0).restoring());
+  EXPECT_EQ(client.create_builtin("bouncing-ball", "moved").status().code(), base::StatusCode::already_exists);
+  create(client, two_balls(), "other", true);
+  EXPECT_TRUE(client.step("other", 10).ok()) << "other worlds go on meanwhile";
+
+  const auto line = server_->await_kept_worlds(patience);
+  ASSERT_TRUE(line.ok()) << line.status().message();
+  EXPECT_EQ(*line, "worlds up=1 damaged=0");
+  EXPECT_EQ(page("/readyz"), Page("200", "2 of 2 worlds are up\n"));
+  EXPECT_EQ(client.stats("moved")->state_hash(), hash_);
+  EXPECT_FALSE(client.list_worlds()->worlds(0).restoring());
+}
+
+TEST_F(RestartWithMotion, ASigtermInTheMiddleOfItLosesNothing) {
+  start_without_waiting();
+  server_->send_signal(SIGTERM);
+  const auto status = server_->wait(patience);
+  ASSERT_TRUE(status.ok());
+  EXPECT_EQ(*status, 0) << server_->error_output();
+  start(without_checkpoints());
+  EXPECT_EQ(connect().stats("moved")->state_hash(), hash_);
 }
 
 TEST_F(Restart, ADestroyedWorldDoesNotComeBack) {

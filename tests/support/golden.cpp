@@ -5,8 +5,12 @@
 
 namespace pneuma::support {
 
+std::string golden_path(const std::string& name) {
+  return std::string(PNEUMA_GOLDEN_DIR) + "/" + name;
+}
+
 std::vector<GoldenRecord> read_golden(const std::string& name) {
-  std::ifstream in(std::string(PNEUMA_GOLDEN_DIR) + "/" + name);
+  std::ifstream in(golden_path(name));
   std::vector<GoldenRecord> records;
   bool inside = false;
   for (std::string line; std::getline(in, line);) {

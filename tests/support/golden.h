@@ -11,6 +11,9 @@ namespace pneuma::support {
 /// The lines of one record, in order: key and value.
 using GoldenRecord = std::vector<std::pair<std::string, std::string>>;
 
+/// Where tests/golden/NAME is.
+[[nodiscard]] std::string golden_path(const std::string& name);
+
 /// The records of tests/golden/NAME; none where the file is not there.
 [[nodiscard]] std::vector<GoldenRecord> read_golden(const std::string& name);
 

@@ -20,7 +20,8 @@ std::string value_of(const std::string& line, std::string_view key) {
 }  // namespace
 
 base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>& arguments,
-                                                 std::chrono::milliseconds timeout, ErrorOutput error_output) {
+                                                 std::chrono::milliseconds timeout, ErrorOutput error_output,
+                                                 KeptWorlds kept_worlds) {
   // On a busy machine anyone may be slow, and all who come from it are one client; a test that is about a time-out or a
   // rate gives its own, and the last one counts.
   std::vector<std::string> all{"--hello-timeout-ms",
@@ -50,6 +51,9 @@ base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>&
   server.http_address_ = value_of(*line, "http=");
   if (!line->starts_with("ready ") || server.tcp_address_.empty()) {
     return base::Status(base::StatusCode::internal, "not a ready line: " + *line, server.error_output());
+  }
+  if (kept_worlds == KeptWorlds::awaited && std::ranges::find(arguments, "--data-dir") != arguments.end()) {
+    if (const auto up = server.await_kept_worlds(timeout); !up.ok()) return up.status();
   }
   return server;
 }

@@ -11,6 +11,9 @@
 
 namespace pneuma::support {
 
+/// Whether a server with a data directory is waited for until all of its kept worlds are up.
+enum class KeptWorlds { awaited, on_their_way };
+
 /// A running pneuma-server; killed with this object. It gives slow clients ten minutes, and all of them as many
 /// commands as they like, unless told otherwise.
 class ServerProcess {
@@ -19,7 +22,12 @@ class ServerProcess {
   /// arguments counts instead) and waits for its ready line. On an error, `where` is what it wrote on standard error.
   [[nodiscard]] static base::Result<ServerProcess> start(const std::vector<std::string>& arguments = {},
                                                          std::chrono::milliseconds timeout = std::chrono::seconds(60),
-                                                         ErrorOutput error_output = ErrorOutput::kept);
+                                                         ErrorOutput error_output = ErrorOutput::kept,
+                                                         KeptWorlds kept_worlds = KeptWorlds::awaited);
+  /// The line that says so; an error when it does not come in time.
+  [[nodiscard]] base::Result<std::string> await_kept_worlds(std::chrono::milliseconds timeout) {
+    return program_.next_line(timeout);
+  }
 
   [[nodiscard]] const std::string& tcp_address() const { return tcp_address_; }    // HOST:PORT
   [[nodiscard]] const std::string& http_address() const { return http_address_; }  // HOST:PORT, or "off"

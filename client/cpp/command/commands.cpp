@@ -17,9 +17,10 @@ std::string vector_text(const v1::Vec3& v) {
   return text.data();
 }
 
-/// "running", "running at 0.25", "paused, 2 frozen", "damaged".
+/// "running", "running at 0.25", "paused, 2 frozen", "damaged", "restoring".
 std::string state_of(const v1::WorldList::World& world) {
   if (world.damaged()) return "damaged";
+  if (world.restoring()) return "restoring";
   std::string state = world.paused() ? "paused" : "running";
   // A server of before slow motion tells none.
   if (world.time_scale() > 0.0 && world.time_scale() != 1.0)

@@ -65,6 +65,18 @@ struct ExportArguments {
   SampleRange range;
 };
 
+struct SnapshotArguments {
+  std::string world;
+  std::string file;
+  bool force = false;  // replaces what is there
+};
+
+struct RestoreArguments {
+  std::string file;
+  std::string name;  // empty: that of the world in the file
+  bool paused = false;
+};
+
 [[nodiscard]] base::Status list_worlds(Session& session);
 [[nodiscard]] base::Status create(Session& session, const CreateArguments& arguments);
 /// Prints frames, gaps and events until enough of them have come or the user interrupts, then a summary. Fails when the
@@ -78,6 +90,12 @@ struct ExportArguments {
 [[nodiscard]] base::Status play(FileSession& session, const PlayArguments& arguments);
 /// Writes a recording's soft bodies in another format.
 [[nodiscard]] base::Status export_recording(FileSession& session, const ExportArguments& arguments);
+/// Writes a world into a file, whole or not at all.
+[[nodiscard]] base::Status snapshot(Session& session, const SnapshotArguments& arguments);
+/// Makes a world of such a file.
+[[nodiscard]] base::Status restore(Session& session, const RestoreArguments& arguments);
+/// Replays such a file's history, and compares the hash that comes out.
+[[nodiscard]] base::Status verify(FileSession& session, const std::string& file);
 /// On standard error, where a recording ends before its end.
 void tell_damage(const Playback& playback);
 /// `file`: a SceneEdit as JSON, "-" for standard input.

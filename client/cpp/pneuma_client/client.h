@@ -95,6 +95,12 @@ class Client {
   [[nodiscard]] base::Result<v1::Done> reset(const std::string& world);
   /// Of a recording that is played: `time_s` counts from its first frame.
   [[nodiscard]] base::Result<v1::Done> seek(const std::string& world, double time_s);
+  /// A world file (WIRE.md) of the world as it is, in `data`; the rest tells of it.
+  [[nodiscard]] base::Result<v1::Snapshot> snapshot(const std::string& world);
+  // These wait as long as step(): a world may be replayed for them.
+  [[nodiscard]] base::Result<v1::Done> restore_world(const v1::RestoreWorld& request);
+  [[nodiscard]] base::Result<v1::Done> branch_world(const v1::BranchWorld& request);
+  [[nodiscard]] base::Result<v1::Done> rewind_world(const std::string& world, std::uint64_t tick);
   [[nodiscard]] base::Result<v1::Stats> stats(const std::string& world);
   [[nodiscard]] base::Result<v1::SceneReply> scene(const std::string& world);
   /// The round trip.

@@ -17,7 +17,7 @@ export class WorldList {
   /** Those that are whole, newly asked for. */
   async refresh(client = this.client): Promise<readonly WorldList_World[]> {
     this.client = client;
-    if (client) this.worlds = (await client.worlds()).filter(({ damaged }) => !damaged);
+    if (client) this.worlds = (await client.worlds()).filter(({ damaged, restoring }) => !damaged && !restoring);
     this.changed(this.worlds);
     return this.worlds;
   }

@@ -95,6 +95,41 @@ TEST_F(FrameHubTest, AKnownTopologyIsNotSentAgain) {
   EXPECT_EQ(kinds(tick(), 2), "layout frame ");
 }
 
+TEST_F(FrameHubTest, WhatIsNoHashOfATopologyIsRefused) {
+  v1::Subscribe request;
+  request.add_known_topologies(std::string(16, 'x'));
+  EXPECT_TRUE(hub_.subscribe(ann_, request, 60.0).ok()) << "one that the server has never seen";
+  request.add_known_topologies("short");
+  EXPECT_EQ(hub_.subscribe(bob_, request, 60.0).status().where(), "subscribe.known_topologies[1]");
+}
+
+TEST_F(FrameHubTest, AKeyThatIsAskedForComesToWhoAskedAlone) {
+  const std::uint32_t stream = subscribe(ann_).stream_id();
+  subscribe(bob_);
+  tick();
+  tick();
+  EXPECT_TRUE(hub_.request_key(ann_->id(), stream));
+  const auto apart = frames(tick());
+  ASSERT_EQ(apart.size(), 2U);
+  EXPECT_NE(apart[0].key, nullptr);
+  EXPECT_EQ(apart[0].delta, nullptr) << "it would take the delta";
+  EXPECT_NE(apart[1].delta, nullptr);
+  EXPECT_EQ(frames(tick()).size(), 1U) << "one chain of deltas for both again";
+  EXPECT_FALSE(hub_.request_key(3, stream)) << "who has no such stream";
+}
+
+TEST_F(FrameHubTest, AStreamKeepsTheRateThatWasAskedForWhenTheWorldsChanges) {
+  subscribe(ann_, 13.0);
+  EXPECT_EQ(subscribe(bob_, 12.5).stream_id(), last_stream_id_) << "the same frames at 60 Hz: one stream";
+  EXPECT_EQ(last_stream_id_, 1U);
+  Outbox outbox;
+  hub_.rate_changed("w", 1, 1000.0, outbox);
+  const auto message = parse(std::get<Outbox::Send>(outbox.items.at(0)).message);
+  EXPECT_NEAR(message.event().rate_hz(), 13.0, 0.1);
+  hub_.rate_changed("w", 2, 60.0, outbox);
+  EXPECT_EQ(parse(std::get<Outbox::Send>(outbox.items.back()).message).event().rate_hz(), 12.0);
+}
+
 TEST_F(FrameHubTest, DeltasDecodeToTheWorldWithinTheBound) {
   const double max_error_m = 1e-4;
   const auto subscribed = subscribe(ann_, 0.0, max_error_m);

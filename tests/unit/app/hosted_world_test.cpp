@@ -201,7 +201,9 @@ TEST_F(HostedWorldTest, ATimeScaleThatNoWorldHasIsRefused) {
     post(message);
     const auto replies = drain();
     ASSERT_EQ(replies.size(), 1U);
-    EXPECT_EQ(replies[0].error().code(), v1::Error::INVALID_ARGUMENT) << scale;
+    const bool is_past_a_limit = scale > 0.0;
+    EXPECT_EQ(replies[0].error().code(), is_past_a_limit ? v1::Error::LIMIT_EXCEEDED : v1::Error::INVALID_ARGUMENT)
+        << scale;
     EXPECT_EQ(replies[0].error().where(), "resume.time_scale");
     EXPECT_TRUE(world_->status().listing.paused());
   }
@@ -226,6 +228,31 @@ TEST_F(HostedWorldTest, ASubscriberWhoAsksIsToldOfEachChangeAndOfNothingElse) {
     if (message.has_applied()) told.push_back(message.applied().command().request_case());
   }
   EXPECT_EQ(told, (std::vector{v1::ClientMessage::kResume, v1::ClientMessage::kReset}));
+}
+
+TEST_F(HostedWorldTest, OfAGrabItsIdIsToldToo) {
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(1);
+  subscribe.mutable_subscribe()->set_commands(true);
+  post(subscribe);
+  post(grab_vertex(3));
+  post(grab_vertex(5));
+  std::vector<std::uint64_t> told;
+  std::vector<std::uint64_t> replied;
+  for (const auto& message : drain()) {
+    if (message.has_applied()) told.push_back(message.applied().grab_id());
+    if (message.has_grabbed()) replied.push_back(message.grabbed().grab_id());
+  }
+  EXPECT_EQ(told.size(), 2U);
+  EXPECT_EQ(told, replied);
+}
+
+TEST_F(HostedWorldTest, WithoutAHostNobodyLooksBack) {
+  v1::ClientMessage message;
+  message.set_request_id(1);
+  message.mutable_take_snapshot()->set_world("w");
+  post(message);
+  EXPECT_EQ(drain().at(0).error().code(), v1::Error::UNSUPPORTED);
 }
 
 TEST_F(HostedWorldTest, ALiveWorldRefusesToSeek) {

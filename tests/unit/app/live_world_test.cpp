@@ -56,6 +56,43 @@ TEST(LiveWorld, TheSameCommandsAtTheSameTicksGiveTheSameHash) {
   EXPECT_NE(a.physics().state_hash(), untouched.physics().state_hash());
 }
 
+TEST(LiveWorld, ARewindTakesItBackToAStateAndItsTicksGoOn) {
+  LiveWorld reference = ball_world();
+  play(reference, 15);
+  const std::uint64_t hash_without_grab = [] {
+    LiveWorld free = ball_world();
+    play(free, 12);
+    return free.physics().state_hash();
+  }();
+
+  LiveWorld world = ball_world();
+  play(world, 12);
+  v1::ClientMessage rewind;
+  rewind.mutable_rewind_world()->set_world("w");
+  rewind.mutable_rewind_world()->set_tick(12);
+  rewind.mutable_rewind_world()->set_state(to_bytes(SavedWorld{world.save(), false}));
+  play(world, 40);
+  const auto effect = world.change(rewind);
+  ASSERT_TRUE(effect.ok()) << effect.status().message();
+  EXPECT_TRUE(effect->edited);
+  EXPECT_EQ(world.tick(), 40U);
+  EXPECT_EQ(world.physics().state_hash(), hash_without_grab);
+  EXPECT_EQ(world.scene().soft_bodies_size(), 1) << "the edit of tick 20 is gone";
+  // The same commands again lead to the same state.
+  ASSERT_TRUE(world.change(grab_vertex(3)).ok());
+  physics::Workers workers(1);
+  while (world.tick() < 43) world.physics().step_tick(workers);
+  std::vector<double> here_m(3 * 42);
+  std::vector<double> there_m(3 * 42);
+  world.physics().copy_positions(0, here_m);
+  reference.physics().copy_positions(0, there_m);
+  EXPECT_EQ(here_m, there_m);
+
+  rewind.mutable_rewind_world()->set_state("no state");
+  EXPECT_EQ(world.change(rewind).status().where(), "rewind_world.state");
+  EXPECT_EQ(world.tick(), 43U);
+}
+
 v1::ClientMessage set_gravity(double y) {
   v1::ClientMessage message;
   message.mutable_edit()->set_world("w");

@@ -59,6 +59,11 @@ TEST(CommandUsage, BadArgumentsExitWith2AndOneLineSaysWhy) {
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "-1"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--at", "0,0,0", "--radius", "nan"},
       {"worlds", "worlds"},
+      {"snapshot", "w"},
+      {"branch"},
+      {"branch", "w", "--at", "-1"},
+      {"rewind", "w"},
+      {"verify"},
       {"impulse", "w", "ball", "--impulse", "1,2,3", "--vertex", "1", "--at", "0,0,0"},
       {"--ca", "file", "worlds"},
   };
@@ -70,6 +75,58 @@ TEST(CommandUsage, BadArgumentsExitWith2AndOneLineSaysWhy) {
     EXPECT_LT(finished.error_output.size(), 150U) << finished.error_output;
     EXPECT_EQ(finished.output, "");
   }
+}
+
+TEST(CommandWorldFiles, BranchRestoreAndRewindAskForWhatTheyAreTold) {
+  const v1::BranchWorld branch = request_of({"branch", "w", "--at", "15", "--name", "n", "--paused"}).branch_world();
+  EXPECT_EQ(branch.world(), "w");
+  EXPECT_EQ(branch.tick(), 15U);
+  EXPECT_EQ(branch.name(), "n");
+  EXPECT_TRUE(branch.paused());
+  EXPECT_FALSE(request_of({"branch", "w"}).branch_world().has_tick());
+  EXPECT_EQ(request_of({"rewind", "w", "7"}).rewind_world().tick(), 7U);
+  const support::TemporaryFolder folder;
+  std::ofstream(folder / "f.world") << "what is in it";
+  const v1::RestoreWorld restore = request_of({"restore", folder / "f.world", "--name", "n"}).restore_world();
+  EXPECT_EQ(restore.snapshot(), "what is in it");
+  EXPECT_EQ(restore.name(), "n");
+  EXPECT_FALSE(restore.paused());
+}
+
+TEST(CommandWorldFiles, ASnapshotIsFetchedInPiecesAndReplacesAFileWithForceAlone) {
+  const support::TemporaryFolder folder;
+  const std::string file = folder / "w.world";
+  const auto piece = [](std::uint64_t offset, const std::string& data) {
+    return [=](const v1::ClientMessage& request, v1::ServerMessage& message) {
+      if (offset > 0) {
+        EXPECT_EQ(request.read_snapshot().offset(), offset);
+      }
+      message.mutable_snapshot()->set_snapshot_id(3);
+      message.mutable_snapshot()->set_offset(offset);
+      message.mutable_snapshot()->set_data(data);
+      message.mutable_snapshot()->set_bytes_total(10);
+      message.mutable_snapshot()->set_tick(40);
+    };
+  };
+  const auto snapshot_into = [&](std::vector<std::string> arguments) {
+    const FakeServer server([&](FakeSession& session) {
+      session.welcome();
+      if (session.reply(piece(0, "abcd")) && session.reply(piece(4, "efgh"))) session.reply(piece(8, "ij"));
+    });
+    arguments.insert(arguments.begin(), {"snapshot", "w"});
+    return run(server, arguments);
+  };
+  const Finished first = snapshot_into({file});
+  EXPECT_EQ(first.exit_status, 0) << first.error_output;
+  EXPECT_EQ(first.output, file + ": w at tick 40, 10 bytes, no history\n");
+  std::ifstream in(file);
+  std::string text;
+  in >> text;
+  EXPECT_EQ(text, "abcdefghij");
+  const Finished again = snapshot_into({file});
+  EXPECT_EQ(again.exit_status, 1);
+  EXPECT_NE(again.error_output.find("--force"), std::string::npos) << again.error_output;
+  EXPECT_EQ(snapshot_into({file, "--force"}).exit_status, 0);
 }
 
 TEST(CommandUsage, WithJsonBadArgumentsAreAnErrorObject) {
