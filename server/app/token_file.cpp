@@ -123,7 +123,8 @@ Result<std::string> read_text(const std::string& file) {
   if (in.bad()) return failed("cannot be read", file);
   text.resize(static_cast<std::size_t>(in.gcount()));
   if (text.size() > base::token_file_bytes_max) {
-    return Status(StatusCode::limit_exceeded, "is larger than " + std::to_string(base::token_file_bytes_max) + " bytes",
+    return Status(StatusCode::limit_exceeded,
+                  std::string("is larger than ").append(std::to_string(base::token_file_bytes_max)).append(" bytes"),
                   file);
   }
   return text;
