@@ -131,14 +131,14 @@ Result<std::string> read_text(const std::string& file) {
 }
 
 /// An open file or folder.
-class Descriptor {
+class OpenDescriptor {
  public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
+  explicit OpenDescriptor(int number) : number_(number) {}
+  ~OpenDescriptor() {
     if (number_ >= 0) ::close(number_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  OpenDescriptor(const OpenDescriptor&) = delete;
+  OpenDescriptor& operator=(const OpenDescriptor&) = delete;
   [[nodiscard]] int number() const { return number_; }
   [[nodiscard]] bool ok() const { return number_ >= 0; }
 
@@ -157,11 +157,11 @@ Status write_all(int file, std::string_view text, const std::string& name) {
 }
 
 /// Only who holds the folder's lock changes files in it, so none loses another's token.
-Status replace_file(const std::string& file, const Descriptor& folder, std::string_view text) {
+Status replace_file(const std::string& file, const OpenDescriptor& folder, std::string_view text) {
   const std::string temporary = file + ".new";
   ::unlink(temporary.c_str());  // of a writer that was killed
   {
-    const Descriptor out(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
+    const OpenDescriptor out(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
     if (!out.ok()) return failed("cannot be made", temporary);
     if (Status written = write_all(out.number(), text, temporary); !written.ok()) {
       ::unlink(temporary.c_str());
@@ -179,7 +179,7 @@ Status update_file(const std::string& given, bool may_be_new, const Change& chan
   std::error_code error;
   const std::filesystem::path file = std::filesystem::weakly_canonical(std::filesystem::absolute(given), error);
   if (error) return {StatusCode::unavailable, error.message(), given};
-  const Descriptor folder(::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const OpenDescriptor folder(::open(file.parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder.ok() || ::flock(folder.number(), LOCK_EX) != 0) return failed("its folder cannot be opened", given);
   std::string text(head);
   if (!may_be_new || std::filesystem::exists(file, error)) {

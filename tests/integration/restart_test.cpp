@@ -8,6 +8,7 @@
 
 #include "raw_connection.h"
 #include "served.h"
+#include "support/sanitizers.h"
 
 namespace pneuma::integration {
 namespace {
@@ -191,7 +192,8 @@ class RestartWithMotion : public Restart {
     start(without_checkpoints());
     client::Client client = connect();
     create(client, two_balls(), "moved", true);
-    const auto stepped = client.step("moved", 20'000);
+    // Some seconds to replay; the thread sanitizer takes twenty times as long.
+    const auto stepped = client.step("moved", support::is_thread_sanitized ? 2'000 : 20'000);
     ASSERT_TRUE(stepped.ok()) << stepped.status().message();
     hash_ = client.stats("moved")->state_hash();
     server_->kill();

@@ -200,6 +200,7 @@ TEST_F(WorldFiles, ALargeWorldComesInPiecesAndGoesBack) {
   start();
   client::Client client = connect();
   v1::Scene scene = two_balls();
+  scene.mutable_soft_bodies()->DeleteSubrange(1, 1);
   scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(6);
   scene.mutable_stepping()->set_substeps(1);
   scene.mutable_stepping()->set_integrator(v1::Stepping::SYMPLECTIC_EULER);
@@ -207,7 +208,7 @@ TEST_F(WorldFiles, ALargeWorldComesInPiecesAndGoesBack) {
   create(client, scene, "large", true);
   const auto taken = client.snapshot("large");
   ASSERT_TRUE(taken.ok()) << taken.status().message();
-  EXPECT_GT(taken->bytes_total(), 2U * 1024 * 1024) << "more than a message holds";
+  EXPECT_GT(taken->bytes_total(), 1024U * 1024) << "more than a message holds";
   v1::RestoreWorld restore;
   restore.set_name("again");
   restore.set_snapshot(taken->data());

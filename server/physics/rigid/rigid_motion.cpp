@@ -13,7 +13,7 @@ namespace {
 
 // A body goes through a larger turn in parts. A plate that turned by 2.4 rad a substep had twice the energy after ten.
 constexpr double turn_max_rad = 0.1;
-constexpr double turns_max = 128.0;
+constexpr double turn_parts_max = 128.0;
 
 /// What keeps the angular momentum: R I R^T w is the same before and after. The mean angular velocity is that at half
 /// the turn.
@@ -21,7 +21,7 @@ void turn_freely(RigidState& body, double dt_s) {
   const Vec3d inertia = body.inverse_inertia_1_kg_m2.cwiseInverse();
   const Quatd axes = principal_orientation(body);
   const Vec3d momentum = axes * inertia.cwiseProduct(axes.conjugate() * body.angular_velocity);
-  const double turns = std::clamp(std::ceil(dt_s * body.angular_velocity.norm() / turn_max_rad), 1.0, turns_max);
+  const double turns = std::clamp(std::ceil(dt_s * body.angular_velocity.norm() / turn_max_rad), 1.0, turn_parts_max);
   const double part_s = dt_s / turns;
   for (double turn = 0.0; turn < turns; ++turn) {
     const Quatd before = body.orientation;

@@ -20,10 +20,10 @@ Token token_of(const std::string& secret, Role role, std::optional<std::chrono::
   return {{"id-of-" + secret, role, {}, expires}, digest_of(secret)};
 }
 
-constexpr Gatekeeper::TimePoint clock_start{std::chrono::hours(1)};
+constexpr Gatekeeper::TimePoint gate_start{std::chrono::hours(1)};
 
 GrantPtr admitted(Gatekeeper& gatekeeper, const std::string& token, std::chrono::sys_seconds wall_clock = noon) {
-  return gatekeeper.admit(token, "here", clock_start, wall_clock).grant;
+  return gatekeeper.admit(token, "here", gate_start, wall_clock).grant;
 }
 
 TEST(Gatekeeper, WithoutTokensEveryoneMayDoEverything) {
@@ -38,7 +38,7 @@ TEST(Gatekeeper, WithTokensNobodyElseGetsIn) {
   EXPECT_EQ(admitted(gatekeeper, "a")->role, Role::view);
   EXPECT_EQ(admitted(gatekeeper, "b")->role, Role::admin);
   for (const char* wrong : {"", "c", "A", "ab"}) {
-    const auto verdict = gatekeeper.admit(wrong, "here", clock_start, noon);
+    const auto verdict = gatekeeper.admit(wrong, "here", gate_start, noon);
     EXPECT_EQ(verdict.grant, nullptr) << wrong;
     EXPECT_EQ(verdict.refusal.code(), base::StatusCode::unauthenticated) << wrong;
   }
@@ -84,7 +84,7 @@ TEST(Gatekeeper, GuessesOfAnAddressBecomeFewAndFewer) {
   int looked_at = 0;
   double wait_max_s = 0.0;
   for (int ms = 0; ms < 3'600'000; ms += 100) {
-    const auto verdict = gatekeeper.admit(guess(ms), "here", clock_start + std::chrono::milliseconds(ms), noon);
+    const auto verdict = gatekeeper.admit(guess(ms), "here", gate_start + std::chrono::milliseconds(ms), noon);
     ASSERT_EQ(verdict.grant, nullptr);
     if (verdict.refusal.code() == base::StatusCode::unauthenticated) {
       ++looked_at;
@@ -103,12 +103,12 @@ TEST(Gatekeeper, GuessesOfOneAddressDoNotKeepOthersOut) {
   Token short_one = token_of("short", Role::admin);
   short_one.is_guessable = true;
   gatekeeper.use({token_of("random", Role::view), short_one});
-  for (int i = 0; i < 100; ++i) (void)gatekeeper.admit(guess(i), "here", clock_start, noon);
-  EXPECT_EQ(gatekeeper.admit("short", "here", clock_start, noon).refusal.code(), base::StatusCode::limit_exceeded)
+  for (int i = 0; i < 100; ++i) (void)gatekeeper.admit(guess(i), "here", gate_start, noon);
+  EXPECT_EQ(gatekeeper.admit("short", "here", gate_start, noon).refusal.code(), base::StatusCode::limit_exceeded)
       << "or the waits would tell that the others are wrong";
   EXPECT_NE(admitted(gatekeeper, "random"), nullptr) << "nobody finds that one by guessing";
-  EXPECT_NE(gatekeeper.admit("short", "there", clock_start, noon).grant, nullptr);
-  EXPECT_NE(gatekeeper.admit("short", "here", clock_start + std::chrono::minutes(2), noon).grant, nullptr);
+  EXPECT_NE(gatekeeper.admit("short", "there", gate_start, noon).grant, nullptr);
+  EXPECT_NE(gatekeeper.admit("short", "here", gate_start + std::chrono::minutes(2), noon).grant, nullptr);
 }
 
 TEST(Gatekeeper, TheSameWrongTokenAgainIsNoGuess) {
@@ -123,7 +123,7 @@ TEST(Gatekeeper, TheSameWrongTokenAgainIsNoGuess) {
 TEST(GuessLimits, RememberSoManyAddressesAndNoMore) {
   GuessLimits limits;
   for (std::size_t i = 0; i < base::token_guessers_max + 100; ++i) {
-    limits.note_wrong(std::to_string(i), digest_of("wrong"), clock_start + std::chrono::milliseconds(i));
+    limits.note_wrong(std::to_string(i), digest_of("wrong"), gate_start + std::chrono::milliseconds(i));
   }
   EXPECT_EQ(limits.addresses(), base::token_guessers_max);
 }
@@ -133,10 +133,10 @@ TEST(ClientRates, RememberAClientUntilItsBurstIsBack) {
   limits.commands_per_s = 1.0;
   limits.commands_burst = 10.0;
   ClientRates rates(limits);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(rates.commands_of("here", clock_start)->take(clock_start), 0.0);
-  (void)rates.commands_of("there", clock_start + std::chrono::seconds(4));
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(rates.commands_of("here", gate_start)->take(gate_start), 0.0);
+  (void)rates.commands_of("there", gate_start + std::chrono::seconds(4));
   EXPECT_EQ(rates.clients(), 2U);
-  (void)rates.commands_of("there", clock_start + std::chrono::seconds(5));
+  (void)rates.commands_of("there", gate_start + std::chrono::seconds(5));
   EXPECT_EQ(rates.clients(), 1U);
 }
 
@@ -163,13 +163,15 @@ TEST(WorldPatterns, WhatIsNoPatternIsRefused) {
 // The roles stand here once more, so that a kind that is added, or given another role, is looked at twice.
 TEST(RequestKinds, EachAsksForItsRoleAndNamesItsWorld) {
   const std::map<std::string, Role> roles{
-      {"hello", Role::none},       {"ping", Role::view},          {"pong", Role::view},
-      {"part", Role::view},        {"list_worlds", Role::view},   {"subscribe", Role::view},
-      {"unsubscribe", Role::view}, {"get_stats", Role::view},     {"get_scene", Role::view},
-      {"edit", Role::edit},        {"impulse", Role::edit},       {"grab", Role::edit},
-      {"move_grab", Role::edit},   {"release_grab", Role::edit},  {"pause", Role::edit},
-      {"resume", Role::edit},      {"step", Role::edit},          {"reset", Role::edit},
-      {"seek", Role::edit},        {"create_world", Role::admin}, {"destroy_world", Role::admin},
+      {"hello", Role::none},        {"ping", Role::view},           {"pong", Role::view},
+      {"part", Role::view},         {"list_worlds", Role::view},    {"subscribe", Role::view},
+      {"unsubscribe", Role::view},  {"get_stats", Role::view},      {"get_scene", Role::view},
+      {"edit", Role::edit},         {"impulse", Role::edit},        {"grab", Role::edit},
+      {"move_grab", Role::edit},    {"release_grab", Role::edit},   {"pause", Role::edit},
+      {"resume", Role::edit},       {"step", Role::edit},           {"reset", Role::edit},
+      {"seek", Role::edit},         {"create_world", Role::admin},  {"destroy_world", Role::admin},
+      {"request_key", Role::view},  {"take_snapshot", Role::view},  {"read_snapshot", Role::view},
+      {"rewind_world", Role::edit}, {"restore_world", Role::admin}, {"branch_world", Role::admin},
   };
   const auto* requests = v1::ClientMessage::descriptor()->FindOneofByName("request");
   EXPECT_EQ(static_cast<std::size_t>(requests->field_count()), roles.size());
