@@ -1,5 +1,7 @@
 // No bytes from a client may crash the gate, or take more memory than is said before they are parsed.
 // Input: a message of class ClientMessage, which comes whole and in parts of the size that the first byte tells.
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -27,8 +29,10 @@ app::SessionGate::Verdict say(app::SessionGate& gate, std::string_view bytes) {
 /// A request goes to a world, or is one of those that need none.
 void must_have_a_place(const app::SessionGate::Verdict& verdict) {
   if (!verdict.request || app::world_of(*verdict.request->message) != nullptr) return;
-  const v1::ClientMessage& request = *verdict.request->message;
-  if (!request.has_list_worlds() && !request.has_create_world() && !request.has_unsubscribe()) std::abort();
+  using Request = v1::ClientMessage;
+  constexpr std::array placeless{Request::kListWorlds, Request::kCreateWorld,  Request::kUnsubscribe,
+                                 Request::kRequestKey, Request::kReadSnapshot, Request::kRestoreWorld};
+  if (std::ranges::find(placeless, verdict.request->message->request_case()) == placeless.end()) std::abort();
 }
 
 }  // namespace
