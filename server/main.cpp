@@ -7,7 +7,6 @@
 #include <functional>
 #include <initializer_list>
 #include <latch>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -157,11 +156,14 @@ void add_flags(CLI::App& app, Options& options) {
       ->check(number_between(1e-3, 1e6))
       ->default_str("10");
   using pneuma::persist::Sync;
-  app.add_option("--sync", config.sync,
-                 "What a crash of the machine may lose of what was answered: request, nothing; second, about the last "
-                 "second; os, what the system had not written yet")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Sync>{
-          {"request", Sync::every_record}, {"second", Sync::each_second}, {"os", Sync::none}}))
+  app.add_option_function<std::string>(
+         "--sync",
+         [&config](const std::string& name) {
+           config.sync = name == "request" ? Sync::every_record : name == "second" ? Sync::each_second : Sync::none;
+         },
+         "What a crash of the machine may lose of what was answered: request, nothing; second, about the last second; "
+         "os, what the system had not written yet")
+      ->check(CLI::IsMember({"os", "request", "second"}))
       ->default_str("os");
   app.add_option("--log-level", options.log_level, "Least level that is logged")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

@@ -19,22 +19,6 @@ double gas_of_all_j(const World& world) {
   return sum_j;
 }
 
-double energy_of_all_j(const World& world) {
-  double sum_j = gas_of_all_j(world);
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    const BodyMeasures of = world.measure(i);
-    sum_j += of.kinetic_j + of.elastic_j + of.gravity_j;
-  }
-  for (const RigidState& state : world.rigid_bodies()) {
-    const Vec3d spin = state.orientation.inverse() * state.angular_velocity;
-    const Vec3d axes = state.principal_axes ? Vec3d(state.principal_axes->inverse() * spin) : spin;
-    sum_j += 0.5 * state.body.mass_kg * state.velocity.squaredNorm() +
-             0.5 * axes.cwiseAbs2().dot(state.inverse_inertia_1_kg_m2.cwiseInverse()) -
-             state.body.mass_kg * world.gravity_m_s2().dot(state.position);
-  }
-  return sum_j;
-}
-
 // Draws in the order of its statements, the same by every compiler.
 class AnyScene {
  public:
@@ -206,7 +190,7 @@ void expect_no_more_than(double share, const Scene& scene, double seconds, const
   for (const SoftBody& body : scene.soft_bodies) count(body);
   for (const RigidBody& body : scene.rigid_bodies) count(body);
   World world = make_world(scene);
-  const double first_j = energy_of_all_j(world);
+  const double first_j = whole_energy_j(world);
   const auto ticks = static_cast<std::uint64_t>(seconds * scene.stepping.rate_hz);
   double least_gas_j = gas_of_all_j(world);
   double most_gas_j = least_gas_j;
@@ -216,7 +200,7 @@ void expect_no_more_than(double share, const Scene& scene, double seconds, const
     const double gas_j = gas_of_all_j(world);
     least_gas_j = std::min(least_gas_j, gas_j);
     most_gas_j = std::max(most_gas_j, gas_j);
-    const double gained_j = energy_of_all_j(world) - first_j;
+    const double gained_j = whole_energy_j(world) - first_j;
     ASSERT_TRUE(std::isfinite(gained_j)) << what;
     most_j = std::max(most_j, gained_j);
   }
