@@ -19,6 +19,7 @@ import {
   shownTick,
   standStill,
   test,
+  unfold,
   until,
   usePage,
   world,
@@ -55,19 +56,6 @@ async function anotherPage(): Promise<Page> {
   const another = await browser.newPage({ viewport: { width: 640, height: 320 } });
   another.setDefaultTimeout(60_000);
   return another;
-}
-
-/** Opens a group of the panel, where its controls are. */
-async function unfold(summary: string, on: Page = page): Promise<void> {
-  await on.$$eval(
-    "#panel details",
-    (groups, text) => {
-      for (const group of groups) {
-        if (group.querySelector("summary")!.textContent === text) (group as HTMLDetailsElement).open = true;
-      }
-    },
-    summary,
-  );
 }
 
 async function said(pattern: RegExp, on: Page = page): Promise<void> {

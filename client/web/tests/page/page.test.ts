@@ -21,6 +21,7 @@ import {
   shownTick,
   standStill,
   test,
+  unfold,
   usePage,
   world,
 } from "./set_up.js";
@@ -180,6 +181,7 @@ test("who may only look gets no controls that change anything", async () => {
     assert.ok(!(await page.isVisible(`#${id}`)), id);
   }
   assert.ok(!(await page.isVisible("#new-world-open")));
+  await unfold("Share");
   assert.ok(await page.isVisible("#record"));
   asked.length = 0;
   for (const key of ["Space", "r", "t", "a", "n", "Delete"]) await page.keyboard.press(key);

@@ -73,6 +73,19 @@ export async function open(on: Page): Promise<void> {
   await on.waitForSelector("#status[data-tick]");
 }
 
+/** Opens a group of the panel, where its controls are. */
+export async function unfold(summary: string, on: Page = page): Promise<void> {
+  await on.$$eval(
+    "#panel details",
+    (groups, text) => {
+      for (const group of groups) {
+        if (group.querySelector("summary")!.textContent === text) (group as HTMLDetailsElement).open = true;
+      }
+    },
+    summary,
+  );
+}
+
 /** Waits until what is asked for again and again is so. */
 export async function until(isSo: () => Promise<boolean>): Promise<void> {
   const limitMs = performance.now() + patienceMs;
