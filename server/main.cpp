@@ -110,6 +110,16 @@ void add_memory(CLI::App& app, Config::Memory& memory) {
   amount("--world-memory-bytes-max", memory.world_bytes_max, "Of one world", "a quarter of all worlds'");
 }
 
+/// Without a limit where a flag is not given.
+void add_step_time(CLI::App& app, Config::StepTime& step_time) {
+  const auto processors = [&app](const char* flag, double& value, const char* what) {
+    app.add_option(flag, value, what)->check(number_between(1e-3, 1e3))->default_str("no limit")->group("Limits");
+  };
+  processors("--world-processors-max", step_time.world_processors,
+             "Processor seconds a second that one world may take");
+  processors("--client-processors-max", step_time.client_processors, "The same of all worlds that one client made");
+}
+
 void add_flags(CLI::App& app, Options& options) {
   Config& config = options.config;
   // A flag given twice: the last one counts, so that a container's own can be overruled.
@@ -174,6 +184,7 @@ void add_flags(CLI::App& app, Options& options) {
   app.add_flag("--health", options.health, "Ask the server at --http whether it is well, and exit");
   add_limits(app, config.limits);
   add_memory(app, config.memory);
+  add_step_time(app, config.step_time);
 }
 
 int fail(const pneuma::base::Status& status) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/step_budget.h"
 #include "base/limits.h"
 #include "persist/command_log.h"
 
@@ -40,6 +41,13 @@ struct Config {
     std::size_t world_bytes_max = 0;   // of one; 0: a quarter of all
   };
   Memory memory;
+
+  /// Seconds of processor time a second that worlds may take.
+  struct StepTime {
+    double world_processors = TimeBudget::unlimited;   // one world
+    double client_processors = TimeBudget::unlimited;  // all those that one client made
+  };
+  StepTime step_time;
 };
 
 /// Fills in what is left open of the memory's limits, and cuts those of messages to their share of it.

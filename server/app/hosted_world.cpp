@@ -1,5 +1,6 @@
 #include "app/hosted_world.h"
 
+#include <algorithm>
 #include <utility>
 
 #include <spdlog/spdlog.h>
@@ -39,11 +40,12 @@ std::uint32_t frozen_count(const physics::World& world) {
 }  // namespace
 
 HostedWorld::HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-                         Wiring wiring, WorldMemory memory)
+                         Wiring wiring, WorldRoom room)
     : name_(std::move(name)),
       wiring_(std::move(wiring)),
       live_(std::move(live)),
-      memory_(std::move(memory)),
+      memory_(std::move(room.memory)),
+      time_(std::move(room.time)),
       hub_(wiring_.take_stream_id, wiring_.drop_stream_id, wiring_.defer),
       journal_(std::move(journal)),
       paused_(paused) {
@@ -62,8 +64,10 @@ WorldStatus HostedWorld::status() const {
 }
 
 void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
-  if (mid_tick_) {
-    if (now - tick_began_ < long_tick) return;
+  const bool held_back = is_held_back(now);
+  if (mid_tick_ || held_back) {
+    had_its_share_ = false;
+    if (!held_back && now - tick_began_ < long_tick) return;
     if (const std::optional<Request> end = inbox_.take_destroy()) destroy(*end, outbox);
     return;
   }
@@ -89,7 +93,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
 }
 
 bool HostedWorld::tick_due(TimePoint now) const {
-  if (halted_ || destroyed_by_) return false;
+  if (halted_ || destroyed_by_ || time_.ready_at(now) > now) return false;
   return mid_tick_ || !pending_steps_.empty() || (!paused_ && now >= clock_.due());
 }
 
@@ -180,10 +184,11 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
     if (now - last_slow_event_ > slow_event_interval) {
       last_slow_event_ = now;
       const double ratio = window_.summary(now).time_ratio;
-      spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}", log_name(name_), live_.tick(), ratio,
-                   slipped_s_);
+      const std::string why = held_back_by_.empty() ? std::string() : "; " + std::exchange(held_back_by_, {});
+      spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}{}", log_name(name_), live_.tick(), ratio,
+                   slipped_s_, why);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
-                                     "simulated over real time: " + base::number_text(ratio * time_scale_)),
+                                     "simulated over real time: " + base::number_text(ratio * time_scale_) + why),
                        outbox);
     }
   }
@@ -204,15 +209,30 @@ void HostedWorld::describe_keeping(WorldStatus& status) const {
   status.behind_checkpoint_of = journal_->behind_checkpoint_of(live_.tick());
 }
 
+bool HostedWorld::is_held_back(TimePoint now) {
+  const bool is_held_back = time_.ready_at(now) > now;
+  if (is_held_back) {
+    held_back_by_ = time_.describe(now);
+    if (held_back_ == TimePoint{}) held_back_ = now;
+  } else if (held_back_ != TimePoint{}) {
+    wiring_.metrics->held_back_seconds.Increment(1e-3 * ms_between(std::exchange(held_back_, {}), now));
+  }
+  return is_held_back;
+}
+
 std::optional<HostedWorld::TimePoint> HostedWorld::next_due(TimePoint now) const {
-  if (destroyed_by_) return std::nullopt;
+  if (destroyed_by_ || time_.ready_at(now) > now) return std::nullopt;
   if (tick_due(now) || had_its_share_) return now;
   if (paused_ || halted_) return std::nullopt;
   return clock_.due();
 }
 
-std::optional<HostedWorld::TimePoint> HostedWorld::next_try() const {
-  return journal_ && !destroyed_by_ && !halted_ ? journal_->next_try() : std::nullopt;
+std::optional<HostedWorld::TimePoint> HostedWorld::next_try(TimePoint now) const {
+  if (destroyed_by_) return std::nullopt;
+  const TimePoint ready_at = time_.ready_at(now);
+  const auto next = journal_ && !halted_ ? journal_->next_try() : std::nullopt;
+  if (ready_at <= now) return next;
+  return next ? std::min(*next, ready_at) : ready_at;
 }
 
 void HostedWorld::finish_tick(TimePoint deadline, Outbox& outbox) {

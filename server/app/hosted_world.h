@@ -21,8 +21,8 @@
 #include "app/tick_window.h"
 #include "app/world_clock.h"
 #include "app/world_journal.h"
-#include "app/world_memory.h"
 #include "app/world_moment.h"
+#include "app/world_room.h"
 #include "app/world_status.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -42,7 +42,7 @@ class HostedWorld {
 
   /// `journal` may be null: nothing of the world is kept.
   HostedWorld(std::string name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal, Wiring wiring,
-              WorldMemory memory = WorldMemory::unlimited());
+              WorldRoom room = {});
 
   // Any thread:
 
@@ -52,11 +52,11 @@ class HostedWorld {
 
   // The stepping thread, in the order of a tick:
 
-  /// Carries out what came since the last tick. Nothing where a tick is under way, but that a request to destroy the
-  /// world need not wait for one that takes long.
-  /// What is not done at `until`, or makes too many replies at once, waits for the next slice.
+  /// Carries out what came since the last tick. Nothing where a tick is under way or the world has used up its budget
+  /// of processor time, but that a request to destroy the world need not wait for long. What is not done at `until`, or
+  /// makes too many replies at once, waits for the next slice.
   void drain(TimePoint now, TimePoint until, Outbox& outbox);
-  /// A tick is under way, asked for, or due by its clock.
+  /// A tick is under way, asked for, or due by its clock, and there is processor time left for it.
   [[nodiscard]] bool tick_due(TimePoint now) const;
   /// Steps until the tick ends (true), or `give_way` says so between two parts of it.
   bool step(const std::function<bool()>& give_way);
@@ -65,10 +65,12 @@ class HostedWorld {
   void end_tick(TimePoint now, Outbox& outbox);
   /// Where one is due, or `force` is set.
   void checkpoint(TimePoint now, bool force);
+  /// What the slice that ends has taken of a processor, from its budget.
+  void spend(TimePoint now, TimeBudget::Duration used) { time_.spend(now, used); }
   /// When it wants to run next; nothing where it rests.
   [[nodiscard]] std::optional<TimePoint> next_due(TimePoint now) const;
   /// When it wants to run at the latest where it rests.
-  [[nodiscard]] std::optional<TimePoint> next_try() const;
+  [[nodiscard]] std::optional<TimePoint> next_try(TimePoint now) const;
 
   /// Takes no more requests; those that wait are answered with `why`.
   void close(const base::Status& why, Outbox& outbox);
@@ -116,6 +118,8 @@ class HostedWorld {
   /// What became of bodies in the tick, to the log and to all who watch.
   void send_events(Outbox& outbox);
   void publish_status(TimePoint now);
+  /// Whether its processor time is used up.
+  [[nodiscard]] bool is_held_back(TimePoint now);
   /// What is kept of the world, or not.
   void describe_keeping(WorldStatus& status) const;
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
@@ -126,6 +130,7 @@ class HostedWorld {
 
   LiveWorld live_;
   WorldMemory memory_;
+  StepBudget time_;
   FrameHub hub_;
   std::unique_ptr<WorldJournal> journal_;
   physics::Workers workers_{1};  // worlds run in parallel, not the bodies of a world
@@ -133,6 +138,8 @@ class HostedWorld {
 
   bool paused_;
   double time_scale_ = 1.0;     // simulated over real time
+  TimePoint held_back_{};       // since when there has been no processor time left for it; or none
+  std::string held_back_by_;    // which budget last did, told when the world slows
   bool had_its_share_ = false;  // of a slice, before all that waited was carried out
   std::deque<PendingStep> pending_steps_;
   std::optional<Request> destroyed_by_;

@@ -39,6 +39,8 @@ Metrics::Metrics()
       step_seconds(histogram(registry_, "pneuma_step_seconds", "Time to step one tick.")),
       encode_seconds(histogram(registry_, "pneuma_encode_seconds", "Time to encode one tick for all its qualities.")),
       slipped_seconds(counter(registry_, "pneuma_slipped_seconds_total", "Real time that worlds fell behind.")),
+      held_back_seconds(counter(registry_, "pneuma_held_back_seconds_total",
+                                "Time for which worlds waited since they had used up their processor time.")),
       sessions(gauge(registry_, "pneuma_sessions", "Connections open.")),
       queue_bytes(gauge(registry_, "pneuma_queue_bytes", "Bytes waiting to be sent, all sessions.")),
       frames_sent(counter(registry_, "pneuma_frames_sent_total", "Frames sent.")),

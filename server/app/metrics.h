@@ -31,6 +31,7 @@ class Metrics {
   prometheus::Histogram& step_seconds;
   prometheus::Histogram& encode_seconds;
   prometheus::Counter& slipped_seconds;
+  prometheus::Counter& held_back_seconds;
   prometheus::Gauge& sessions;
   prometheus::Gauge& queue_bytes;
   prometheus::Counter& frames_sent;

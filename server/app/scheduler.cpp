@@ -1,10 +1,23 @@
 #include "app/scheduler.h"
 
+#include <algorithm>
+#include <ctime>
 #include <utility>
 
 namespace pneuma::app {
 
-class Scheduler::Task {
+namespace {
+
+// Of this thread: what others take of its processor is not its task's.
+std::chrono::nanoseconds processor_time() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
+
+}  // namespace
+
+class Scheduler::Task : public ShareQueue::Sharer {
  public:
   explicit Task(Slice slice) : slice_(std::move(slice)) {}
 
@@ -17,17 +30,26 @@ class Scheduler::Task {
   State state_ = State::resting;
   bool woken_ = false;  // while running
   bool rests_ = false;  // while waiting: it may be woken before it is due
-  TimePoint due_{};
-  std::uint64_t sequence_ = 0;  // of equal due times, the one that has waited longer goes first
 };
 
-bool Scheduler::Earlier::operator()(const std::shared_ptr<Task>& a, const std::shared_ptr<Task>& b) const {
-  return std::pair(a->due_, a->sequence_) < std::pair(b->due_, b->sequence_);
+Scheduler::Turn::Turn(Scheduler& scheduler, const Task& task)
+    : scheduler_(scheduler), task_(task), began_(processor_time()) {}
+
+Scheduler::Clock::duration Scheduler::Turn::used() const {
+  return processor_time() - began_;
 }
 
-Scheduler::Scheduler(std::size_t threads) {
-  threads_.reserve(threads);
-  for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+bool Scheduler::Turn::other_due(TimePoint now) const {
+  const Clock::duration used = this->used();
+  const std::lock_guard lock(scheduler_.mutex_);
+  return scheduler_.queue_.has_before(task_, used, now);
+}
+
+Scheduler::Scheduler(std::size_t threads) : slices_max_(threads) {
+  // Beside all slices that go on for long, as many brief ones; and a few that turn out not to be brief.
+  constexpr std::size_t surprises = 4;
+  threads_.reserve(2 * threads + surprises);
+  for (std::size_t i = 0; i < 2 * threads + surprises; ++i) threads_.emplace_back([this] { work(); });
 }
 
 Scheduler::~Scheduler() {
@@ -42,15 +64,10 @@ void Scheduler::wake(const std::shared_ptr<Task>& task) {
   const std::lock_guard lock(mutex_);
   if (task->state_ == Task::State::running) task->woken_ = true;
   if (task->state_ == Task::State::waiting && task->rests_) {
-    waiting_.erase(task);
+    queue_.remove(task);
     task->state_ = Task::State::resting;
   }
   if (task->state_ == Task::State::resting) enqueue(task, Clock::now(), false);
-}
-
-bool Scheduler::other_due(TimePoint now) const {
-  const std::lock_guard lock(mutex_);
-  return !waiting_.empty() && (*waiting_.begin())->due_ <= now;
 }
 
 void Scheduler::stop() {
@@ -61,38 +78,51 @@ void Scheduler::stop() {
   changed_.notify_all();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
-  waiting_.clear();
+  queue_ = {};
 }
 
 void Scheduler::enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests) {
   task->state_ = Task::State::waiting;
   task->rests_ = rests;
-  task->due_ = due;
-  task->sequence_ = ++sequence_;
-  waiting_.insert(task);
+  queue_.add(task, due);
   changed_.notify_one();
+}
+
+// When a thread may take a task; nothing until something changes.
+std::optional<Scheduler::TimePoint> Scheduler::next_turn(TimePoint now) {
+  if (began_.size() < slices_max_) return queue_.next_due();
+  const auto due = queue_.next_brief_due(now);
+  if (!due) return std::nullopt;
+  return std::max(*due, began_[slices_max_ - 1] + ShareQueue::brief_max);  // when that one has gone on for long
 }
 
 void Scheduler::work() {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
-    if (waiting_.empty()) {
+    const TimePoint now = Clock::now();
+    const auto turn_at = next_turn(now);
+    if (!turn_at) {
       changed_.wait(lock);
       continue;
     }
-    const TimePoint due = (*waiting_.begin())->due_;
-    if (due > Clock::now()) {
-      changed_.wait_until(lock, due);
+    if (*turn_at > now) {
+      changed_.wait_until(lock, *turn_at);
       continue;
     }
-    const std::shared_ptr<Task> task = waiting_.extract(waiting_.begin()).value();
+    const bool is_spare = began_.size() >= slices_max_;
+    const auto task = std::static_pointer_cast<Task>(is_spare ? queue_.take_brief(now) : queue_.take(now));
     task->state_ = Task::State::running;
     task->woken_ = false;
+    began_.push_front(now);
     // Another thread may have waited for this very task's time; the next one is its business now.
-    if (!waiting_.empty()) changed_.notify_one();
+    changed_.notify_one();
     lock.unlock();
-    const Next next = task->slice_();
+    const Turn turn(*this, *task);
+    const Next next = task->slice_(turn);
+    const Clock::duration used = turn.used();
     lock.lock();
+    began_.erase(std::ranges::find(began_, now));
+    ShareQueue::used(*task, used, Clock::now());
     if (next.rests && task->woken_) {
       enqueue(task, Clock::now(), false);
     } else if (next.due) {

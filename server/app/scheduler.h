@@ -1,24 +1,29 @@
-// A pool of threads over tasks ordered by when they are due. A task runs in slices, on one thread at a time.
+// A pool of threads that tasks share. A task runs in slices, on one thread at a time.
 #pragma once
 
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
-#include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <thread>
 #include <vector>
 
+#include "app/share_queue.h"
+
 namespace pneuma::app {
 
+/// Tasks that are due go in the order of what they have had (app/share_queue.h), on so many threads. A slice that goes
+/// on for long does not hold up tasks whose slices are brief: spare threads run them beside it, as many at a time.
 class Scheduler {
  public:
   using Clock = std::chrono::steady_clock;
   using TimePoint = Clock::time_point;
+  class Task;
+
   /// When a task wants to run next: at a time, or when it is woken, or at whichever comes first.
   struct Next {
     std::optional<TimePoint> due;
@@ -26,9 +31,24 @@ class Scheduler {
     static Next at(TimePoint time) { return {time, false}; }
     static Next when_woken(std::optional<TimePoint> at_latest = std::nullopt) { return {at_latest, true}; }
   };
+  /// A slice under way, as its task sees it.
+  class Turn {
+   public:
+    /// A task waits that was due by `now` and has had no more than this one: this one should give up its thread.
+    [[nodiscard]] bool other_due(TimePoint now) const;
+    /// The processor time that the slice has taken so far.
+    [[nodiscard]] Clock::duration used() const;
+
+   private:
+    friend class Scheduler;
+    Turn(Scheduler& scheduler, const Task& task);
+
+    Scheduler& scheduler_;
+    const Task& task_;
+    std::chrono::nanoseconds began_;
+  };
   /// Runs a part of the task.
-  using Slice = std::function<Next()>;
-  class Task;
+  using Slice = std::function<Next(const Turn& turn)>;
 
   explicit Scheduler(std::size_t threads);
   ~Scheduler();
@@ -40,8 +60,6 @@ class Scheduler {
   /// A resting task becomes due now; one under way runs once more where it would rest; one that waits for its time
   /// keeps it.
   void wake(const std::shared_ptr<Task>& task);
-  /// A task waits that was due by `now`: the one under way should give up its thread.
-  [[nodiscard]] bool other_due(TimePoint now) const;
 
   /// Begins no more slices; returns when those under way have ended. Tasks keep their state.
   void stop();
@@ -49,15 +67,14 @@ class Scheduler {
  private:
   void work();
   void enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests);
+  [[nodiscard]] std::optional<TimePoint> next_turn(TimePoint now);
 
-  mutable std::mutex mutex_;
+  const std::size_t slices_max_;  // at once, but for those that go on for long
+  std::mutex mutex_;
   std::condition_variable changed_;
   bool stopping_ = false;
-  std::uint64_t sequence_ = 0;
-  struct Earlier {
-    bool operator()(const std::shared_ptr<Task>& a, const std::shared_ptr<Task>& b) const;
-  };
-  std::set<std::shared_ptr<Task>, Earlier> waiting_;
+  ShareQueue queue_;
+  std::deque<TimePoint> began_;  // the slices under way, the last one first
   std::vector<std::thread> threads_;
 };
 

@@ -33,7 +33,7 @@ Status going_down() {
 
 Scheduler::Next next_of(const HostedWorld& world, HostedWorld::TimePoint now) {
   if (const auto due = world.next_due(now)) return Scheduler::Next::at(*due);
-  return Scheduler::Next::when_woken(world.next_try());
+  return Scheduler::Next::when_woken(world.next_try(now));
 }
 
 std::size_t thread_count(std::size_t asked_for) {
@@ -45,27 +45,20 @@ std::size_t thread_count(std::size_t asked_for) {
 
 // The loop. Each world goes through it at its own pace, on one thread at a time: drain commands -> step -> encode ->
 // publish -> checkpoint.
-Scheduler::Next WorldHost::run_slice(HostedWorld& world, Outbox& outbox) {
-  if (world.destroyed_by() != nullptr) return Scheduler::Next::when_woken();  // woken by what came too late
+void WorldHost::run_slice(HostedWorld& world, const Scheduler::Turn& turn, Outbox& outbox) {
+  if (world.destroyed_by() != nullptr) return;  // woken by what came too late
   const TimePoint start = steady_clock::now();
 
   world.drain(start, start + slice_length, outbox);
   outbox.deliver(server_);
-  if (world.destroyed_by() != nullptr) {
-    bury(world);
-    return Scheduler::Next::when_woken();
-  }
-  if (!world.tick_due(start)) {
-    world.checkpoint(start, false);
-    return next_of(world, start);
-  }
+  if (world.destroyed_by() != nullptr) return bury(world);
+  if (!world.tick_due(start)) return world.checkpoint(start, false);
 
   const auto give_way = [&] {
     const TimePoint now = steady_clock::now();
-    return now >= start + slice_length_max || (now >= start + slice_length && (closed_ || scheduler_.other_due(now)));
+    return now >= start + slice_length_max || (now >= start + slice_length && (closed_ || turn.other_due(now)));
   };
-  if (!world.step(give_way))
-    return Scheduler::Next::at(steady_clock::now());  // behind whoever is due; the tick goes on in a later slice
+  if (!world.step(give_way)) return;  // the tick goes on in a later slice
 
   world.encode(outbox);
   const TimePoint end = steady_clock::now();
@@ -74,14 +67,16 @@ Scheduler::Next WorldHost::run_slice(HostedWorld& world, Outbox& outbox) {
   outbox.deliver(server_);
 
   world.checkpoint(end, false);
-  return next_of(world, end);
 }
 
 // A world that throws must not take the others with it.
-Scheduler::Next WorldHost::run_guarded(HostedWorld& world) {
+Scheduler::Next WorldHost::run_guarded(HostedWorld& world, const Scheduler::Turn& turn) {
   Outbox outbox;
   try {
-    return run_slice(world, outbox);
+    run_slice(world, turn, outbox);
+    const TimePoint now = steady_clock::now();
+    world.spend(now, turn.used());
+    return next_of(world, now);
   } catch (const std::exception& error) {
     world.halt(error.what(), outbox);
     outbox.deliver(server_);
@@ -153,7 +148,8 @@ void WorldHost::restore(const std::string& name) {
         archive_->restore(name, {memory_, config_.memory.world_bytes_max}, config_.recover.contains(name), closed_);
     if (world.ok()) {
       spdlog::info("world={} tick={} restored", log_name(name), world->live.tick());
-      host(name, std::move(world->live), world->paused, std::move(world->journal), std::move(world->memory));
+      host(name, std::move(world->live), world->paused, std::move(world->journal),
+           {std::move(world->memory), StepBudget(config_.step_time.world_processors)});
       ++restored_;
     } else {
       failed = world.status();
@@ -192,7 +188,7 @@ base::Status WorldHost::add_scene(const std::string& name_or_file, std::set<std:
   }
   auto name = registry_.reserve_like(wanted);
   if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
-  const auto built = build(*name, std::move(*scene), false, WorldMemory({memory_, config_.memory.world_bytes_max}));
+  const auto built = build(*name, std::move(*scene), false, own_room());
   return built.ok() ? Status() : scene_io::in_scene(built.status(), name_or_file);
 }
 
@@ -253,7 +249,7 @@ void WorldHost::create_scene(const Request& request) {
   if (!scene.ok()) return refuse(request, scene.status());
   const auto name = reserve(request, asked.name(), to_world_name(scene->name()));
   if (!name) return;
-  const auto mended = build(*name, std::move(*scene), asked.paused(), WorldMemory(room_of(request.session->client())));
+  const auto mended = build(*name, std::move(*scene), asked.paused(), room_of(request.session->client()));
   if (!mended.ok()) {
     const double hint_s = mended.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0;
     return refuse(request, mended.status().inside(source_field(asked)), hint_s);
@@ -263,27 +259,40 @@ void WorldHost::create_scene(const Request& request) {
   server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, *name, {}, *mended)));
 }
 
-WorldMemory::Limits WorldHost::room_of(const std::string& client) {
+WorldRoom WorldHost::own_room() const {
+  return {WorldMemory({memory_, config_.memory.world_bytes_max}), StepBudget(config_.step_time.world_processors)};
+}
+
+WorldRoom WorldHost::room_of(const std::string& client) {
+  const TimePoint now = steady_clock::now();
   const std::lock_guard lock(clients_mutex_);
-  std::erase_if(clients_, [](const auto& known) { return known.second.bytes() == 0; });
-  const auto found = clients_.try_emplace(client, config_.memory.client_bytes_max, memory_).first;
-  return {found->second, config_.memory.world_bytes_max};
+  // Who ends all of its worlds and begins anew gains no processor time.
+  std::erase_if(clients_, [now](const auto& known) {
+    return known.second.memory.bytes() == 0 && known.second.time->is_full(now);
+  });
+  auto found = clients_.find(client);
+  if (found == clients_.end()) {
+    const auto time = std::make_shared<TimeBudget>(config_.step_time.client_processors);
+    found = clients_.emplace(client, Client{{config_.memory.client_bytes_max, memory_}, time}).first;
+  }
+  return {WorldMemory({found->second.memory, config_.memory.world_bytes_max}),
+          StepBudget(config_.step_time.world_processors, found->second.time)};
 }
 
 /// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
 base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused,
-                                                           WorldMemory memory) {
+                                                           WorldRoom room) {
   try {
-    auto live = LiveWorld::create(std::move(scene), [&memory](const v1::Scene& source, const physics::Scene& checked) {
-      return memory.admit(source, checked);
+    auto live = LiveWorld::create(std::move(scene), [&room](const v1::Scene& source, const physics::Scene& checked) {
+      return room.memory.admit(source, checked);
     });
     if (!live.ok()) {
       registry_.erase(name);
       return live.status();
     }
-    memory.settle(true, live->physics().integrator(), 0.0);
+    room.memory.settle(true, live->physics().integrator(), 0.0);
     const std::vector<v1::MendedMesh> mended = live->mended();
-    if (Status failed = keep_and_host(name, std::move(*live), paused, std::move(memory)); !failed.ok()) return failed;
+    if (Status failed = keep_and_host(name, std::move(*live), paused, std::move(room)); !failed.ok()) return failed;
     for (const v1::MendedMesh& mesh : mended) {
       spdlog::info("world={} mesh={} mended: {}", log_name(name), log_name(mesh.mesh()), mesh.detail());
     }
@@ -295,7 +304,7 @@ base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& na
   }
 }
 
-Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldMemory memory) {
+Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room) {
   std::unique_ptr<WorldJournal> journal;
   if (archive_) {
     auto begun = archive_->begin(name, live, paused);
@@ -305,12 +314,12 @@ Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool pa
     }
     journal = std::move(*begun);
   }
-  host(name, std::move(live), paused, std::move(journal), std::move(memory));
+  host(name, std::move(live), paused, std::move(journal), std::move(room));
   return {};
 }
 
 void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-                     WorldMemory memory) {
+                     WorldRoom room) {
   HostedWorld::Wiring wiring;
   wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
@@ -326,8 +335,8 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
     return look_back(name, request, moment);
   };
   auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring),
-                                             std::move(memory));
-  auto task = scheduler_.add([this, world] { return run_guarded(*world); });
+                                             std::move(room));
+  auto task = scheduler_.add([this, world](const Scheduler::Turn& turn) { return run_guarded(*world, turn); });
   registry_.put({world, task});
   metrics_.worlds.Increment();
   scheduler_.wake(task);

@@ -25,6 +25,7 @@
 #include "app/world_memory.h"
 #include "app/world_moment.h"
 #include "app/world_registry.h"
+#include "app/world_room.h"
 #include "base/memory_budget.h"
 #include "base/status.h"
 #include "net/server.h"
@@ -69,6 +70,11 @@ class WorldHost final : public Host {
 
  private:
   using TimePoint = Scheduler::TimePoint;
+  // What those worlds hold together that one client made.
+  struct Client {
+    base::MemoryBudget memory;
+    std::shared_ptr<TimeBudget> time;
+  };
 
   /// Takes the names of what is kept.
   [[nodiscard]] base::Status find_kept();
@@ -77,8 +83,8 @@ class WorldHost final : public Host {
   void tell_restored();
   /// A kept world of the scene's name is passed over once.
   [[nodiscard]] base::Status add_scene(const std::string& name_or_file, std::set<std::string>& passed_over);
-  Scheduler::Next run_slice(HostedWorld& world, Outbox& outbox);
-  Scheduler::Next run_guarded(HostedWorld& world);
+  void run_slice(HostedWorld& world, const Scheduler::Turn& turn, Outbox& outbox);
+  Scheduler::Next run_guarded(HostedWorld& world, const Scheduler::Turn& turn);
   void bury(HostedWorld& world);
   void bury_damaged(const std::string& name, const Request& request);
   void create_now(const Request& request);
@@ -101,16 +107,18 @@ class WorldHost final : public Host {
   [[nodiscard]] base::Status restore_file(const Request& request);
   /// Hosts a world under a name that is asked for, and answers the request.
   [[nodiscard]] base::Status adopt(const Request& request, const std::string& asked_name, const std::string& otherwise,
-                                   LiveWorld live, bool paused, WorldMemory memory);
+                                   LiveWorld live, bool paused, WorldRoom room);
 
   /// With a journal where there is an archive. The name was reserved, and is given back where it fails.
-  [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldMemory memory);
+  [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room);
   void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-            WorldMemory memory);
+            WorldRoom room);
   [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused,
-                                                                WorldMemory memory);
-  /// The room that a client's worlds have together.
-  [[nodiscard]] WorldMemory::Limits room_of(const std::string& client);
+                                                                WorldRoom room);
+  /// For a world that no client made.
+  [[nodiscard]] WorldRoom own_room() const;
+  /// A part of the room that a client's worlds have together.
+  [[nodiscard]] WorldRoom room_of(const std::string& client);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
   void refuse(const Request& request, const v1::Error& why);
 
@@ -124,8 +132,8 @@ class WorldHost final : public Host {
   std::atomic<bool> closed_ = false;
   bool stopped_ = false;
   std::mutex clients_mutex_;
-  std::map<std::string, base::MemoryBudget> clients_;  // what each one's worlds hold
-  std::atomic<std::size_t> looking_back_ = 0;          // requests under way
+  std::map<std::string, Client> clients_;
+  std::atomic<std::size_t> looking_back_ = 0;  // requests under way
   SnapshotShelf snapshots_{memory_};
   const OnRestored on_restored_;
   std::atomic<std::size_t> to_restore_ = 0;  // kept worlds that are not up yet

@@ -173,18 +173,18 @@ Result<LiveWorld> WorldHost::replay_to(const LookBack& asked, std::uint64_t tick
 
 Status WorldHost::branch(LookBack& asked) {
   const v1::BranchWorld& wanted = asked.message().branch_world();
-  WorldMemory memory(room_of(asked.request.session->client()));
+  WorldRoom room = room_of(asked.request.session->client());
   bool paused = asked.moment.world.paused;
-  Result<LiveWorld> live = wanted.has_tick()
-                               ? replay_to(asked, wanted.tick(), paused, memory)
-                               : LiveWorld::restore(asked.moment.world.live,
-                                                    [&memory](const v1::Scene& source, const physics::Scene& scene) {
-                                                      return memory.admit(source, scene);
-                                                    });
+  Result<LiveWorld> live =
+      wanted.has_tick()
+          ? replay_to(asked, wanted.tick(), paused, room.memory)
+          : LiveWorld::restore(asked.moment.world.live, [&room](const v1::Scene& source, const physics::Scene& scene) {
+              return room.memory.admit(source, scene);
+            });
   if (!live.ok()) return live.status();
-  memory.settle(true, live->physics().integrator(), 0.0);
+  room.memory.settle(true, live->physics().integrator(), 0.0);
   return adopt(asked.request, wanted.name(), asked.world->name(), std::move(*live), paused || wanted.paused(),
-               std::move(memory));
+               std::move(room));
 }
 
 // The state goes to the world as a request of its own, which is logged with it: so a replay needs no older files.
@@ -211,23 +211,24 @@ Status WorldHost::restore_file(const Request& request) {
   const v1::RestoreWorld& asked = request.message->restore_world();
   const auto file = read_world_file(asked.snapshot());
   if (!file.ok()) return file.status().inside("restore_world.snapshot");
-  WorldMemory memory(room_of(request.session->client()));
-  auto opened = open_world(
-      *file, [&memory](const v1::Scene& source, const physics::Scene& scene) { return memory.admit(source, scene); });
+  WorldRoom room = room_of(request.session->client());
+  auto opened = open_world(*file, [&room](const v1::Scene& source, const physics::Scene& scene) {
+    return room.memory.admit(source, scene);
+  });
   if (!opened.ok()) return opened.status().inside("restore_world.snapshot");
-  memory.settle(true, opened->live.physics().integrator(), 0.0);
+  room.memory.settle(true, opened->live.physics().integrator(), 0.0);
   return adopt(request, asked.name(), to_world_name(file->world()), std::move(opened->live),
-               opened->paused || asked.paused(), std::move(memory));
+               opened->paused || asked.paused(), std::move(room));
 }
 
 Status WorldHost::adopt(const Request& request, const std::string& asked_name, const std::string& otherwise,
-                        LiveWorld live, bool paused, WorldMemory memory) {
+                        LiveWorld live, bool paused, WorldRoom room) {
   const std::string kind(kind_of(*request.message));
   const auto name = reserve(request, asked_name, otherwise);
   if (!name) return {};  // and answered
   const std::uint64_t tick = live.tick();
   try {
-    if (Status failed = keep_and_host(*name, std::move(live), paused, std::move(memory)); !failed.ok()) {
+    if (Status failed = keep_and_host(*name, std::move(live), paused, std::move(room)); !failed.ok()) {
       return failed.inside(kind);
     }
   } catch (...) {

@@ -24,11 +24,11 @@ class HostedWorldTest : public testing::Test {
  protected:
   using TimePoint = HostedWorld::TimePoint;
 
-  explicit HostedWorldTest(v1::Scene scene = ball_scene()) {
+  explicit HostedWorldTest(v1::Scene scene = ball_scene(), WorldRoom room = {}) {
     auto live = LiveWorld::create(std::move(scene));
     EXPECT_TRUE(live.ok()) << live.status().message();
     HostedWorld::Wiring wiring{[] { return 1U; }, [](std::uint32_t) {}, &metrics_};
-    world_.emplace("w", std::move(*live), true, nullptr, wiring);
+    world_.emplace("w", std::move(*live), true, nullptr, wiring, std::move(room));
   }
 
   Inbox::Post post(const v1::ClientMessage& message) { return world_->post(request_of(session_, message)); }
@@ -92,6 +92,53 @@ v1::ClientMessage resume(std::uint64_t request_id) {
   message.set_request_id(request_id);
   message.mutable_resume()->set_world("w");
   return message;
+}
+
+class HostedWorldOnABudget : public HostedWorldTest {
+ protected:
+  HostedWorldOnABudget() : HostedWorldTest(ball_scene(), {WorldMemory::unlimited(), StepBudget(0.5)}) {}
+};
+
+TEST_F(HostedWorldOnABudget, WaitsWhereItsProcessorTimeIsUsedUpAndSaysSo) {
+  TimePoint now = std::chrono::steady_clock::now();
+  v1::ClientMessage subscribe;
+  subscribe.mutable_subscribe()->set_world("w");
+  post(subscribe);
+  post(resume(1));
+  world_->drain(now, TimePoint::max(), outbox_);
+  ASSERT_TRUE(world_->tick_due(now));
+  world_->spend(now, std::chrono::milliseconds(625));  // a quarter of a second's share is saved up
+  EXPECT_FALSE(world_->tick_due(now));
+  EXPECT_EQ(world_->next_due(now), std::nullopt);
+  const auto ready_at = world_->next_try(now);
+  ASSERT_TRUE(ready_at);
+  EXPECT_NEAR(std::chrono::duration<double>(*ready_at - now).count(), 1.0, 1e-6);
+  take_replies();
+  post(get_stats(2));
+  world_->drain(now, TimePoint::max(), outbox_);
+  EXPECT_TRUE(take_replies().empty());
+  world_->drain(*ready_at, TimePoint::max(), outbox_);
+  EXPECT_EQ(take_replies().size(), 1U);
+  EXPECT_NEAR(metrics_.held_back_seconds.Value(), 1.0, 1e-3);
+  ASSERT_TRUE(world_->tick_due(*ready_at));
+  EXPECT_TRUE(world_->step([] { return false; }));
+  world_->end_tick(*ready_at, outbox_);
+  const auto replies = take_replies();
+  const auto slowed =
+      std::ranges::find_if(replies, [](const auto& reply) { return reply.event().kind() == v1::Event::WORLD_SLOWED; });
+  ASSERT_NE(slowed, replies.end());
+  EXPECT_NE(slowed->event().detail().find("it may take the time of 0.5 processors"), std::string::npos);
+}
+
+TEST_F(HostedWorldOnABudget, CanBeDestroyedWhileItWaits) {
+  const TimePoint now = std::chrono::steady_clock::now();
+  world_->spend(now, std::chrono::seconds(10));
+  v1::ClientMessage destroy;
+  destroy.set_request_id(3);
+  destroy.mutable_destroy_world()->set_world("w");
+  post(destroy);
+  world_->drain(now, TimePoint::max(), outbox_);
+  EXPECT_NE(world_->destroyed_by(), nullptr);
 }
 
 TEST_F(HostedWorldTest, ATickThatTakesLongDoesNotHoldUpTheEndOfItsWorld) {

@@ -62,7 +62,7 @@ TEST(RequestReader, ManyEmptyFieldsAreRefusedUnparsed) {
     for (; value >= 0x80U; value >>= 7U) out += static_cast<char>((value & 0x7fU) | 0x80U);
     return out += static_cast<char>(value);
   };
-  const std::string create = "\x1a" + varint(scene.size()) + scene;
+  const std::string create = std::string("\x1a").append(varint(scene.size())).append(scene);
   bytes += varint(create.size()) + create;
   const std::size_t before = mallinfo2().uordblks + mallinfo2().hblkhd;
   const auto read = read_request(unread(bytes), plenty);
