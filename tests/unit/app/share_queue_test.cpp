@@ -149,7 +149,7 @@ TEST(ShareQueue, OfEqualsTheFirstDueGoesFirst) {
   }
   EXPECT_EQ(queue.take(TimePoint{}), nullptr);
   EXPECT_EQ(queue.next_due(), TimePoint{} + milliseconds(1));
-  for (const int i : {2, 1, 0}) EXPECT_EQ(queue.take(TimePoint{} + milliseconds(3)), sharers[i]);
+  for (const std::size_t i : {2U, 1U, 0U}) EXPECT_EQ(queue.take(TimePoint{} + milliseconds(3)), sharers.at(i));
   EXPECT_EQ(queue.next_due(), std::nullopt);
 }
 

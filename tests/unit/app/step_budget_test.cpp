@@ -14,7 +14,7 @@ using std::chrono::milliseconds;
 
 constexpr TimePoint start{std::chrono::hours(1)};
 
-double seconds(TimeBudget::Duration duration) {
+double seconds_of(TimeBudget::Duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
@@ -29,7 +29,7 @@ TEST(TimeBudget, GivesItsShareInTheLongRun) {
       used_s += 7e-3;
       now = budget.ready_at(now);
     }
-    EXPECT_NEAR(used_s / seconds(now - start), processors, 0.01 * processors);
+    EXPECT_NEAR(used_s / seconds_of(now - start), processors, 0.01 * processors);
   }
 }
 
@@ -47,9 +47,9 @@ TEST(TimeBudget, OneLargeBillIsWaitedForButNotForEver) {
   EXPECT_TRUE(budget.is_full(start));
   budget.spend(start, milliseconds(225));
   EXPECT_FALSE(budget.is_full(start));
-  EXPECT_NEAR(seconds(budget.ready_at(start) - start), 2.0, 1e-6);
+  EXPECT_NEAR(seconds_of(budget.ready_at(start) - start), 2.0, 1e-6);
   budget.spend(start, std::chrono::hours(1));
-  EXPECT_NEAR(seconds(budget.ready_at(start) - start), TimeBudget::wait_max_s, 1e-6);
+  EXPECT_NEAR(seconds_of(budget.ready_at(start) - start), TimeBudget::wait_max_s, 1e-6);
 }
 
 TEST(TimeBudget, WithoutALimitIsAlwaysReady) {
@@ -65,11 +65,11 @@ TEST(StepBudget, AClientsWorldsShareOneBill) {
   StepBudget second(1.0, client);
   StepBudget anothers(1.0);
   first.spend(start, milliseconds(325));
-  EXPECT_NEAR(seconds(second.ready_at(start) - start), 0.4, 1e-6);
+  EXPECT_NEAR(seconds_of(second.ready_at(start) - start), 0.4, 1e-6);
   EXPECT_EQ(second.describe(start), "the worlds of whoever made it may take the time of 0.5 processors together");
   EXPECT_EQ(anothers.ready_at(start), start);
   anothers.spend(start, milliseconds(350));
-  EXPECT_NEAR(seconds(anothers.ready_at(start) - start), 0.1, 1e-6);
+  EXPECT_NEAR(seconds_of(anothers.ready_at(start) - start), 0.1, 1e-6);
   EXPECT_EQ(anothers.describe(start), "it may take the time of 1 processors");
 }
 
