@@ -16,8 +16,9 @@ using base::Status;
 using base::StatusCode;
 
 Result<WorldArchive> WorldArchive::open(const std::string& data_dir, std::chrono::duration<double> checkpoint_interval,
-                                        persist::Sync sync, BackgroundQueue& disk, Metrics& metrics) {
-  auto opened = persist::DataDir::open(data_dir);
+                                        persist::Sync sync, BackgroundQueue& disk, Metrics& metrics,
+                                        persist::Files& files) {
+  auto opened = persist::DataDir::open(data_dir, files);
   if (!opened.ok()) return opened.status();
   auto held = std::make_unique<persist::DataDir>(std::move(*opened));
   const WorldJournal::Wiring wiring{held.get(), &disk, &metrics, checkpoint_interval, sync};
@@ -69,7 +70,8 @@ Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, co
     if (!resumed.ok()) return resumed.status();
     log.emplace(std::move(*resumed));
   }
-  auto journal = std::make_unique<WorldJournal>(name, recovered->next_sequence, wiring_, std::move(log));
+  const std::uint64_t next_sequence = damage.ok() ? commands->next_sequence : recovered->next_sequence;
+  auto journal = std::make_unique<WorldJournal>(name, next_sequence, wiring_, std::move(log));
   if (!damage.ok()) journal->forget_past();
   const Status kept = journal->checkpoint_now(live->save(), paused);
   // The log of before goes on; but one that is damaged cannot.

@@ -12,16 +12,18 @@
 #include "app/world_memory.h"
 #include "base/status.h"
 #include "persist/data_dir.h"
+#include "persist/files.h"
 #include "persist/history.h"
 
 namespace pneuma::app {
 
 class WorldArchive {
  public:
-  /// `disk` and `metrics` must outlive the archive. Errors name the directory.
+  /// `disk`, `metrics` and `files` must outlive the archive. Errors name the directory.
   [[nodiscard]] static base::Result<WorldArchive> open(const std::string& data_dir,
                                                        std::chrono::duration<double> checkpoint_interval,
-                                                       persist::Sync sync, BackgroundQueue& disk, Metrics& metrics);
+                                                       persist::Sync sync, BackgroundQueue& disk, Metrics& metrics,
+                                                       persist::Files& files = persist::system_files());
 
   struct Restored {
     std::string name;

@@ -121,15 +121,12 @@ Status WorldJournal::checkpoint_now(LiveWorld::Saved saved, bool paused) {
 
 // The new log first, then the old one's seal: a replay takes an empty log after one without a seal for one that was
 // just begun. Where any of it fails the old log goes on; it is replayed on the checkpoint before, which stays the
-// latest one.
+// latest one. The new log stays then: the seal may have got to the disk all the same.
 base::Result<std::function<Status()>> WorldJournal::begin_log() {
   auto log = persist::CommandLog::start(*wiring_.data_dir, world_, next_sequence_, wiring_.sync);
   if (!log.ok()) return log.status();
   if (log_) {
-    if (Status failed = log_->seal(0); !failed.ok()) {
-      log->discard();
-      return failed;
-    }
+    if (Status failed = log_->seal(0); !failed.ok()) return failed;
   }
   std::function<Status()> sync_old;
   if (log_ && log_->needs_sync()) sync_old = log_->sync_job();

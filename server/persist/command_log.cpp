@@ -156,10 +156,8 @@ base::Result<CommandLog> CommandLog::start(const DataDir& data_dir, const std::s
   const std::string header = make_header(sequence);
   base::Status status = log.write_at_end(header);
   if (status.ok() && sync == Sync::every_record) status = sync_folder(files, *folder);
-  if (!status.ok()) {
-    log.discard();
-    return status;
-  }
+  // What is there of it stays: the seal of the log before may be on the disk, though it failed.
+  if (!status.ok()) return status;
   log.bytes_ = log.bytes_before_ = header.size();
   return log;
 }
@@ -239,10 +237,6 @@ base::Status CommandLog::cut_off() {
   return {};
 }
 
-void CommandLog::discard() {
-  file_->files.unlink(path_.c_str());
-}
-
 std::function<base::Status()> CommandLog::sync_job() {
   needs_sync_ = false;
   return [file = file_, path = path_]() -> base::Status {
@@ -266,6 +260,8 @@ base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& w
   if (number == numbers->end()) return missing(sequence);  // a log follows each checkpoint
   std::optional<base::Status> unsealed;  // a log that was passed, and what is wrong if any other goes on
   End end;
+  End last;  // of the first that is not sealed, or of the very last
+  std::uint64_t last_sequence = sequence;
   for (; number != numbers->end() && (!until || sequence <= until->sequence); ++number, ++sequence) {
     if (*number != sequence) return missing(sequence);
     const std::string path = numbered_file(*folder, log_prefix, *number);
@@ -286,6 +282,9 @@ base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& w
       replay.damage = std::move(end.damage);
       return replay;
     }
+    if (unsealed) continue;
+    last = end;
+    last_sequence = sequence;
     if (end.torn) {
       unsealed = end.torn;
     } else if (end.chained && !end.sealed) {
@@ -297,8 +296,10 @@ base::Result<Replay> read_commands(const DataDir& data_dir, const std::string& w
     return replay;
   }
   if (end.sealed) return missing(sequence);
-  replay.torn = std::move(end.torn);
-  if (end.chained && end.bytes > 0) replay.end = LogEnd{sequence - 1, end.bytes, end.sum};
+  replay.torn = last.torn;
+  replay.next_sequence = last.bytes > 0 ? last_sequence + 1 : last_sequence;
+  if (!last.chained) replay.next_sequence = sequence;
+  if (last.chained && last.bytes > 0) replay.end = LogEnd{last_sequence, last.bytes, last.sum};
   return replay;
 }
 

@@ -58,8 +58,6 @@ class CommandLog {
   [[nodiscard]] base::Status take_back();
   /// Ends the log: another one goes on.
   [[nodiscard]] base::Status seal(std::uint64_t tick);
-  /// Removes the file of a log that nothing was written to.
-  void discard();
   /// Something was written that no sync_job() has covered.
   [[nodiscard]] bool needs_sync() const { return needs_sync_; }
   /// What brings all that is written by now, and the file's name, to the disk. Any thread, also when the log is gone.
@@ -114,8 +112,11 @@ struct Replay {
   /// Something is damaged or missing there, and what comes after would be replayed on the wrong state: which file,
   /// where, and why. `records` are those before.
   std::optional<base::Status> damage;
-  /// Where the last log ends, if it may go on: none that is sealed, damaged or of version 1.
+  /// Where the log ends that may go on: the last one, but for empty ones that were begun before it was sealed. None
+  /// that is damaged or of version 1, or has no header.
   std::optional<LogEnd> end;
+  /// The log to begin next. What is there of that name, or past it, is empty.
+  std::uint64_t next_sequence = 0;
 };
 
 /// All that was written after checkpoint `sequence`, through every later log; with `until`, up to there.
