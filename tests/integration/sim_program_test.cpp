@@ -19,10 +19,10 @@ using support::Finished;
 using support::run_program;
 using support::TemporaryFolder;
 
-constexpr std::chrono::seconds patience{60};
+constexpr std::chrono::seconds run_patience{60};
 
 Finished sim(const std::vector<std::string>& arguments) {
-  return run_program("pneuma-sim", arguments, {}, patience);
+  return run_program("pneuma-sim", arguments, {}, run_patience);
 }
 
 std::vector<std::string> split(const std::string& line, char separator) {
