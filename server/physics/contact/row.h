@@ -94,7 +94,7 @@ struct ContactRow {
   double most_over = 1.0;
   for (ContactRow& row : rows) {
     const double over = row.is_given ? 0.0 : row.impulse_n_s.norm() / row.most_n_s;
-    if (over <= most_over) continue;
+    if (!(over > most_over)) continue;  // nor one without bounds, which is no number here
     most_over = over;
     most = &row;
   }
