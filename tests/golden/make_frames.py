@@ -244,6 +244,17 @@ class Body:
         return [c for v in range(len(self.order)) for c in placed[v]]
 
 
+def check_of(bodies):
+    """Of the points of all bodies, by slot."""
+    total = 0
+    for body in bodies:
+        x = y = z = 0
+        for point in body.points:
+            x, y, z = ((16777619 * s + c % 2**32 + 3 * (c + 2**31 >> 32)) % 2**32 for s, c in zip((x, y, z), point))
+        total = (16777619 * total + 16777619 * (16777619 * x + y) + z) % 2**32
+    return ((total ^ total >> 15) * 2654435761 % 2**32) >> 18
+
+
 def frame(heads, text):
     return b"\x05" + b"".join(heads) + text.finish()
 
@@ -301,6 +312,8 @@ def write_stream(out, name, meshes, script):
         out.write(f"{'' if good else 'bad-'}{kind} {payload.hex()}".rstrip() + "\n")
         for body in bodies if good else []:
             out.write(row("points", body.in_vertex_order()))
+        if good:
+            out.write(row("check", [check_of(bodies)]))
 
 
 def row(key, values):

@@ -9,7 +9,7 @@ import os
 import struct
 
 import make_frames as frames
-from make_frames import NO_HISTORY, Order, REST, STEADY, Text, frame, put_moves, row, s32
+from make_frames import NO_HISTORY, Order, REST, STEADY, Text, check_of, frame, put_moves, row, s32
 
 SHIFT = 1.5 * 2.0**52
 
@@ -247,6 +247,8 @@ def write_streams(octahedron, ball, hub, fan):
             text += f"{'' if good else 'bad-'}{kind} {payload.hex()}".rstrip() + '\n'
             for body in bodies if good else []:
                 text += row('points', body.in_vertex_order())
+            if good:
+                text += row('check', [check_of(bodies)])
         return text
 
     def simulated(bodies, noise, level=20):
