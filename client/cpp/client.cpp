@@ -21,6 +21,8 @@ using v1::ServerMessage;
 
 // Of a message on the wire: its length.
 constexpr std::size_t length_prefix_bytes = 4;
+// Between two requests for a key frame of a stream. One that always decodes wrong is shown by its key frames alone.
+constexpr std::chrono::seconds key_request_interval{1};
 // Of a part, at most: ids, lengths and the flag.
 constexpr std::size_t part_head_bytes = 32;
 
@@ -85,6 +87,8 @@ struct Client::Impl {
   /// Takes one message in: a reply goes to `reply`, what is unasked is kept. False when the deadline passes first.
   base::Result<bool> receive(Deadline deadline, std::optional<ServerMessage>& reply);
   base::Status take_unasked(ServerMessage& message, std::string_view bytes);
+  /// Of a frame after which the stream waits for a key frame; `status` says why, or that it did before.
+  base::Status take_fault(const v1::Frame& message, const base::Status& status);
   base::Status replace_stream(const v1::Event& event);
   /// The id that the stream had at first, as its reader knows it.
   [[nodiscard]] std::uint32_t first_id(std::uint32_t stream_id) const;
@@ -100,6 +104,7 @@ struct Client::Impl {
   Tap tap;
   std::deque<Update> updates;
   std::map<std::uint32_t, std::uint32_t> first_ids;  // of streams that replaced others
+  std::map<std::uint32_t, Clock::time_point> keys_asked_for;
   std::uint64_t last_request_id = 0;
   std::uint64_t updates_dropped = 0;
   std::uint64_t gaps = 0;
@@ -200,6 +205,7 @@ base::Status Client::Impl::take_reply(const v1::ClientMessage& request, ServerMe
   }
   if (reply.has_done() && request.has_unsubscribe()) {
     decoder.remove_stream(request.unsubscribe().stream_id());
+    keys_asked_for.erase(request.unsubscribe().stream_id());
     first_ids.erase(request.unsubscribe().stream_id());
   }
   return {};
@@ -235,6 +241,7 @@ base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view
       return understood(decoder.take_layout(message.layout()));
     case ServerMessage::kFrame: {
       auto frame = decoder.take_frame(message.frame(), bytes.size() + length_prefix_bytes);
+      if (decoder.waits_for_key(message.frame().stream_id())) return take_fault(message.frame(), frame.status());
       if (!frame.ok()) return frame.status();
       if (!*frame) return {};
       (*frame)->stream_id = first_id((*frame)->stream_id);
@@ -275,6 +282,21 @@ base::Status Client::Impl::take_unasked(ServerMessage& message, std::string_view
   }
 }
 
+base::Status Client::Impl::take_fault(const v1::Frame& message, const base::Status& status) {
+  const bool key = !message.has_base_tick();
+  if (key) return status;
+  if (!status.ok()) keep(StreamFault{first_id(message.stream_id()), message.tick(), status});
+  const Clock::time_point now = Clock::now();
+  const auto asked = keys_asked_for.find(message.stream_id());
+  if (asked != keys_asked_for.end() && now < asked->second + key_request_interval) return {};
+  keys_asked_for[message.stream_id()] = now;
+  v1::ClientMessage request;
+  request.set_request_id(++last_request_id);
+  request.mutable_request_key()->set_stream_id(message.stream_id());
+  connection.queue(request.SerializeAsString());  // of its reply nothing is needed: the key frame says it
+  return {};
+}
+
 base::Status Client::Impl::replace_stream(const v1::Event& event) {
   const std::uint32_t ended = event.stream_id();
   if (!decoder.has_stream(ended)) return {};
@@ -282,6 +304,7 @@ base::Status Client::Impl::replace_stream(const v1::Event& event) {
   if (!added.ok()) return added;
   const std::uint32_t first = first_id(ended);
   decoder.remove_stream(ended);
+  keys_asked_for.erase(ended);
   first_ids.erase(ended);
   if (first != event.successor().stream_id()) first_ids[event.successor().stream_id()] = first;
   return {};

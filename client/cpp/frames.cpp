@@ -230,6 +230,24 @@ base::Status StreamDecoder::read_vectors(const Stream& stream, State& state, con
   return read.inside("velocities");
 }
 
+/// Whether what was read is what the server has.
+base::Status StreamDecoder::verify(const Stream& stream, const State& state, const v1::Frame& message) {
+  const auto differs = [&](const char* what, std::uint32_t ours, std::uint32_t theirs) {
+    return malformed(std::string(what) + " at tick " + std::to_string(message.tick()) +
+                         " are not the server's: their check is " + std::to_string(ours) + ", not " +
+                         std::to_string(theirs),
+                     stream_name(message.stream_id()));
+  };
+  if (message.has_check() && state.reader.check() != message.check()) {
+    return differs("the vertices", state.reader.check(), message.check());
+  }
+  if (stream.velocity_grid_step_m_s > 0.0 && message.has_velocities_check() &&
+      state.velocity_reader.check() != message.velocities_check()) {
+    return differs("the velocities", state.velocity_reader.check(), message.velocities_check());
+  }
+  return {};
+}
+
 base::Status StreamDecoder::fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,
                                         DecodedFrame& frame) {
   constexpr double furthest = base::coordinate_max_m + base::max_error_max_m;
@@ -275,6 +293,7 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   if (found == streams_.end()) return std::optional<DecodedFrame>();
   Stream& stream = found->second;
   const bool key = !message.has_base_tick();
+  if (stream.waits_for_key && !key) return std::optional<DecodedFrame>();
   const base::Status checked = check_frame(stream, message);
   if (!checked.ok()) return checked;
   State& state = stream.layers[message.layer()];
@@ -285,6 +304,12 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
   }
   const base::Status decoded = read_vectors(stream, state, message);
   if (!decoded.ok()) return decoded.inside(stream_name(message.stream_id()));
+  if (base::Status verified = verify(stream, state, message); !verified.ok()) {
+    state.tick.reset();
+    stream.waits_for_key = !key;  // a reader that takes a key frame wrong is not helped by another
+    return verified;
+  }
+  stream.waits_for_key = false;
 
   state.tick = message.tick();
   state.time_s = time_s;
@@ -310,6 +335,11 @@ base::Result<std::optional<DecodedFrame>> StreamDecoder::take_frame(const v1::Fr
     return filled;
   }
   return std::optional(std::move(frame));
+}
+
+bool StreamDecoder::waits_for_key(std::uint32_t stream_id) const {
+  const auto found = streams_.find(stream_id);
+  return found != streams_.end() && found->second.waits_for_key;
 }
 
 std::vector<TopologyPtr> StreamDecoder::topologies() const {

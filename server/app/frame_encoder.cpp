@@ -78,6 +78,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
           delta ? frame.mutable_velocities() : nullptr);
   }
   if (delta) {
+    add_checks(frame);
     out.base_tick = *base_tick;
     frame.set_base_tick(*base_tick);
     if (!reckons) frame.set_time_s(time_s_);
@@ -162,6 +163,11 @@ v1::ServerMessage FrameEncoder::header() const {
   return message;
 }
 
+void FrameEncoder::add_checks(v1::Frame& frame) const {
+  frame.set_check(writer_->check());
+  if (velocity_writer_) frame.set_velocities_check(velocity_writer_->check());
+}
+
 net::SharedBytes FrameEncoder::key() const {
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
@@ -169,6 +175,7 @@ net::SharedBytes FrameEncoder::key() const {
   frame.set_time_s(time_s_);
   writer_->write_key(*frame.mutable_payload());
   if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());
+  add_checks(frame);
   for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);
   return serialise(message);
 }

@@ -62,6 +62,8 @@ class FrameEncoder {
   void take_scalars(MeasuredScalars& scalars, const WorldLayout& layout);
   /// What delta and key frames have in common.
   [[nodiscard]] v1::ServerMessage header() const;
+  /// By which readers see that they hold the last frame.
+  void add_checks(v1::Frame& frame) const;
   [[nodiscard]] net::SharedBytes key() const;
 
   std::uint32_t stream_id_;

@@ -16,6 +16,7 @@
 #include "codec/mesh_order.h"
 #include "codec/move_coder.h"
 #include "codec/payload_heads.h"
+#include "codec/points_check.h"
 #include "codec/prediction_fit.h"
 #include "codec/simulated_motion.h"
 
@@ -73,6 +74,9 @@ class FrameWriter {
   /// Appends the payload of the last frame as one that stands alone.
   void write_key(std::string& payload) const;
 
+  /// Of the last frame; a reader of it has the same.
+  [[nodiscard]] std::uint32_t check() const { return points_check(digests_); }
+
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
 
  private:
@@ -90,6 +94,7 @@ class FrameWriter {
   double step_m_;
   double within_m_;  // a point no further from a vertex may stand for it
   std::vector<BodyMotion> motions_;
+  std::vector<std::uint32_t> digests_;   // of their points
   std::vector<RingHistory> rings_;       // of their moves
   std::vector<std::uint8_t> rings_lag_;  // one a body: not of its last moves, which were simulated
   std::vector<MechanicsTrust> trusts_;
@@ -118,6 +123,9 @@ class FrameReader {
   /// bounded by the meshes' and the payload's sizes, and simulated_work().
   [[nodiscard]] base::Status read(std::string_view payload, bool key);
 
+  /// Of the last frame. Where it is not the writer's, this reader's points are wrong, and those of what builds on them.
+  [[nodiscard]] std::uint32_t check() const { return points_check(digests_); }
+
   [[nodiscard]] const BodyMotion& motion(std::size_t body) const { return motions_[body]; }
   /// The body's grid coordinates in the last frame, in vertex order.
   void points(std::size_t body, std::span<std::int64_t> out) const;
@@ -127,6 +135,7 @@ class FrameReader {
   std::vector<MeshOrderPtr> orders_;
   std::vector<SimulatedMotionPtr> simulations_;  // one a body
   std::vector<BodyMotion> motions_;
+  std::vector<std::uint32_t> digests_;  // of their points
   // Of the frame under way:
   std::vector<BodyMotion> next_;  // of a body that is only moved, its first move and its velocities alone
   std::vector<std::uint16_t> words_;

@@ -80,6 +80,7 @@ FrameReader::FrameReader(std::vector<MeshOrderPtr> orders, std::vector<Simulated
     : orders_(std::move(orders)), simulations_(std::move(simulations)) {
   assert(simulations_.empty() || simulations_.size() == orders_.size());
   simulations_.resize(orders_.size());
+  digests_.resize(orders_.size());
   for (std::size_t body = 0; body < orders_.size(); ++body) {
     motions_.emplace_back(orders_[body]->size(), simulations_[body] != nullptr);
     next_.emplace_back(0, false);
@@ -114,7 +115,11 @@ base::Status FrameReader::read(std::string_view payload, bool key) {
   if (!symbols.at_end()) {
     return {base::StatusCode::malformed, "the residuals do not end where the payload does", "payload"};
   }
-  for (std::size_t body = 0; body < orders_.size(); ++body) go_on((*heads)[body], motions_[body], next_[body]);
+  for (std::size_t body = 0; body < orders_.size(); ++body) {
+    const BlockHead& head = (*heads)[body];
+    go_on(head, motions_[body], next_[body]);
+    if (head.mode != BlockMode::still) digests_[body] = points_digest(motions_[body].points);
+  }
   return {};
 }
 

@@ -86,6 +86,7 @@ FrameWriter::FrameWriter(std::vector<MeshOrderPtr> orders, double max_error_m,
       simulations_(std::move(simulations)),
       step_m_(codec::grid_step_m(max_error_m)),
       within_m_(surely_within_m(max_error_m)),
+      digests_(orders_.size()),
       rings_lag_(orders_.size()),
       trusts_(orders_.size()) {
   assert(simulations_.empty() || simulations_.size() == orders_.size());
@@ -140,6 +141,7 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   const auto last_point = [&motion](std::size_t slot) { return motion.points.data() + 3 * slot; };
   if (!subtract(points_, last_point, moves_)) {
     std::swap(motion.points, points_);
+    digests_[body] = points_digest(motion.points);
     motion.come_to_rest();
     rings_[body] = RingHistory(order.size());
     trusts_[body] = {};
@@ -152,6 +154,7 @@ void FrameWriter::move_body(std::size_t body, std::span<const double> positions_
   const BlockHead head = simulations_[body] != nullptr ? put_better(body) : put_moved(body);
   append_head(head, heads_);
   motion.move_by(moves_);
+  digests_[body] = points_digest(motion.points);
   motion.age();
   std::swap(motion.moves[0], moves_);
   if (head.mode == BlockMode::simulated) {
@@ -240,6 +243,7 @@ void FrameWriter::place_body(std::size_t body, std::span<const double> positions
   BodyMotion& motion = motions_[body];
   gather(*orders_[body], positions_m);
   quantise(positions_m_, step_m_, motion.points);
+  digests_[body] = points_digest(motion.points);
   motion.come_to_rest();
   rings_[body] = RingHistory(motion.moves[0].size());
   trusts_[body] = {};

@@ -18,8 +18,8 @@ using boost::system::error_code;
 using Tcp = asio::ip::tcp;
 
 // What the kernel holds unsent of a connection: enough to keep the wire busy. What waits in our queue instead can still
-// be dropped.
-constexpr int unsent_bytes_max = 128 * 1024;
+// be dropped, and a slow reader's queue gets room again in small steps.
+constexpr int unsent_bytes_max = 16 * 1024;
 
 /// At least one.
 base::Result<Tcp::resolver::results_type> resolve(asio::io_context& io, const std::string& address) {

@@ -36,14 +36,17 @@ void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   for (std::uint32_t layer = time_layer_max; layer > 0 && layer >= frame.layer && !has_room(stream); --layer) {
     shed(frame.stream_id, stream, layer);
   }
+  stream.is_layered = stream.is_layered || frame.layer > 0;
+  const bool finds_room =
+      has_room(stream) || (frame.layer == 0 && stream.is_layered && may_wait(frame.stream_id, stream, now));
   const bool holds_base =
       stream.last_tick == frame.base_tick || (frame.layer > 0 && stream.middle_tick == frame.base_tick);
-  if (has_room(stream) && frame.delta != nullptr && holds_base) return push_frame(frame.delta, frame, stream, now);
+  if (finds_room && frame.delta != nullptr && holds_base) return push_frame(frame.delta, frame, stream, now);
   if (frame.layer > 0) {
     if (stream.was_queued) skip(stream, frame.tick, frame.delta->size());
     return;
   }
-  if (!has_room(stream)) drop_unsent(frame.stream_id, stream);
+  if (!finds_room) drop_unsent(frame.stream_id, stream);
   if (frame.key != nullptr) stream.key_asked_for = false;  // where it finds no room, another has to be asked for
   // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
   if (frame.key != nullptr && has_room()) {
@@ -57,6 +60,13 @@ void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   }
   if (stream.was_queued) skip(stream, frame.tick, (frame.delta != nullptr ? frame.delta : frame.key)->size());
   stream.last_tick.reset();
+}
+
+bool OutputQueue::may_wait(std::uint32_t stream_id, const Stream& stream, TimePoint now) const {
+  if (!has_room()) return false;
+  const auto oldest = std::ranges::find_if(
+      entries_, [&](const Entry& entry) { return entry.counts_as_frame && entry.stream_id == stream_id; });
+  return stream.unsent == 0 || now - oldest->queued_at < layer_0_wait_max;
 }
 
 std::vector<std::uint32_t> OutputQueue::keys_to_ask_for() {

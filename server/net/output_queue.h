@@ -2,6 +2,7 @@
 // Owns no socket.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -18,6 +19,11 @@ inline constexpr std::size_t queued_message_overhead_bytes = 160;
 
 /// A reader this many frames of a stream behind is better served by fewer layers, or one key frame.
 inline constexpr std::size_t stream_frames_queued_max = 4;
+
+/// As long as this a frame of layer 0 may wait, of a stream in layers whose higher ones are gone. Losing it costs a gap
+/// and a key frame. A reader at a third of the stream's rate keeps up with layer 0, but takes it in bursts: with what
+/// its socket and ours hold, of 64 KiB and more.
+inline constexpr std::chrono::seconds layer_0_wait_max{2};
 
 class OutputQueue {
  public:
@@ -36,8 +42,9 @@ class OutputQueue {
 
   /// Queues the frame as delta where the client will hold its base and there is room. A stream with too much unsent
   /// first sheds what is unsent of layers that nothing after builds on, the highest first. Where that is not enough, a
-  /// frame of a higher layer is left out alone; one of layer 0 takes along all that is unsent, and comes as key, after
-  /// a gap that spans what was skipped; or is skipped as well, and the stream waits for a key.
+  /// frame of a higher layer is left out alone; one of layer 0 waits with those before it, up to layer_0_wait_max. Past
+  /// that, and of a stream without layers at once, it takes along all that is unsent, and comes as key, after a gap
+  /// that spans what was skipped; or is skipped as well, and the stream waits for a key.
   void offer(const StreamFrame& frame, TimePoint now);
 
   /// The streams that wait for a key which could be queued now, each once until a key was offered. A client that takes
@@ -84,6 +91,7 @@ class OutputQueue {
     bool key_asked_for = false;
     bool was_queued = false;  // it has had a frame in the queue: what it misses from now on counts as dropped
     bool was_sent = false;    // it has had a frame written: what it misses from now on is a gap
+    bool is_layered = false;  // it has had a frame of a higher layer
     std::size_t unsent = 0;
     std::optional<TimePoint> writing_from;  // when the oldest frame of the write under way was queued
     FrameTotals totals;
@@ -96,6 +104,8 @@ class OutputQueue {
   [[nodiscard]] static std::size_t bytes_of(const Entry& entry) {
     return entry.message->size() + queued_message_overhead_bytes;
   }
+  /// Whether a frame of layer 0 may wait behind those that do, more of them than others may.
+  [[nodiscard]] bool may_wait(std::uint32_t stream_id, const Stream& stream, TimePoint now) const;
   [[nodiscard]] std::size_t largest_reply_bytes() const;
   void shed(std::uint32_t stream_id, Stream& stream, std::uint32_t layer);
   void push(Entry entry);

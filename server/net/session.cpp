@@ -14,8 +14,8 @@ namespace {
 
 using boost::system::error_code;
 
-// A write takes about this much: enough to fill a socket's buffer, little enough to keep frames droppable.
-constexpr std::size_t write_bytes = 64 * 1024;
+// A write takes about this much: enough to keep a socket busy, little enough to keep frames droppable.
+constexpr std::size_t write_bytes = 16 * 1024;
 
 // Of replies that wait: past it no further message is read.
 constexpr std::size_t unread_replies_bytes_max = 256 * 1024;

@@ -28,13 +28,14 @@ double since_ns(Clock::time_point start) {
 }
 
 /// Of a delta frame, as it is sent.
-std::size_t message_bytes(const std::string& payload, std::uint64_t tick) {
+std::size_t message_bytes(const std::string& payload, std::uint64_t tick, std::uint32_t check) {
   v1::ServerMessage message;
   v1::Frame& frame = *message.mutable_frame();
   frame.set_stream_id(1);
   frame.set_tick(tick);
   frame.set_base_tick(tick - 1);
   frame.set_payload(payload);
+  frame.set_check(check);
   return length_prefix_bytes + message.ByteSizeLong();
 }
 
@@ -67,11 +68,14 @@ FrameCost frame_cost(const Recording& recording, double max_error_m,
       writer.move_body(body, recording.frames_m[tick][body]);
     }
     writer.take_delta(payload);
+    const std::uint32_t check = writer.check();
     write_ns.push_back(since_ns(start));
     const auto written = Clock::now();
     read(false);
+    const std::uint32_t found = reader.check();
     read_ns.push_back(since_ns(written));
-    bytes += static_cast<double>(message_bytes(payload, tick));
+    if (found != check) throw std::runtime_error("a frame does not read back");
+    bytes += static_cast<double>(message_bytes(payload, tick, check));
     cost.error_max_m = std::max(cost.error_max_m, support::furthest_m(recording, tick, reader, writer.grid_step_m()));
   }
   const auto vertices = static_cast<double>(recording.vertex_count());

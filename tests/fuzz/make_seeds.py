@@ -66,7 +66,7 @@ def streams(frames_txt):
                 sizes.append(int(value.split()[0]))
             elif key.removeprefix("bad-") in ("key", "delta"):
                 payloads.append((key.removeprefix("bad-"), bytes.fromhex(value)))
-            elif len(sizes) == 1 and key != "points":
+            elif len(sizes) == 1 and key not in ("points", "check"):
                 fields[key] = [float(number) for number in value.split()]
     yield sizes, fields, payloads
 

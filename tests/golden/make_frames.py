@@ -14,6 +14,7 @@ REST = 255
 NO_HISTORY = (REST,) * 4
 NO_WEIGHTS = (0,) * 9
 STEADY = (128,) + (0,) * 8
+FULL = (80, -28, 9, 3, 164, -52, 31, -17, 40)
 WEIGHTS_LEVEL = 44
 
 
@@ -44,15 +45,21 @@ class Level:
 class Order:
     def __init__(self, vertex_count, indices):
         faces = [indices[i:i + 3] for i in range(0, len(indices), 3)]
-        at = [[f for f, face in enumerate(faces) for corner in face if corner == v] for v in range(vertex_count)]
-        rings = [sorted({c for f in at[v] for c in faces[f]} - {v}) for v in range(vertex_count)]
-        ranked = []
+        near = [set() for _ in range(vertex_count)]
+        for face in faces:
+            for corner in face:
+                near[corner] |= set(face)
+        rings = [sorted(near[v] - {v}) for v in range(vertex_count)]
+        ranked, seen = [], set()
         for start in range(vertex_count):
-            queue = [] if start in ranked else [start]
+            queue = [] if start in seen else [start]
+            seen |= set(queue)
             while queue:
                 vertex = queue.pop(0)
                 ranked.append(vertex)
-                queue += [n for n in rings[vertex] if n not in ranked and n not in queue]
+                found = [n for n in rings[vertex] if n not in seen]
+                seen |= set(found)
+                queue += found
         rank = {v: r for r, v in enumerate(ranked)}
         levels = [Level(range(vertex_count), [sorted(rank[n] for n in rings[v]) for v in ranked])]
         while any(levels[-1].lists) and len(levels) < 12:
@@ -244,6 +251,17 @@ class Body:
         return [c for v in range(len(self.order)) for c in placed[v]]
 
 
+def check_of(bodies):
+    """Of the points of all bodies, by slot."""
+    total = 0
+    for body in bodies:
+        x = y = z = 0
+        for point in body.points:
+            x, y, z = ((16777619 * s + c % 2**32 + 3 * (c + 2**31 >> 32)) % 2**32 for s, c in zip((x, y, z), point))
+        total = (16777619 * total + 16777619 * (16777619 * x + y) + z) % 2**32
+    return ((total ^ total >> 15) * 2654435761 % 2**32) >> 18
+
+
 def frame(heads, text):
     return b"\x05" + b"".join(heads) + text.finish()
 
@@ -276,6 +294,57 @@ def split(vertex_count, indices):
 BALL = split(*split(*TETRAHEDRON))
 
 
+def torus(rows, columns, stride):
+    """A closed mesh whose vertices are named anyhow: not as they lie, and not as they are ranked."""
+    count = rows * columns
+
+    def name(r, c):
+        return (stride * (columns * (r % rows) + c % columns) + 77) % count
+
+    quads = [[name(r, c), name(r, c + 1), name(r + 1, c + 1), name(r + 1, c)] for r in range(rows) for c in range(columns)]
+    return count, [v for a, b, c, d in quads for v in (a, b, c, a, c, d)]
+
+
+def anything(count, end):
+    """Numbers below `end`, the same in every run."""
+    state, numbers = 12345, []
+    for _ in range(count):
+        state = (1103515245 * state + 12345) % 2**31
+        numbers.append((state >> 8) % end)
+    return numbers
+
+
+def crowd(vertex_count, face_count):
+    """Faces of any three vertices, some of one twice: more neighbours, colours and parents than are looked at."""
+    return vertex_count, anything(3 * face_count, vertex_count)
+
+
+def hubs(hub_count, leaf_count, edge_count):
+    """Leaves that are near hubs alone, each several: the next level has all leaves, and each near most others."""
+    ends = zip(anything(edge_count, hub_count), anything(2 * edge_count, leaf_count)[edge_count:])
+    return hub_count + leaf_count, [v for hub, leaf in ends for v in (leaf, hub + leaf_count, leaf)]
+
+
+def cliques(size):
+    """Two, of vertices that are all near each other: the second one's colours come again after the first one's."""
+    pairs = [(first + a, first + b) for first in (0, size) for a in range(size) for b in range(a)]
+    return 2 * size, [v for a, b in pairs for v in (a, a, b)]
+
+
+def late_neighbour():
+    """Of vertex 6, which has 18 neighbours, the last one alone leads to vertex 5; that comes earlier in the order."""
+    edges = [(0, 1), (0, 2), (0, 3), (1, 4), (2, 5), (3, 6), (5, 23), (6, 23)]
+    edges += [(end, between) for end in (4, 6) for between in range(7, 23)]
+    return 24, [v for a, b in edges for v in (a, a, b)]
+
+
+def path(vertex_count):
+    return vertex_count, [v for i in range(vertex_count - 1) for v in (i, i, i + 1)]
+
+
+TORUS = torus(15, 20, 77)
+
+
 def wave(count, amplitude, phase=0):
     """Points of the grid, of either parity."""
     points = []
@@ -290,17 +359,20 @@ def plus(points, moves):
     return [[a + b for a, b in zip(p, m)] for p, m in zip(points, moves)]
 
 
-def write_stream(out, name, meshes, script):
+def write_stream(out, name, meshes, script, with_points=True):
     """script(bodies) yields (kind, payload, is good)."""
     out.write(f"\nstream {name}\n")
     orders = [Order(*mesh) for mesh in meshes]
     for vertex_count, indices in meshes:
-        out.write(row("mesh", [vertex_count] + indices))
+        is_path = vertex_count > 1000 and (vertex_count, indices) == path(vertex_count)
+        out.write(row("path", [vertex_count]) if is_path else row("mesh", [vertex_count] + indices))
     bodies = [Body(order, wave(len(order), 400, i)) for i, order in enumerate(orders)]
     for kind, payload, good in script(bodies):
         out.write(f"{'' if good else 'bad-'}{kind} {payload.hex()}".rstrip() + "\n")
-        for body in bodies if good else []:
+        for body in bodies if good and with_points else []:
             out.write(row("points", body.in_vertex_order()))
+        if good:
+            out.write(row("check", [check_of(bodies)]))
 
 
 def row(key, values):
@@ -321,7 +393,7 @@ def one_vertex(bodies):
 
 def every_way(bodies):
     yield "key", key_of(bodies), True
-    ways = (STEADY, None, (256, -128, 0, 0, 0, 0, 0, 0, 0), (80, -28, 9, 3, 164, -52, 31, -17, 40), None, None,
+    ways = (STEADY, None, (256, -128, 0, 0, 0, 0, 0, 0, 0), FULL, None, None,
             (-8192, 8191, -5000, 3, -8192, 8191, 70, -8192, 8191), (0, 0, 0, 0, 0, 0, 0, 0, -300),
             (2**31 - 1, -2**31, 70000, 0, 2**31 - 1, -2**31, -70000, 1, -2**31), None)
     for i, weights in enumerate(ways):
@@ -336,6 +408,47 @@ def every_way(bodies):
     yield "key", key_of(bodies, 28, (14, 9, 12, 10)), True
     text = Text()
     yield "delta", frame([b.moved(text, plus(b.points, b.moves[3]), 12) for b in bodies], text), True
+
+
+def delta_of(bodies, amplitude, phase, level, weights=None):
+    text = Text()
+    points = [plus(b.points, plus(b.moves[0], wave(len(b.order), amplitude, phase + i))) for i, b in enumerate(bodies)]
+    return frame([b.moved(text, p, level, weights) for b, p in zip(bodies, points)], text)
+
+
+def long_memory(bodies):
+    """Each move before counts, also past a key frame and a frame in which nothing moved."""
+    yield "key", key_of(bodies), True
+    for i in range(4):
+        yield "delta", delta_of(bodies, 3, i, 14, FULL), True
+    yield "key", key_of(bodies, 28, (14, 12, 12, 30)), True
+    yield "delta", delta_of(bodies, 3, 4, 14), True
+    yield "delta", frame([b.still() for b in bodies], Text()), True
+    yield "delta", delta_of(bodies, 3, 5, 14), True
+
+
+def crowded(bodies):
+    yield "key", key_of(bodies), True
+    for i in range(2):
+        yield "delta", delta_of(bodies, 9, i, 18, FULL), True
+
+
+def far_moves(bodies):
+    """Errors whose sums wrap around, and sizes past the largest."""
+    yield "key", key_of(bodies), True
+    for i in range(2):
+        text = Text()
+        points = [plus(b.points, [[2**26 + c for c in m] for m in wave(len(b.order), 2**20, i)]) for b in bodies]
+        yield "delta", frame([b.moved(text, p, 91, FULL) for b, p in zip(bodies, points)], text), True
+    text = Text()
+    moves = [[[c << 4 * (s % 7) for c in m] for s, m in enumerate(wave(len(b.order), 3, 2))] for b in bodies]
+    moves = [[[c - (c - m[0]) % 2 for c in m] for m in own] for own in moves]  # all odd or all even
+    yield "delta", frame([b.moved(text, plus(b.points, m), 20, STEADY) for b, m in zip(bodies, moves)], text), True
+
+
+def coarse_to_fine(bodies):
+    yield "key", key_of(bodies, 12), True
+    yield "delta", delta_of(bodies, 1, 1, 6, STEADY), True
 
 
 def every_level(bodies):
@@ -411,6 +524,33 @@ def refused(bodies):
         states = [2**16] * 3
         states[at] += 1
         yield "delta", b"\x05\x04\x00" + escaped_by([6, 6, 6]).finish(states), False
+    # An escape of 33 bits, all of them there.
+    text = escaped_by([6, 6, 33])
+    text.plain(2, 2**16, 17)
+    text.plain(2, 0, 16)
+    yield "delta", b"\x05\x04\x00" + text.finish(), False
+    # States below 2^16 at the start that come back to 2^16 all the same.
+    begin, _ = TABLES[0][0]
+    yield "delta", b"\x05\x04\x00" + struct.pack("<3I3H", *[begin + 1] * 3, 0, 0, 0), False
+    # A level of 255 or 92, which is none of these, over a text as of the highest.
+    text = Text()
+    text.triple(91, (5, 6, 7))
+    yield "delta", b"\x05\x04\xff" + text.finish(), False
+    yield "delta", b"\x05\x04\xff", False
+    text = Text()
+    text.weights(NO_WEIGHTS)
+    text.triple(91, (0, 0, 0))
+    yield "key", good[:26] + b"\xff" + good[27:31] + text.finish(), False
+    text = Text()
+    text.weights(NO_WEIGHTS)
+    text.triple(level_of(size_of(30)), (0, 0, 0))
+    text.triple(91, (5, 6, 7))
+    yield "key", good[:27] + b"\x5c" + good[28:31] + text.finish(), False
+    # Blocks that build on a base, in a key frame.
+    yield "key", b"\x05\x00", False
+    text = Text()
+    text.triple(0, (1, 1, 1))
+    yield "key", b"\x05\x04\x00" + text.finish(), False
     yield "delta", b"\x05\x00", True
     text = escaped_by([32, 17, 1])
     bodies[0].advance([[2**30 + bodies[0].points[0][0], 2**16 + bodies[0].points[0][1], bodies[0].points[0][2] - 2]])
@@ -435,6 +575,11 @@ def main():
         write_stream(out, "every level", [SHEET], every_level)
         write_stream(out, "rest, leaps and points far out", [TETRAHEDRON, BROKEN, SHEET], rest_and_leaps)
         write_stream(out, "refused", [(1, [])], refused)
+        write_stream(out, "a torus of 300 vertices", [TORUS], long_memory)
+        write_stream(out, "more near each other than is looked at", [crowd(60, 300), cliques(12), hubs(30, 40, 500),
+                      late_neighbour()], crowded)
+        write_stream(out, "moves past what sums hold", [SHEET, FAN], far_moves)
+        write_stream(out, "more levels than there are", [path(4097)], coarse_to_fine, with_points=False)
     with open(os.path.join(HERE, "topologies.txt"), "w", encoding="ascii") as out:
         out.write("# Topologies and their hashes; see README.md. Made by make_frames.py.\n")
         for name, vertices, indices in TOPOLOGIES:

@@ -9,7 +9,7 @@ import os
 import struct
 
 import make_frames as frames
-from make_frames import NO_HISTORY, Order, REST, STEADY, Text, frame, put_moves, row, s32
+from make_frames import NO_HISTORY, Order, REST, STEADY, Text, check_of, frame, put_moves, row, s32
 
 SHIFT = 1.5 * 2.0**52
 
@@ -217,15 +217,17 @@ class StreamBody(frames.Body):
         if not self.simulation:
             return head
         if velocities != REST:
-            put_moves(text, self.order, velocities, [[2 * c for c in v] for v in self.velocities],
+            put_moves(text, self.order, velocities, [[2 * c + s % 2 for c in v] for s, v in enumerate(self.velocities)],
                       [[s32(256 * c) for c in move] for move in self.moves[0]])
         return head + bytes([velocities])
 
-    def simulated(self, text, noise, level):
+    def simulated(self, text, noise, level, far=0):
+        """`far`: by so many steps the slots are off, one in three this way and one the other."""
         drift = self.simulation.predict(self.points, self.velocities)
         points = []
         for s, (point, v) in enumerate(zip(self.points, drift)):
-            x, y, z = (p + (c >> 4) + (7 * s + 3 * axis + noise) % 5 - 2 for axis, (p, c) in enumerate(zip(point, v)))
+            x, y, z = (p + (c >> 4) + (7 * s + 3 * axis + noise) % 5 - 2 + far * (s % 3 - 1)
+                       for axis, (p, c) in enumerate(zip(point, v)))
             points.append([x, y + (x + y) % 2, z - (x + z) % 2])  # all odd or all even
         self.advance(points)
         self.velocities = self.simulation.correct(self.moves[0])
@@ -233,12 +235,12 @@ class StreamBody(frames.Body):
         return bytes([5, level])
 
 
-def write_streams(octahedron, ball, hub, fan):
+def write_streams(octahedron, ball, hub, fan, torus):
     step = 0.00022
 
-    def stream(name, meshes, mechanics, script):
+    def stream(name, meshes, mechanics, script, places=None):
         orders = [Order(*mesh) for mesh in meshes]
-        bodies = [StreamBody(order, mesh[1], frames.wave(len(order), 900, i), m, step)
+        bodies = [StreamBody(order, mesh[1], places(order) if places else frames.wave(len(order), 900, i), m, step)
                   for i, (order, mesh, m) in enumerate(zip(orders, meshes, mechanics))]
         text = f'\nstream {name}\n' + line('grid_step_m', [step])
         for (count, indices), m in zip(meshes, mechanics):
@@ -247,6 +249,8 @@ def write_streams(octahedron, ball, hub, fan):
             text += f"{'' if good else 'bad-'}{kind} {payload.hex()}".rstrip() + '\n'
             for body in bodies if good else []:
                 text += row('points', body.in_vertex_order())
+            if good:
+                text += row('check', [check_of(bodies)])
         return text
 
     def simulated(bodies, noise, level=20):
@@ -304,6 +308,42 @@ def write_streams(octahedron, ball, hub, fan):
         text = Text()
         yield 'delta', frame([first.simulated(text, 4, 24), other.still(), last.simulated(text, 4, 24)], text), True
 
+    def ring_shaped(order):
+        """The torus as it is: its vertices are named by 77 times their places, and 77 more."""
+        points = []
+        for vertex in order.vertices:
+            row_of, column = divmod((vertex - 77) * pow(77, -1, 300) % 300, 20)
+            along, around = math.tau * row_of / 15, math.tau * column / 20
+            from_axis = 2000 + 900 * math.cos(around)
+            points.append([2 * round(c) for c in (from_axis * math.cos(along), 900 * math.sin(around),
+                                                  from_axis * math.sin(along))])
+        return points
+
+    def uneven(bodies):
+        """Also where a key frame leaves out the velocities, as they follow from the moves."""
+        yield key(bodies)
+        for noise in range(3):
+            yield simulated(bodies, noise, 20)
+        yield key(bodies, (40, 20, 20, 36), 30)
+        yield simulated(bodies, 3)
+        text = Text()
+        heads = [body.moved(text, frames.plus(body.points, body.moves[0]), 20, STEADY) for body in bodies]
+        yield 'delta', frame(heads, text), True
+        yield key(bodies, (40, 20, 20, 36))
+        yield simulated(bodies, 4)
+
+    def too_fast(bodies):
+        """Moves and corrections past what velocities count."""
+        body, = bodies
+        yield key(bodies)
+        far = [[2**27 * (s % 3 - 1) + c for c in m] for s, m in enumerate(frames.wave(len(body.order), 9))]
+        text = Text()
+        yield 'delta', frame([body.moved(text, frames.plus(body.points, far), 91, STEADY)], text), True
+        yield simulated(bodies, 1, 91)
+        text = Text()
+        yield 'delta', frame([body.simulated(text, 2, 91, 2**28)], text), True
+        yield simulated(bodies, 3, 91)
+
     def strips(bodies):
         first, other = bodies
         yield key(bodies)
@@ -316,6 +356,8 @@ def write_streams(octahedron, ball, hub, fan):
 
     text = stream('one simulated body', [(6, octahedron)], [ball], alone)
     text += stream('simulated bodies among others', [(6, octahedron), frames.SHEET, (9, hub)], [ball, None, fan], among_others)
+    text += stream('a torus of 300 vertices and uneven masses', [frames.TORUS], [torus], uneven, ring_shaped)
+    text += stream('a body that is too fast', [(6, octahedron)], [ball], too_fast)
     tetrahedron = dict(ball, masses=[0.5], rest_lengths=[0.25] * 6, stiffnesses=[1e9], substeps=64)
     text += stream('a body that leaves the numbers', [frames.TETRAHEDRON], [tetrahedron], alone)
     strip = dict(fan, masses=[0.25], rest_lengths=single([0.1] * 77))
@@ -351,8 +393,35 @@ def main():
 
     wild = dict(ball, stiffnesses=[1e9], substeps=64)
     text += '\n' + record('that leaves the numbers', 6, octahedron, wild, step, place, falling, 3)
+    corners_at = place
     still = [[5, 5, 5]] * 3 + place[3:]
     text += '\n' + record('with edges of no length', 6, octahedron, ball, step, still, falling, 4)
+    edges = 900
+    torus = dict(ball, masses=single([0.002 + 0.00001 * (v * v % 97) for v in range(300)]),
+                 rest_lengths=single([0.2 + 0.0005 * (e % 31) for e in range(edges)]),
+                 stiffnesses=single([20.0 + 0.5 * (e % 23) for e in range(edges)]), damping=0.01,
+                 gas=[2.0, 0.9, 91750, 0.5])
+
+    # A vertex alone, on numbers that are halves and powers of two.
+    dot = dict(fan, frame_s=1.0, substeps=1, masses=[1.0], rest_lengths=[], stiffnesses=[1.0], damping=0.0,
+               gravity=[0.0, 0.0, 0.0])
+    floor = [0.0, 1.0, 0.0, 0.0]
+    place, still = [[0, 0, 0]], [[0, 0, 0]]
+    text += '\n' + record('half-way between two numbers', 1, [], dict(dot, gravity=[0.0625, -0.0625, 0.1875]), 1.0, place,
+                          [[8, 8, -8]], 4)
+    deep = dict(dot, planes=[floor + [0.0, 0.0]])
+    text += '\n' + record('that is put back from afar', 1, [], deep, 1.0, [[0, -2**27, 0]], [[8, 16, 24]], 3)
+    flung = dict(dot, planes=[floor + [9.0, 0.0]])
+    text += '\n' + record('that is flung off', 1, [], flung, 1.0, [[0, 5, 0]], [[8, -2**28, 24]], 3)
+    corner = dict(dot, planes=[floor + [0.5, 0.1]] + [[-1.0, 0.0, 0.0, -1000.0 * k, 0.0, 0.0] for k in range(15)],
+                  substeps=64, gas=[1.0, 2.0, 2**20, 0.5])
+    text += '\n' + record('within every limit', 1, [], corner, 1.0, [[9, 9, 9]], [[-70, -800, 9]], 3)
+    steep = dict(ball, gas=[110.0, 0.07, 2**20, 20.0])
+    text += '\n' + record('of a gas of the largest exponent', 6, octahedron, steep, step, corners_at, falling, 3)
+    for name, wrong in (('65 substeps', {'substeps': 65}), ('17 planes', {'planes': corner['planes'] + [floor + [0.0, 0.0]]}),
+                        ('a gas of a larger exponent', {'gas': [1.0, 2.0, 2**20 + 1, 0.5]}),
+                        ('a gas without volume', {'gas': [1.0, 0.0, 65536, 0.5]})):
+        text += '\n' + bad_record('of ' + name, 1, [], dict(corner, **wrong), 1.0)
     leaning = dict(ball, planes=[[0.0, 1.0625, 0.0, 0.0, 0.8, 0.3]])
     text += '\n' + bad_record('off a plane whose normal is longer than 1', 6, octahedron, leaning, step)
     huge = dict(ball, frame_s=1e160)
@@ -362,7 +431,7 @@ def main():
     with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), 'simulated_motion.txt'), 'w') as out:
         out.write('# Bodies that are simulated frame by frame; see README.md. Made by make_simulated_motion.py.\n\n')
         out.write(text)
-    write_streams(octahedron, ball, hub, fan)
+    write_streams(octahedron, ball, hub, fan, torus)
 
 
 if __name__ == '__main__':

@@ -1,5 +1,7 @@
 #include "raw_connection.h"
 
+#include <algorithm>
+#include <thread>
 #include <vector>
 
 #include <arpa/inet.h>
@@ -14,6 +16,8 @@ namespace {
 
 constexpr int patience_ms = 60'000;
 constexpr std::uint32_t message_bytes_max = 64U << 20U;
+// Of a slow reader, at once.
+constexpr std::size_t slow_read_bytes = 2'048;
 
 }  // namespace
 
@@ -31,6 +35,11 @@ RawConnection::RawConnection(const std::string& address, int receive_buffer_byte
     close(socket_);
     socket_ = -1;
   }
+}
+
+void RawConnection::read_at(double bytes_s) {
+  bytes_s_ = bytes_s;
+  next_read_ = std::chrono::steady_clock::now();
 }
 
 RawConnection::~RawConnection() {
@@ -64,10 +73,15 @@ bool RawConnection::send_for(std::string_view bytes, std::chrono::milliseconds t
 
 bool RawConnection::read(char* out, std::size_t count) {
   while (count > 0) {
+    if (bytes_s_ > 0.0) std::this_thread::sleep_until(next_read_);
     pollfd ready{socket_, POLLIN, 0};
     if (poll(&ready, 1, patience_ms) != 1) return false;
-    const ssize_t got = recv(socket_, out, count, 0);
+    const ssize_t got = recv(socket_, out, bytes_s_ > 0.0 ? std::min(count, slow_read_bytes) : count, 0);
     if (got <= 0) return false;
+    if (bytes_s_ > 0.0) {
+      const std::chrono::duration<double> taken(static_cast<double>(got) / bytes_s_);
+      next_read_ += std::chrono::duration_cast<std::chrono::nanoseconds>(taken);
+    }
     out += got;
     count -= static_cast<std::size_t>(got);
   }

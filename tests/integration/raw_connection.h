@@ -19,6 +19,9 @@ class RawConnection {
   RawConnection(const RawConnection&) = delete;
   RawConnection& operator=(const RawConnection&) = delete;
 
+  /// From now on it takes no more than this: a slow reader, or a slow line.
+  void read_at(double bytes_s);
+
   /// False where the other side is gone.
   bool send(std::string_view bytes);
   bool send(const v1::ClientMessage& message) { return send(envelope(message.SerializeAsString())); }
@@ -43,6 +46,8 @@ class RawConnection {
   bool read(char* out, std::size_t count);
 
   int socket_ = -1;
+  double bytes_s_ = 0.0;  // 0: as they come
+  std::chrono::steady_clock::time_point next_read_;
   v1::Error::Code goodbye_ = v1::Error::CODE_UNSPECIFIED;
 };
 

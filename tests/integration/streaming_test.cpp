@@ -1,5 +1,7 @@
 // Shows what subscribers of a running world see: the same world whoever watches, a key at once for who joins late, a
 // gap and a key for who reads too slowly, frames of a paused world, and a hit within a few frames.
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <set>
@@ -238,11 +240,16 @@ TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
   ASSERT_TRUE(slow.send(subscribe));
   const auto subscribed = slow.receive_reply(2);
   ASSERT_TRUE(subscribed && subscribed->has_subscribed());
-  // The world does not wait for the reader that reads nothing.
+  std::optional<std::uint64_t> last_tick;
+  while (!last_tick) {
+    const auto message = slow.receive();
+    ASSERT_TRUE(message) << "the connection ended";
+    if (message->has_frame()) last_tick = message->frame().tick();
+  }
+  // The world does not wait for the reader that reads nothing more.
   ASSERT_TRUE(ann.step("w", 400).ok());
 
   std::optional<v1::Gap> gap;
-  std::optional<std::uint64_t> last_tick;
   bool key_after_gap = false;
   while (last_tick != 400U) {
     const auto message = slow.receive();
@@ -265,6 +272,49 @@ TEST_F(Streaming, AStalledReaderIsToldOfTheGapAndGetsAKey) {
   EXPECT_EQ(gap->stream_id(), subscribed->subscribed().stream_id());
   EXPECT_LE(gap->from_tick(), gap->to_tick());
   EXPECT_TRUE(key_after_gap);
+}
+
+// A reader at a third of what a stream in layers takes, which is a little more than its layer 0 takes. Without layers,
+// or where what waits in sockets came in large bursts, it got a gap and a key frame every other second.
+TEST_F(Streaming, AReaderAtAThirdOfALayeredStreamsRateGetsNoGap) {
+  constexpr std::chrono::seconds read_for{10};
+  constexpr std::uint64_t measured_ticks = 120;
+  start({"--scene", "five-balls"});
+  client::Client ann = connect();
+  const auto full = ann.subscribe("five-balls", {.max_error_m = 1e-6, .time_layers = true});
+  ASSERT_TRUE(full.ok()) << full.status().message();
+  const auto first = await_frame(ann);
+  ASSERT_TRUE(first);
+  double bytes = 0.0;
+  ASSERT_TRUE(await_frame(ann, [&](const auto& frame) {
+    bytes += static_cast<double>(frame.bytes);
+    return frame.tick >= first->tick + measured_ticks;
+  }));
+  const double bytes_s = bytes / (static_cast<double>(measured_ticks) * full->tick_s());
+  ASSERT_TRUE(ann.unsubscribe(full->stream_id()).ok());
+
+  RawConnection slow(server_->tcp_address());
+  ASSERT_TRUE(slow.say_hello());
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world("five-balls");
+  subscribe.mutable_subscribe()->set_max_error_m(1e-6);
+  subscribe.mutable_subscribe()->set_time_layers(true);
+  ASSERT_TRUE(slow.send(subscribe));
+  slow.read_at(bytes_s / 3.0);
+  int keys = 0;
+  std::array<int, 3> of_layer{};
+  for (const auto end = std::chrono::steady_clock::now() + read_for; std::chrono::steady_clock::now() < end;) {
+    const auto message = slow.receive();
+    ASSERT_TRUE(message) << "the connection ended";
+    ASSERT_FALSE(message->has_gap()) << message->gap().from_tick() << " to " << message->gap().to_tick();
+    if (!message->has_frame()) continue;
+    keys += message->frame().has_base_tick() ? 0 : 1;
+    ++of_layer.at(message->frame().layer());
+  }
+  EXPECT_EQ(keys, 1) << "the one that it began with";
+  EXPECT_GT(of_layer[0], 0);
+  EXPECT_LT(of_layer[2], 2 * of_layer[0]) << "layer 2 goes first";
 }
 
 // A reader that asks for adaptive quality, and stalls until it was moved.

@@ -175,6 +175,7 @@ class Watch {
   base::Status take(const v1::Gap& gap);
   base::Status take(const v1::Event& event);
   base::Status take(const v1::Applied&) { return {}; }  // not asked for
+  base::Status take(const StreamFault& fault);
   base::Status tell_stream(const v1::Subscribed& stream);
   base::Status tell_stats();
   base::Status summarise();
@@ -264,6 +265,14 @@ base::Status Watch::take(const v1::Event& event) {
     return base::not_found("the world was destroyed", event.world());
   }
   return {};
+}
+
+base::Status Watch::take(const StreamFault& fault) {
+  if (session_.json) {
+    return session_.output.line(
+        JsonObject().add("type", "fault").add("tick", fault.tick).add("what", fault.status.message()).text());
+  }
+  return session_.output.line("fault: " + fault.status.message() + "; a key frame was asked for");
 }
 
 base::Status Watch::tell_stream(const v1::Subscribed& stream) {

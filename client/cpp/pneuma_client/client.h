@@ -45,8 +45,16 @@ struct SubscribeOptions {
   bool simulated = false;  // fewer bits, by simulating the bodies here, too: 0.1 to 0.3 us a vertex a frame
 };
 
+/// A frame of a stream left vertices that are not the server's. The client has asked for a key frame; frames before
+/// that one do not come.
+struct StreamFault {
+  std::uint32_t stream_id = 0;
+  std::uint64_t tick = 0;
+  base::Status status;  // what is wrong
+};
+
 /// What comes unasked, in the order of its arrival.
-using Update = std::variant<DecodedFrame, v1::Gap, v1::Event, v1::Applied>;
+using Update = std::variant<DecodedFrame, v1::Gap, v1::Event, v1::Applied, StreamFault>;
 
 /// Not thread-safe; every call is bounded in time. A server's ping is answered while a call waits, so a client that
 /// makes no call for longer than the server's ping limit (WIRE.md) is closed by it. An error reply leaves the

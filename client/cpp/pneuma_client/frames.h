@@ -81,8 +81,8 @@ struct DecodedFrame {
 };
 
 /// Turns the messages of all streams of a connection into frames. Any message that does not fit, or is past the limits
-/// of base/limits.h, gives an error and changes nothing, but that a stream whose places or velocities cannot be waits
-/// for a key frame.
+/// of base/limits.h, gives an error and changes nothing, but that a stream whose places or velocities cannot be, or are
+/// not the server's, waits for a key frame.
 class StreamDecoder {
  public:
   /// Takes the topologies held from an earlier connection.
@@ -95,8 +95,11 @@ class StreamDecoder {
   [[nodiscard]] base::Status take_topology(const v1::Topology& message);
   /// Of a stream that is not there (it was ended a moment ago): ignored.
   [[nodiscard]] base::Status take_layout(const v1::Layout& message);
-  /// `bytes` is the size on the wire, handed through. Nothing where the stream is not there.
+  /// `bytes` is the size on the wire, handed through. Nothing where the stream is not there, and of a delta frame where
+  /// the stream waits for a key.
   [[nodiscard]] base::Result<std::optional<DecodedFrame>> take_frame(const v1::Frame& message, std::size_t bytes);
+  /// Whether a delta frame has failed its check, and no key frame came since. One is to be asked for.
+  [[nodiscard]] bool waits_for_key(std::uint32_t stream_id) const;
 
   [[nodiscard]] std::vector<TopologyPtr> topologies() const;
 
@@ -120,6 +123,7 @@ class StreamDecoder {
     double velocity_grid_step_m_s = 0.0;  // 0: no velocities
     double tick_s = 0.0;
     std::optional<std::uint32_t> layout_id;
+    bool waits_for_key = false;
     std::vector<Body> bodies;
     std::shared_ptr<const std::vector<v1::Layout::Joint>> joints;
     // After the last frame of layer 0, after the one of layer 1, and after any of layer 2.
@@ -130,6 +134,7 @@ class StreamDecoder {
   [[nodiscard]] static base::Status check_contacts(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static const State* base_of(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static base::Status read_vectors(const Stream& stream, State& state, const v1::Frame& message);
+  [[nodiscard]] static base::Status verify(const Stream& stream, const State& state, const v1::Frame& message);
   [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,
                                                 DecodedFrame& frame);
 

@@ -339,6 +339,11 @@ export class Client {
         else this.closeFor(error);
       },
       behind: (caughtUp) => void this.catchUp(stream, caughtUp),
+      keyWanted: () => {
+        // Nothing comes of its reply: the key frame says it, and where none comes the stream asks again.
+        const { streamId } = stream.subscribed;
+        connection.call({ case: "requestKey", value: { streamId } }, "done").catch(() => {});
+      },
     };
   }
 

@@ -5,10 +5,10 @@ import type { DecodeReply, DecodeRequest } from "./worker_decoder.js";
 
 const readers = new StreamReaders();
 
-function decode({ stream, payload, base, layer }: DecodeRequest & { kind: "decode" }): DecodeReply {
+function decode({ stream, payload, base, layer, check }: DecodeRequest & { kind: "decode" }): DecodeReply {
   try {
     const begin = performance.now();
-    const positions = readers.decode(stream, payload, base, layer);
+    const positions = readers.decode(stream, payload, base, layer, check);
     return { positions, tookMs: performance.now() - begin };
   } catch (error) {
     if (!(error instanceof PneumaError)) return { code: "INTERNAL", what: String(error), where: "" };

@@ -25,11 +25,19 @@ export interface FrameDecoder {
   ): void;
   /**
    * The vertices of all meshes, in the grid's unit: x y z of each vertex, mesh after mesh. Rejects with PneumaError
-   * MALFORMED what is no frame, with another code, as UNSUPPORTED, where no later one can be decoded either.
+   * MALFORMED what is no frame, with WRONG_STATE delta frames from the first whose check fails up to the next key frame,
+   * with another code, as UNSUPPORTED, where no later one can be decoded either.
    * @param base the time layer whose last frame it builds on; undefined: a key frame
    * @param layer its own
+   * @param check of the vertices as the server has them; undefined: it does not say
    */
-  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array>;
+  decode(
+    stream: number,
+    payload: Uint8Array,
+    base: number | undefined,
+    layer: number,
+    check?: number,
+  ): Promise<Float64Array>;
   /** Whether so many of a stream's frames wait that more are not to be asked for. */
   isBehind(stream: number): boolean;
   end(stream: number): void;
@@ -80,12 +88,12 @@ export class StreamReaders {
     this.streams.set(stream, { meshes, reader, gridStep });
   }
 
-  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Float64Array {
+  decode(...[stream, payload, base, layer, check]: Parameters<FrameDecoder["decode"]>): Float64Array {
     const decoding = this.streams.get(stream);
     if (!decoding) throw new PneumaError("MALFORMED", "a frame before its layout");
     const { meshes, reader, gridStep } = decoding;
     if (reader instanceof PneumaError) throw reader;
-    reader.read(payload, base, layer);
+    reader.read(payload, base, layer, check);
     const positions = new Float64Array(3 * meshes.reduce((sum, mesh) => sum + mesh.vertexCount, 0));
     let begin = 0;
     meshes.forEach(({ vertexCount }, body) => {
@@ -108,8 +116,8 @@ export class InlineDecoder implements FrameDecoder {
     this.readers.begin(...layout);
   }
 
-  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
-    return new Promise((resolve) => resolve(this.readers.decode(stream, payload, base, layer)));
+  decode(...frame: Parameters<FrameDecoder["decode"]>): Promise<Float64Array> {
+    return new Promise((resolve) => resolve(this.readers.decode(...frame)));
   }
 
   isBehind(): boolean {

@@ -11,7 +11,9 @@ export type ErrorCode =
   | "UNSUPPORTED"
   | "MALFORMED"
   | "UNAVAILABLE"
-  | "INTERNAL";
+  | "INTERNAL"
+  /** Of this library alone: a stream's vertices are not the server's. It goes on with a key frame. */
+  | "WRONG_STATE";
 
 export class PneumaError extends Error {
   /**

@@ -143,6 +143,8 @@ export interface Feed {
   failed(error: PneumaError): void;
   /** More comes than is decoded: nothing is wanted until `caughtUp`, and a key frame then. */
   behind(caughtUp: Promise<unknown>): void;
+  /** The vertices have gone wrong: only a key frame is of use. */
+  keyWanted(): void;
 }
 
 export interface StreamListener {
@@ -153,6 +155,11 @@ export interface StreamListener {
    * too slowly, what was applied meanwhile is left out, too.
    */
   gap?(fromTick: number, toTick: number): void;
+  /**
+   * A frame left vertices that are not the server's, as its check tells. It is left out, and so are those up to the key
+   * frame that was asked for.
+   */
+  fault?(error: PneumaError): void;
   /** With `commands` asked for: a change of the world was carried out. */
   applied?(applied: Applied): void;
   /** The stream is over: its world is gone, or it was closed. */
@@ -163,6 +170,9 @@ export interface StreamListener {
 const meshVerticesMax = 65_536;
 const meshIndicesMax = 3 * 262_144;
 const worldVerticesMax = 262_144;
+
+// Between two requests for a key frame of a stream. One that always decodes wrong is shown by its key frames alone.
+const keyRequestIntervalMs = 1_000;
 
 const maxErrorMDefault = 0.001; // of Subscribe.max_error_m
 
@@ -257,6 +267,10 @@ export class Stream {
   private begunWith = "";
   /** The first tick that was left out, since the last frame that was not. */
   private leftOutFrom: number | undefined;
+  /** How many key frames came, and how many had come before the frame that was found wrong last. */
+  private keys = 0;
+  private wrongSinceKey: number | undefined;
+  private keyWantedAtMs = -Infinity;
   private isOver_ = false;
   private told: Promise<unknown> = Promise.resolve();
 
@@ -300,6 +314,7 @@ export class Stream {
     this.info = info;
     this.feed = feed;
     this.held = [];
+    ++this.keys;
   }
 
   setRate(rateHz: number): void {
@@ -345,8 +360,11 @@ export class Stream {
   }
 
   takeFrame(message: FrameMessage, bytes: number): void {
-    const { layoutId, tick, baseTick, payload, scalars, layer } = message;
+    const { layoutId, tick, baseTick, payload, scalars, layer, check, velocitiesCheck } = message;
     const { feed } = this;
+    if (baseTick === undefined) ++this.keys;
+    if (this.wrongSinceKey === this.keys) return this.wantKey();
+    const { keys } = this;
     if (this.decoder.isBehind(this.placesKey)) {
       this.leftOutFrom ??= Number(tick);
       return feed?.behind(this.told);
@@ -363,8 +381,10 @@ export class Stream {
     const isKey = base === undefined;
     this.tellLeftOut(Number(tick));
     const decoded = Promise.all([
-      this.decoder.decode(this.placesKey, payload, base, layer),
-      this.options.velocities ? this.decoder.decode(this.velocitiesKey, message.velocities, base, layer) : undefined,
+      this.decoder.decode(this.placesKey, payload, base, layer, check),
+      this.options.velocities
+        ? this.decoder.decode(this.velocitiesKey, message.velocities, base, layer, velocitiesCheck)
+        : undefined,
     ]).then(
       ([places, speeds]) =>
         () => {
@@ -384,7 +404,9 @@ export class Stream {
           });
         },
       (error) => () => {
-        feed?.failed(error instanceof PneumaError ? error : new PneumaError("INTERNAL", String(error)));
+        if (!(error instanceof PneumaError)) feed?.failed(new PneumaError("INTERNAL", String(error)));
+        else if (error.code === "WRONG_STATE") this.takeFault(error, Number(tick), keys);
+        else feed?.failed(error);
       },
     );
     this.tell(decoded);
@@ -404,6 +426,21 @@ export class Stream {
     this.decoder.end(this.placesKey);
     if (this.options.velocities) this.decoder.end(this.velocitiesKey);
     callUser(() => this.listener.ended?.(error));
+  }
+
+  /** @param keys how many key frames had come when the frame did */
+  private takeFault({ code, what, where }: PneumaError, tick: number, keys: number): void {
+    if (this.wrongSinceKey === keys) return; // it was told, and this frame was under way
+    this.wrongSinceKey = keys;
+    if (keys === this.keys) this.wantKey();
+    this.listener.fault?.(new PneumaError(code, `${what} (tick ${tick})`, where));
+  }
+
+  private wantKey(): void {
+    const nowMs = performance.now();
+    if (nowMs - this.keyWantedAtMs < keyRequestIntervalMs) return;
+    this.keyWantedAtMs = nowMs;
+    this.feed?.keyWanted();
   }
 
   private tellLeftOut(nextTick: number): void {

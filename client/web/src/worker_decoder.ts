@@ -5,7 +5,14 @@ import { type ErrorCode, PneumaError } from "./errors.js";
 /** To the worker, answered in order; only `decode` has an answer. */
 export type DecodeRequest =
   | { kind: "begin"; layout: Parameters<FrameDecoder["begin"]> }
-  | { kind: "decode"; stream: number; payload: Uint8Array; base: number | undefined; layer: number }
+  | {
+      kind: "decode";
+      stream: number;
+      payload: Uint8Array;
+      base: number | undefined;
+      layer: number;
+      check: number | undefined;
+    }
   | { kind: "end"; stream: number };
 
 export type DecodeReply =
@@ -50,12 +57,12 @@ export class WorkerDecoder implements FrameDecoder {
     this.post({ kind: "begin", layout });
   }
 
-  decode(stream: number, payload: Uint8Array, base: number | undefined, layer: number): Promise<Float64Array> {
+  decode(...[stream, payload, base, layer, check]: Parameters<FrameDecoder["decode"]>): Promise<Float64Array> {
     if (this.broken) return Promise.reject(this.broken);
     return new Promise((resolve, reject) => {
       this.waiting.push({ stream, resolve, reject });
       const own = payload.slice(); // a view of a message takes all of it along
-      this.post({ kind: "decode", stream, payload: own, base, layer }, [own.buffer]);
+      this.post({ kind: "decode", stream, payload: own, base, layer, check }, [own.buffer]);
     });
   }
 

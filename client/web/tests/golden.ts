@@ -7,8 +7,11 @@ import type { Mechanics } from "../src/codec/simulated_motion.js";
 export interface GoldenFrame {
   readonly payload: Uint8Array;
   readonly isKey: boolean;
-  /** By body; undefined: the frame must be refused. */
+  /** Otherwise it must be refused. */
+  readonly isGood: boolean;
+  /** By body; undefined: they are not told. */
   readonly points?: readonly number[][];
+  readonly check?: number;
 }
 
 export interface GoldenStream {
@@ -18,6 +21,24 @@ export interface GoldenStream {
   /** By body; undefined: it is not simulated. */
   readonly mechanics: readonly (Mechanics | undefined)[];
   readonly frames: readonly GoldenFrame[];
+}
+
+/** A body that is simulated frame by frame. */
+export interface GoldenBody {
+  readonly name: string;
+  /** Otherwise its mechanics must be refused. */
+  readonly isGood: boolean;
+  readonly mesh: Triangles;
+  readonly mechanics: Mechanics;
+  readonly gridStepM: number;
+  /** At the start, as those after each frame: three numbers a slot. */
+  readonly points: readonly number[];
+  readonly velocities: readonly number[];
+  readonly frames: readonly {
+    readonly drift: readonly number[];
+    readonly moves: readonly number[];
+    readonly velocities: readonly number[];
+  }[];
 }
 
 function numbers(text: string): number[] {
@@ -39,6 +60,38 @@ const mechanicsKeys = [
   "gravity_m_s2",
   "plane",
 ];
+
+/** Of a path: 0 0 1, 1 1 2 and so on. */
+function pathOf(vertexCount: number): Triangles {
+  const indices = Array.from({ length: vertexCount - 1 }, (_, i) => [i, i, i + 1]).flat();
+  return { vertexCount, indices };
+}
+
+function meshOf(text: string): Triangles {
+  const [vertexCount, ...indices] = numbers(text);
+  return { vertexCount: vertexCount!, indices };
+}
+
+export function goldenBodies(): GoldenBody[] {
+  const records = readGolden("simulated_motion.txt")
+    .split("\n\n")
+    .map((record) => record.split("\n").filter((line) => line !== "" && !line.startsWith("#")))
+    .filter((lines) => lines.length > 0)
+    .map((lines) => lines.map((line): [string, string] => [line.split(" ", 1)[0]!, line.slice(line.indexOf(" ") + 1)]));
+  return records.map((record) => {
+    const all = (key: string) => record.filter(([name]) => name === key).map(([, value]) => numbers(value));
+    const [first, name] = record[0]!;
+    const mesh = meshOf(record.find(([key]) => key === "mesh")![1]);
+    const [points = [], ...rest] = all("points");
+    const [velocities = [], ...after] = all("velocities");
+    if (rest.length > 0) throw new Error(`simulated_motion.txt: ${name} has points twice`);
+    const [drifts, moves] = [all("drift"), all("moves")];
+    const frames = drifts.map((drift, i) => ({ drift, moves: moves[i]!, velocities: after[i]! }));
+    const [gridStepM] = all("grid_step_m")[0]!;
+    const mechanics = mechanicsIn(record)!;
+    return { name, isGood: first === "body", mesh, mechanics, gridStepM: gridStepM!, points, velocities, frames };
+  });
+}
 
 /** What these lines of a body, keys and values, say of its mechanics; undefined: nothing. */
 export function mechanicsIn(lines: readonly (readonly [string, string])[]): Mechanics | undefined {
@@ -75,7 +128,7 @@ function streamsIn(name: string): GoldenStream[] {
     gridStepM: number;
     meshes: Triangles[];
     lines: [string, string][][];
-    frames: (GoldenFrame & { points?: number[][] })[];
+    frames: (GoldenFrame & { points?: number[][]; check?: number })[];
   }[] = [];
   for (const line of readGolden(name).split("\n")) {
     if (line === "" || line.startsWith("#")) continue;
@@ -88,16 +141,16 @@ function streamsIn(name: string): GoldenStream[] {
       stream!.gridStepM = Number(value);
     } else if (mechanicsKeys.includes(key!)) {
       stream!.lines.at(-1)!.push([key!, value]);
-    } else if (key === "mesh") {
-      const [vertexCount, ...indices] = numbers(value);
-      stream!.meshes.push({ vertexCount: vertexCount!, indices });
+    } else if (key === "mesh" || key === "path") {
+      stream!.meshes.push(key === "mesh" ? meshOf(value) : pathOf(Number(value)));
       stream!.lines.push([]);
-    } else if (key === "key" || key === "delta") {
-      stream!.frames.push({ payload: Buffer.from(value, "hex"), isKey: key === "key", points: [] });
-    } else if (key === "bad-key" || key === "bad-delta") {
-      stream!.frames.push({ payload: Buffer.from(value, "hex"), isKey: key === "bad-key" });
+    } else if (["key", "delta", "bad-key", "bad-delta"].includes(key!)) {
+      const isGood = !key!.startsWith("bad-");
+      stream!.frames.push({ payload: Buffer.from(value, "hex"), isKey: key!.endsWith("key"), isGood });
     } else if (key === "points") {
-      stream!.frames.at(-1)!.points!.push(numbers(value));
+      (stream!.frames.at(-1)!.points ??= []).push(numbers(value));
+    } else if (key === "check") {
+      stream!.frames.at(-1)!.check = Number(value);
     } else {
       throw new Error(`${name}: ${line}`);
     }

@@ -305,6 +305,10 @@ class Page implements Stage {
     this.controls.missed(); // an edit may be among what was left out
   }
 
+  fault(error: PneumaError): void {
+    refuse(error);
+  }
+
   applied(applied: Applied): void {
     this.controls.applied(applied);
   }

@@ -26,6 +26,8 @@ export interface Stage {
   paced(isPaused: boolean, timeScale: number | undefined): void;
   frame(frame: Frame): void;
   gap(fromTick: number, toTick: number): void;
+  /** Its vertices went wrong; it goes on with a key frame. */
+  fault(error: PneumaError): void;
   applied(applied: Applied): void;
   /** The world is there, maybe another one than before. */
   begun(client: Client, world: string): Promise<void>;
@@ -152,6 +154,7 @@ export class ShownWorld {
             () => {},
           );
         },
+        fault: (error) => stage.fault(error),
         applied: (applied) => this.applied(applied),
         ended: (error) => {
           this.stream = undefined;

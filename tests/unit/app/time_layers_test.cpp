@@ -3,6 +3,7 @@
 // rest is seen at rest by all. A real world, hub, queue and decoder; no sockets and no clock.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <random>
@@ -36,7 +37,8 @@ class Reader {
     EXPECT_TRUE(decoder_.add_stream(*subscribed).ok());
   }
 
-  void deliver(const Outbox& outbox) {
+  /// `time`: of the test's own.
+  void deliver(const Outbox& outbox, net::Duration time = {}) {
     for (const auto& item : outbox.items) {
       if (const auto* send = std::get_if<Outbox::Send>(&item); send != nullptr && send->session == session_->id()) {
         EXPECT_TRUE(queue_.push_reply(send->message));
@@ -48,7 +50,7 @@ class Reader {
       }
       const auto* publish = std::get_if<Outbox::Publish>(&item);
       if (publish != nullptr && std::ranges::count(*publish->sessions, session_->id()) > 0) {
-        queue_.offer(publish->frame, {});
+        queue_.offer(publish->frame, net::TimePoint() + time);
       }
     }
     ask_for_keys();
@@ -168,7 +170,7 @@ TEST_F(TimeLayers, WhoeverReadsWhatAndWhenDecodesTheWorld) {
   for (int i = 0; i < 3000; ++i) {
     const Outbox outbox = tick();
     for (Reader* reader : {&ann, &bob}) {
-      reader->deliver(outbox);
+      reader->deliver(outbox, i * std::chrono::microseconds(16'667));
       // Now and then it stops for good; in between it reads a little less than comes.
       if ((i / 300) % 3 == 1 && random() % 40 != 0) continue;
       if (random() % 4 == 0) continue;

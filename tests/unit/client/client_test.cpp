@@ -2,6 +2,7 @@
 // order, and every way in which a server can go away or speak nonsense.
 #include "pneuma_client/client.h"
 
+#include <optional>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -179,6 +180,44 @@ TEST(ClientUpdates, GapIsHandedOnAndCounted) {
   EXPECT_EQ(client.gaps(), 1U);
   EXPECT_EQ(client.ticks_missed(), 8U);
   EXPECT_EQ((*client.next_frame(long_enough))->tick, 10U);
+}
+
+TEST(ClientUpdates, AFrameThatFailsItsCheckIsToldAndAKeyFrameIsAskedFor) {
+  std::optional<v1::ClientMessage> asked;
+  const FakeServer server([&](FakeSession& session) {
+    subscribe_to_ball(session);
+    session.send(key_frame(1, 1));
+    auto wrong = delta_frame(1, 2, 1, 5, 0);
+    wrong.mutable_frame()->set_check(1);
+    session.send(wrong);
+    session.send(delta_frame(1, 3, 2, 6, 5));
+    asked = session.receive();
+    v1::ServerMessage refused;  // of no concern to the client
+    refused.set_request_id(asked->request_id());
+    refused.mutable_error()->set_code(v1::Error::LIMIT_EXCEEDED);
+    session.send(refused);
+    session.send(delta_frame(1, 4, 3, 7, 6));
+    session.send(key_frame(1, 5, 8));
+    session.send(delta_frame(1, 6, 5, 9, 8));
+    session.drain();
+  });
+  Client client = connected(server);
+  ASSERT_TRUE(client.subscribe("w").ok());
+  EXPECT_EQ((*client.next_frame(long_enough))->tick, 1U);
+  const auto update = client.next_update(long_enough);
+  ASSERT_TRUE(update.ok() && *update) << update.status().message();
+  const auto& fault = std::get<StreamFault>(**update);
+  EXPECT_EQ(fault.stream_id, 1U);
+  EXPECT_EQ(fault.tick, 2U);
+  EXPECT_NE(fault.status.message().find("stream 1: the vertices at tick 2 are not the server's"), std::string::npos)
+      << fault.status.message();
+  for (const std::uint64_t tick : {5U, 6U}) {
+    const auto next = client.next_update(long_enough);
+    ASSERT_TRUE(next.ok() && *next) << next.status().message();
+    EXPECT_EQ(std::get<DecodedFrame>(**next).tick, tick) << "frames before the key frame do not come";
+  }
+  ASSERT_TRUE(asked && asked->has_request_key());
+  EXPECT_EQ(asked->request_key().stream_id(), 1U);
 }
 
 TEST(ClientUpdates, TopologiesHeldAreNamedWhenSubscribing) {

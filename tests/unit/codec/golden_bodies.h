@@ -65,10 +65,17 @@ inline bool take_mechanics(const std::string& key, const std::string& value, std
   return true;
 }
 
+/// The faces 0 0 1, 1 1 2 and so on.
+inline std::vector<std::uint32_t> path(std::uint32_t vertices) {
+  std::vector<std::uint32_t> indices;
+  for (std::uint32_t i = 0; i + 1 < vertices; ++i) indices.insert(indices.end(), {i, i, i + 1});
+  return indices;
+}
+
 /// Whether a line says something else of a stream or body than what bodies it has.
 inline bool is_of_frames(const std::string& key) {
-  constexpr std::array known{"stream",  "body",      "bad-body", "grid_step_m", "key",   "delta",
-                             "bad-key", "bad-delta", "points",   "velocities",  "drift", "moves"};
+  constexpr std::array known{"stream",    "body",   "bad-body", "grid_step_m", "key",   "delta", "bad-key",
+                             "bad-delta", "points", "check",    "velocities",  "drift", "moves"};
   return std::ranges::find(known, key) != known.end();
 }
 
@@ -80,6 +87,10 @@ inline std::vector<GoldenBody> bodies_of(const support::GoldenRecord& record) {
       const std::vector<std::int64_t> numbers = support::parse_integers(value);
       const std::vector<std::uint32_t> indices(numbers.begin() + 1, numbers.end());
       bodies.push_back({order_of(static_cast<std::uint32_t>(numbers.at(0)), indices), indices});
+    } else if (key == "path") {
+      const auto vertices = static_cast<std::uint32_t>(std::stoul(value));
+      const std::vector<std::uint32_t> indices = path(vertices);
+      bodies.push_back({order_of(vertices, indices), indices});
     } else if (!is_of_frames(key) && (bodies.empty() || !take_mechanics(key, value, bodies.back().mechanics))) {
       throw std::runtime_error("a golden vector has a line \"" + key + '"');
     }

@@ -33,6 +33,10 @@ class GoldenStream {
     EXPECT_EQ(fresh_.read(payload, key).ok(), status.ok());
     return status;
   }
+  [[nodiscard]] std::uint32_t check() const {
+    EXPECT_EQ(fresh_.check(), reader_.check());
+    return reader_.check();
+  }
   [[nodiscard]] std::vector<Lattice> points() const {
     EXPECT_EQ(points_of(fresh_), points_of(reader_));
     return points_of(reader_);
@@ -83,6 +87,8 @@ TEST_P(GoldenFrames, AreReadToTheirPointsOrRefused) {
         const auto before = stream.points();
         EXPECT_FALSE(stream.read(value, key == "bad-key").ok()) << value;
         EXPECT_EQ(stream.points(), before);
+      } else if (key == "check") {
+        EXPECT_EQ(std::to_string(stream.check()), value);
       } else if (key == "points") {
         EXPECT_EQ(stream.points().at(body++), support::parse_integers(value));
       }

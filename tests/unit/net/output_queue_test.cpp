@@ -3,6 +3,7 @@
 // model of a client can check them.
 #include "net/output_queue.h"
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <random>
@@ -225,18 +226,36 @@ TEST(OutputQueue, AFrameOnOneThatWasShedIsLeftOut) {
   EXPECT_EQ(take_words(queue), Words{"delta 1 12 8"}) << "no gap, no key";
 }
 
-TEST(OutputQueue, WithoutItsLayerZeroAStreamWaitsForAKey) {
+// What a reader that takes nothing for a while loses of a stream of 40 frames a second: all but those of layer 0, and
+// those too where it takes too long.
+TEST(OutputQueue, LayerZeroWaitsForAReaderThatPausesAndNotForOneThatStops) {
   OutputQueue queue(1'000'000, gap);
   queue.offer(layered(4, true), TimePoint());
   EXPECT_EQ(take_words(queue), Words{"key 1 4"});
-  for (std::uint64_t tick = 5; tick <= 25; ++tick) queue.offer(layered(tick), TimePoint());
-  EXPECT_TRUE(queue.empty()) << "24 was the fifth of layer 0 and found no room";
+  const auto time_of = [](std::uint64_t tick) { return TimePoint() + tick * std::chrono::milliseconds(25); };
+  const std::uint64_t ticks_waited = layer_0_wait_max / std::chrono::milliseconds(25);
+  for (std::uint64_t tick = 5; tick < 8 + ticks_waited; ++tick) queue.offer(layered(tick), time_of(tick));
+  OutputQueue paused = queue;
+  std::uint64_t expected = 8;
+  for (const std::string& words : take_words(paused)) {
+    EXPECT_EQ(words, "delta 1 " + std::to_string(expected) + " " + std::to_string(expected - 4));
+    expected += 4;
+  }
+  EXPECT_EQ(expected, 8 + ticks_waited) << "all of layer 0, and no others";
+  EXPECT_EQ(paused.keys_to_ask_for(), Streams{});
+
+  const std::uint64_t late = 8 + ticks_waited;
+  queue.offer(layered(late), time_of(late));
+  queue.offer(layered(late + 1), time_of(late + 1));
+  EXPECT_TRUE(queue.empty()) << "the frame of tick 8 has waited too long";
   EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
-  StreamFrame key = layered(24, true);  // the last of layer 0 once more, and then what builds on it
+  StreamFrame key = layered(late, true);  // the last of layer 0 once more, and then what builds on it
   key.delta = nullptr;
-  queue.offer(key, TimePoint());
-  queue.offer(layered(26), TimePoint());
-  EXPECT_EQ(take_words(queue), (Words{"gap 1 8 23", "key 1 24", "delta 1 26 24"}));
+  queue.offer(key, time_of(late + 1));
+  queue.offer(layered(late + 2), time_of(late + 2));
+  const std::string name = std::to_string(late);
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 8 " + std::to_string(late - 1), "key 1 " + name,
+                                      "delta 1 " + std::to_string(late + 2) + " " + name}));
 }
 
 TEST(OutputQueue, TellsHowAStreamIsRead) {

@@ -1,13 +1,17 @@
 // Reads a stream's payloads one after the other: proto/WIRE.md, "Frame payload".
 import { type BlockHead, levelOfRest, malformed, pointMax, takeHeads } from "./block_heads.js";
 import type { MeshOrder } from "./mesh_order.js";
+import { pointsCheck, pointsDigest } from "./points_check.js";
 import { type Moves, predictDrift, Scratch, takeMoves, takeWeights, type Weights } from "./move_reader.js";
+import { PneumaError } from "../errors.js";
 import { type SimulatedMotion, velocitiesOf } from "./simulated_motion.js";
 import { TripleReader } from "./triple_reader.js";
 
 /** Where a body's vertices are on the grid and how they came there; x y z of each slot. */
 interface Motion {
   readonly points: Float64Array;
+  /** Of the points. */
+  readonly digest: number;
   readonly moves: Moves;
   readonly weights: Weights;
   /** Of a body that has mechanics, in eighths of a step a frame. */
@@ -18,13 +22,16 @@ function motionOf({ size }: MeshOrder): Motion {
   const none = new Int32Array(3 * size);
   return {
     points: new Float64Array(3 * size),
+    digest: 0,
     moves: [none, none, none, none],
     weights: new Int32Array(9),
     velocities: none,
   };
 }
 
-function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Array {
+type Place = Pick<Motion, "points" | "digest">;
+
+function sumOf(points: Float64Array, moves: Int32Array, body: number): Place {
   const sums = new Float64Array(points.length);
   let furthest = 0;
   for (let i = 0; i < points.length; ++i) {
@@ -33,7 +40,11 @@ function sumOf(points: Float64Array, moves: Int32Array, body: number): Float64Ar
     sums[i] = sum;
   }
   if (furthest > pointMax) throw malformed("a point is further away than any server's", body);
-  return sums;
+  return { points: sums, digest: pointsDigest(sums, furthest) };
+}
+
+function placeOf(points: Float64Array): Place {
+  return { points, digest: pointsDigest(points, pointMax) };
 }
 
 /** Reads the blocks of one payload, body by body. */
@@ -55,20 +66,20 @@ class BlockReader {
       simulation!.predict(points, last.velocities!, this.scratch.drift);
       const move = takeMoves(order, head.level, this.scratch, this.triples);
       const velocities = simulation!.correct(move);
-      return { points: sumOf(points, move, body), moves: next(move), weights: last.weights, velocities };
+      return { ...sumOf(points, move, body), moves: next(move), weights: last.weights, velocities };
     }
     if (head.mode === "moved") {
       const weights = head.hasWeights ? takeWeights(this.triples) : last.weights;
       predictDrift(order, moves, weights, this.scratch);
       const move = takeMoves(order, head.level, this.scratch, this.triples);
       const velocities = simulation && velocitiesOf(move);
-      return { points: sumOf(points, move, body), moves: next(move), weights, velocities };
+      return { ...sumOf(points, move, body), moves: next(move), weights, velocities };
     }
     const weights = takeWeights(this.triples);
-    const own = head.mode === "plain" ? head.points : this.takePoints(order, head.level, head.points, body);
+    const own = head.mode === "plain" ? placeOf(head.points) : this.takePoints(order, head.level, head.points, body);
     const ownMoves = this.takeOwnMoves(order, head.moveLevels);
     return {
-      points: own,
+      ...own,
       moves: ownMoves,
       weights,
       velocities: this.takeVelocities(order, head.velocityLevel, ownMoves[0]),
@@ -82,7 +93,7 @@ class BlockReader {
     return takeMoves(order, level, this.scratch, this.triples).map((twice) => twice >> 1);
   }
 
-  private takePoints(order: MeshOrder, level: number, anchor: Float64Array, body: number): Float64Array {
+  private takePoints(order: MeshOrder, level: number, anchor: Float64Array, body: number): Place {
     this.scratch.drift.fill(0);
     const steps = takeMoves(order, level, this.scratch, this.triples);
     const anchors = Float64Array.from(steps, (_, i) => anchor[i % 3]!);
@@ -108,11 +119,17 @@ interface Body {
   readonly simulation: SimulatedMotion | undefined;
 }
 
+function wrongState(what: string): PneumaError {
+  return new PneumaError("WRONG_STATE", what, "payload");
+}
+
 /** The soft bodies of one layout of a stream. Any bytes are safe to read: what cannot be read is refused. */
 export class FrameReader {
   // After the last frame of each time layer.
   private readonly layers: Motion[][];
   private last: Motion[];
+  /** A check failed: what builds on any frame before the next key frame cannot be read. */
+  private isWrong = false;
   private readonly scratch = new Scratch();
 
   private readonly bodies: readonly Body[];
@@ -126,10 +143,13 @@ export class FrameReader {
 
   /**
    * Reads the next payload of the stream; of a payload that is refused (PneumaError MALFORMED or UNSUPPORTED) nothing is kept.
+   * A delta frame whose check fails, and those after it, are WRONG_STATE until a key frame comes.
    * @param base the layer whose last frame it builds on; undefined: a key frame
    * @param layer its own
+   * @param check that the server's points have; undefined: it does not say
    */
-  read(payload: Uint8Array, base: number | undefined, layer = 0): void {
+  read(payload: Uint8Array, base: number | undefined, layer = 0, check?: number): void {
+    if (this.isWrong && base !== undefined) throw wrongState("a frame before the key frame that was asked for");
     const motionsBefore = this.layers[base ?? 0];
     if (!motionsBefore) throw malformed(`builds on layer ${base}, of which there was no frame`);
     const { heads, residuals } = takeHeads(
@@ -145,6 +165,15 @@ export class FrameReader {
       return motion;
     });
     if (!triples.atEnd()) throw malformed("the residuals do not end where the payload does");
+    const found = pointsCheck(motions.map(({ digest }) => digest));
+    if (check !== undefined && found !== check) {
+      const what = `the points are not the server's: their check is ${found}, not ${check}`;
+      // A reader that takes a key frame wrong is not helped by another.
+      if (base === undefined) throw malformed(what);
+      this.isWrong = true;
+      throw wrongState(what);
+    }
+    this.isWrong = false;
     this.layers[layer] = motions;
     this.last = motions;
   }

@@ -197,6 +197,36 @@ test("a stream that was decoded too slowly goes on with a key frame", async () =
   own.close();
 });
 
+/** Goes wrong once, when it is told to. */
+class WrongDecoder extends InlineDecoder {
+  isWrong = false;
+
+  override decode(...[stream, payload, base, layer, check]: Parameters<InlineDecoder["decode"]>) {
+    const flip = this.isWrong && base !== undefined ? 1 : 0;
+    if (flip) this.isWrong = false;
+    return super.decode(stream, payload, base, layer, check! ^ flip);
+  }
+}
+
+test("every frame's vertices are those that its check tells; a stream that went wrong goes on with a key frame", async () => {
+  const decoder = new WrongDecoder();
+  const own = await Client.connect(server.url, { decoder });
+  const frames = new Frames();
+  let tell!: (error: PneumaError) => void;
+  const fault = new Promise<PneumaError>((resolve) => (tell = resolve));
+  const options = { velocities: true, simulated: true, timeLayers: false };
+  await own.subscribe("five-balls", options, { frame: (frame) => frames.frame(frame), fault: (error) => tell(error) });
+  await frames.next(({ isKey }) => isKey);
+  const last = await frames.next(({ isKey }) => !isKey);
+  const key = frames.next(({ isKey }) => isKey);
+  decoder.isWrong = true;
+  assert.equal((await fault).code, "WRONG_STATE");
+  assert.ok((await key).tick > last.tick);
+  await frames.next(({ isKey }) => !isKey);
+  assert.equal(own.state, "open");
+  own.close();
+});
+
 test("where nothing listens, connecting says so", async () => {
   const gone = await Server.start([]);
   await gone.kill();

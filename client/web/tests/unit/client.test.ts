@@ -20,6 +20,7 @@ import {
   type StreamListener,
 } from "../../src/index.js";
 import { Frames } from "../frames.js";
+import { type GoldenFrame, goldenStreams } from "../golden.js";
 import { type Asked, type Peer, ScriptedServer } from "./peer.js";
 
 const world = "somewhere";
@@ -298,6 +299,49 @@ test("a gap is told", async () => {
   (await peer.next("subscribe")).subscribed(1);
   peer.send({ case: "gap", value: create(GapSchema, { streamId: 1, fromTick: 3n, toTick: 5n }) });
   assert.deepEqual(await told, [3, 5]);
+});
+
+test("a frame that fails its check is told once, and the stream goes on with the key frame that is asked for", async () => {
+  const golden = goldenStreams().find(({ name }) => name === "one vertex")!;
+  const [key, delta] = golden.frames as [GoldenFrame, GoldenFrame];
+  const peer = await connect();
+  const told: unknown[] = [];
+  let fault!: (error: PneumaError) => void;
+  const faulted = new Promise<PneumaError>((resolve) => (fault = resolve));
+  const frames = new Frames();
+  const frame = (one: Frame) => {
+    told.push(one.tick);
+    frames.frame(one);
+  };
+  const asked = client.subscribe(world, {}, { frame, fault: (error) => (told.push(error.code), fault(error)) });
+  (await peer.next("subscribe")).subscribed(1);
+  await asked;
+  const hash = Uint8Array.of(1);
+  const softBodies = [{ name: "dot", topologyHash: hash }];
+  peer.send({ case: "topology", value: create(TopologySchema, { hash, vertexCount: 1 }) });
+  peer.send({ case: "layout", value: create(LayoutSchema, { streamId: 1, layoutId: 1, softBodies }) });
+  const send = (tick: number, of: GoldenFrame, check = of.check) => {
+    const ticks = { tick: BigInt(tick), ...(of.isKey ? { layoutId: 1 } : { baseTick: BigInt(tick - 1) }) };
+    const value = create(FrameSchema, { streamId: 1, payload: of.payload, check: check!, ...ticks });
+    peer.send({ case: "frame", value });
+  };
+  send(1, key);
+  send(2, delta, delta.check! ^ 1);
+  send(3, delta); // under way when the fault is found
+  const error = await faulted;
+  assert.match(error.message, /the points are not the server's: their check is \d+, not \d+ \(tick 2\)/);
+  const wanted = await peer.next("requestKey");
+  assert.equal(wanted.value.streamId, 1);
+  wanted.refuse("LIMIT_EXCEEDED");
+  send(4, delta);
+  const next = frames.next(({ tick }) => tick === 6);
+  send(5, key);
+  send(6, delta);
+  assert.deepEqual(
+    [...(await next).positions[0]!],
+    delta.points![0]!.map((steps) => steps * 0.001),
+  );
+  assert.deepEqual(told, [1, "WRONG_STATE", 5, 6]);
 });
 
 test("a stream that is decoded too slowly is left until that is done, and goes on with a key frame", async () => {
