@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -178,6 +180,19 @@ TEST(Solver, FindsTheSameFromWarmImpulses) {
   for (std::size_t i = 0; i < warm.rows.size(); ++i) {
     EXPECT_LT((warm.rows[i].impulse_n_s - cold.rows[i].impulse_n_s).norm(), 1e-9) << i;
   }
+}
+
+// As where a state overflows: the caller finds the body out.
+TEST(Solver, EndsWhereRowsHaveNoNumbers) {
+  std::vector<Response> responses{RigidResponse(1.0, Eigen::Matrix3d::Identity()), FixedResponse{}};
+  std::vector<ContactRow> rows(3);
+  for (ContactRow& row : rows) {
+    row.first.body = 0;
+    row.second.body = 1;
+    row.impulse_n_s = Vec3d::Constant(std::numeric_limits<double>::infinity());
+    row.free_m_s = Vec3d::Constant(-1.0);
+  }
+  EXPECT_FALSE(solve_rows(rows, responses, {.sweeps_max = 4, .enough_m_s = 1e-6}).converged);
 }
 
 }  // namespace
