@@ -143,10 +143,11 @@ void Service::read_tokens_again() {
     return;
   }
   if (own_token_) tokens->push_back(*own_token_);
-  spdlog::info("tokens={} of {} read again", tokens->size(), log_name(config_.tokens));
   server_.post([this, tokens = std::move(*tokens)]() mutable {
+    const std::size_t count = tokens.size();
     gatekeeper_.use(std::move(tokens));
     end_stale_sessions();
+    spdlog::info("tokens={} of {} read again", count, log_name(config_.tokens));
   });
 }
 
