@@ -66,7 +66,6 @@ WorldStatus HostedWorld::status() const {
 void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
   const bool held_back = is_held_back(now);
   if (mid_tick_ || held_back) {
-    had_its_share_ = false;
     if (!held_back && now - tick_began_ < long_tick) return;
     if (const std::optional<Request> end = inbox_.take_destroy()) destroy(*end, outbox);
     return;
@@ -184,7 +183,8 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
     if (now - last_slow_event_ > slow_event_interval) {
       last_slow_event_ = now;
       const double ratio = window_.summary(now).time_ratio;
-      const std::string why = held_back_by_.empty() ? std::string() : "; " + std::exchange(held_back_by_, {});
+      const bool was_held_back = now - last_held_back_ <= slow_event_interval;
+      const std::string why = was_held_back ? "; " + held_back_by_ : std::string();
       spdlog::warn("world={} tick={} slowed time_ratio={:.3f} slipped_s={:.3f}{}", log_name(name_), live_.tick(), ratio,
                    slipped_s_, why);
       hub_.send_to_all(event_message(v1::Event::WORLD_SLOWED, name_, live_.tick(), {},
@@ -213,9 +213,11 @@ bool HostedWorld::is_held_back(TimePoint now) {
   const bool is_held_back = time_.ready_at(now) > now;
   if (is_held_back) {
     held_back_by_ = time_.describe(now);
-    if (held_back_ == TimePoint{}) held_back_ = now;
-  } else if (held_back_ != TimePoint{}) {
-    wiring_.metrics->held_back_seconds.Increment(1e-3 * ms_between(std::exchange(held_back_, {}), now));
+    last_held_back_ = now;
+    if (!held_back_since_) held_back_since_ = now;
+  } else if (held_back_since_) {
+    wiring_.metrics->held_back_seconds.Increment(1e-3 * ms_between(*held_back_since_, now));
+    held_back_since_.reset();
   }
   return is_held_back;
 }

@@ -137,9 +137,10 @@ class HostedWorld {
   std::map<std::uint64_t, net::SessionId> grab_owners_;
 
   bool paused_;
-  double time_scale_ = 1.0;     // simulated over real time
-  TimePoint held_back_{};       // since when there has been no processor time left for it; or none
-  std::string held_back_by_;    // which budget last did, told when the world slows
+  double time_scale_ = 1.0;                   // simulated over real time
+  std::optional<TimePoint> held_back_since_;  // since when there is no processor time left for it
+  TimePoint last_held_back_{};
+  std::string held_back_by_;    // which budget last did
   bool had_its_share_ = false;  // of a slice, before all that waited was carried out
   std::deque<PendingStep> pending_steps_;
   std::optional<Request> destroyed_by_;

@@ -45,8 +45,8 @@ StepBudget::TimePoint StepBudget::ready_at(TimePoint now) const {
 std::string StepBudget::describe(TimePoint now) const {
   const bool is_the_clients = client_ && client_->ready_at(now) > world_->ready_at(now);
   const std::string processors = base::number_text((is_the_clients ? *client_ : *world_).processors());
-  return is_the_clients ? "the worlds of whoever made it may take the time of " + processors + " processors together"
-                        : "it may take the time of " + processors + " processors";
+  return (is_the_clients ? "all worlds of whoever made it may take " : "it may take ") + processors +
+         " processor seconds a second";
 }
 
 }  // namespace pneuma::app

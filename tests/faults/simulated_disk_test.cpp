@@ -23,6 +23,7 @@
 #include <unistd.h>
 
 #include "app/world_archive.h"
+#include "support/environment.h"
 #include "support/sanitizers.h"
 #include "support/temporary_folder.h"
 
@@ -320,16 +321,12 @@ class SimulatedLives {
   WorldJournal::TimePoint now_ = std::chrono::steady_clock::now();
 };
 
-std::uint64_t number_in(const char* variable, std::uint64_t otherwise) {
-  const char* text = std::getenv(variable);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
-
 TEST(SimulatedDisk, WhatIsAcknowledgedOutlivesEveryDeath) {
   spdlog::set_level(spdlog::level::off);
   constexpr std::uint64_t in_ci = support::is_sanitized ? 1'000 : 10'000;
-  const std::uint64_t first = number_in("PNEUMA_SEED", 0);
-  const std::uint64_t count = number_in("PNEUMA_SEEDS", std::getenv("PNEUMA_SEED") == nullptr ? in_ci : 1);
+  const std::uint64_t first = support::number_from_environment("PNEUMA_SEED", 0);
+  const std::uint64_t count =
+      support::number_from_environment("PNEUMA_SEEDS", std::getenv("PNEUMA_SEED") == nullptr ? in_ci : 1);
   for (std::uint64_t seed = first; seed < first + count && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("PNEUMA_SEED=" + std::to_string(seed));
     SimulatedLives(seed).run();

@@ -3,7 +3,7 @@
 // which seed.
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
+#include <optional>
 #include <random>
 #include <string>
 #include <thread>
@@ -11,16 +11,12 @@
 
 #include "app/live_world.h"
 #include "served.h"
+#include "support/environment.h"
 #include "support/sanitizers.h"
 #include "support/temporary_folder.h"
 
 namespace pneuma::integration {
 namespace {
-
-std::uint64_t number_from(const char* variable, std::uint64_t otherwise) {
-  const char* text = std::getenv(variable);
-  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
-}
 
 class Kills : public Served {
  protected:
@@ -93,7 +89,7 @@ class Kills : public Served {
     return stats.tick() == reference_->tick() && stats.state_hash() == reference_->physics().state_hash();
   }
 
-  std::mt19937_64 random_{number_from("PNEUMA_SEED", 18)};
+  std::mt19937_64 random_{support::number_from_environment("PNEUMA_SEED", 18)};
   const support::TemporaryFolder folder_;
   std::optional<app::LiveWorld> reference_;
   physics::Workers workers_{1};
@@ -102,7 +98,7 @@ class Kills : public Served {
 };
 
 TEST_F(Kills, AtAnyMomentLoseNothingThatWasAcknowledged) {
-  const std::uint64_t kills = number_from("PNEUMA_KILLS", support::is_sanitized ? 5 : 20);
+  const std::uint64_t kills = support::number_from_environment("PNEUMA_KILLS", support::is_sanitized ? 5 : 20);
   ASSERT_NO_FATAL_FAILURE(start_again());
   {
     client::Client client = connect();

@@ -94,6 +94,19 @@ v1::ClientMessage resume(std::uint64_t request_id) {
   return message;
 }
 
+TEST_F(HostedWorldTest, WhatADrainLeavesIsCarriedOutAfterTheTickUnderWay) {
+  post(step(1, 1));
+  drain();
+  post(get_stats(2));
+  drain_without_time();
+  ASSERT_FALSE(world_->step([] { return true; })) << "the tick is under way";
+  EXPECT_TRUE(drain().empty());
+  tick();
+  const TimePoint now = std::chrono::steady_clock::now();
+  EXPECT_EQ(world_->next_due(now), now) << "a paused world would rest";
+  EXPECT_EQ(drain().size(), 1U);
+}
+
 class HostedWorldOnABudget : public HostedWorldTest {
  protected:
   HostedWorldOnABudget() : HostedWorldTest(ball_scene(), {WorldMemory::unlimited(), StepBudget(0.5)}) {}
@@ -127,7 +140,7 @@ TEST_F(HostedWorldOnABudget, WaitsWhereItsProcessorTimeIsUsedUpAndSaysSo) {
   const auto slowed =
       std::ranges::find_if(replies, [](const auto& reply) { return reply.event().kind() == v1::Event::WORLD_SLOWED; });
   ASSERT_NE(slowed, replies.end());
-  EXPECT_NE(slowed->event().detail().find("it may take the time of 0.5 processors"), std::string::npos);
+  EXPECT_NE(slowed->event().detail().find("it may take 0.5 processor seconds a second"), std::string::npos);
 }
 
 TEST_F(HostedWorldOnABudget, CanBeDestroyedWhileItWaits) {

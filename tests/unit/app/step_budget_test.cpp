@@ -66,11 +66,11 @@ TEST(StepBudget, AClientsWorldsShareOneBill) {
   StepBudget anothers(1.0);
   first.spend(start, milliseconds(325));
   EXPECT_NEAR(seconds_of(second.ready_at(start) - start), 0.4, 1e-6);
-  EXPECT_EQ(second.describe(start), "the worlds of whoever made it may take the time of 0.5 processors together");
+  EXPECT_EQ(second.describe(start), "all worlds of whoever made it may take 0.5 processor seconds a second");
   EXPECT_EQ(anothers.ready_at(start), start);
   anothers.spend(start, milliseconds(350));
   EXPECT_NEAR(seconds_of(anothers.ready_at(start) - start), 0.1, 1e-6);
-  EXPECT_EQ(anothers.describe(start), "it may take the time of 1 processors");
+  EXPECT_EQ(anothers.describe(start), "it may take 1 processor seconds a second");
 }
 
 }  // namespace
