@@ -209,6 +209,12 @@ void HostedWorld::describe_keeping(WorldStatus& status) const {
   status.behind_checkpoint_of = journal_->behind_checkpoint_of(live_.tick());
 }
 
+// Looked at where a slice ends too: the next one begins only when there is time again.
+void HostedWorld::spend(TimePoint now, TimeBudget::Duration used) {
+  time_.spend(now, used);
+  (void)is_held_back(now);
+}
+
 bool HostedWorld::is_held_back(TimePoint now) {
   const bool is_held_back = time_.ready_at(now) > now;
   if (is_held_back) {
@@ -218,6 +224,7 @@ bool HostedWorld::is_held_back(TimePoint now) {
   } else if (held_back_since_) {
     wiring_.metrics->held_back_seconds.Increment(1e-3 * ms_between(*held_back_since_, now));
     held_back_since_.reset();
+    last_held_back_ = now;
   }
   return is_held_back;
 }

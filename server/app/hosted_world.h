@@ -66,7 +66,7 @@ class HostedWorld {
   /// Where one is due, or `force` is set.
   void checkpoint(TimePoint now, bool force);
   /// What the slice that ends has taken of a processor, from its budget.
-  void spend(TimePoint now, TimeBudget::Duration used) { time_.spend(now, used); }
+  void spend(TimePoint now, TimeBudget::Duration used);
   /// When it wants to run next; nothing where it rests.
   [[nodiscard]] std::optional<TimePoint> next_due(TimePoint now) const;
   /// When it wants to run at the latest where it rests.
@@ -118,7 +118,7 @@ class HostedWorld {
   /// What became of bodies in the tick, to the log and to all who watch.
   void send_events(Outbox& outbox);
   void publish_status(TimePoint now);
-  /// Whether its processor time is used up.
+  /// Whether its processor time is used up, and notes since when.
   [[nodiscard]] bool is_held_back(TimePoint now);
   /// What is kept of the world, or not.
   void describe_keeping(WorldStatus& status) const;

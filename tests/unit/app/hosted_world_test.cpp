@@ -112,11 +112,8 @@ class HostedWorldOnABudget : public HostedWorldTest {
   HostedWorldOnABudget() : HostedWorldTest(ball_scene(), {WorldMemory::unlimited(), StepBudget(0.5)}) {}
 };
 
-TEST_F(HostedWorldOnABudget, WaitsWhereItsProcessorTimeIsUsedUpAndSaysSo) {
-  TimePoint now = std::chrono::steady_clock::now();
-  v1::ClientMessage subscribe;
-  subscribe.mutable_subscribe()->set_world("w");
-  post(subscribe);
+TEST_F(HostedWorldOnABudget, WaitsWhereItsProcessorTimeIsUsedUp) {
+  const TimePoint now = std::chrono::steady_clock::now();
   post(resume(1));
   world_->drain(now, TimePoint::max(), outbox_);
   ASSERT_TRUE(world_->tick_due(now));
@@ -133,9 +130,24 @@ TEST_F(HostedWorldOnABudget, WaitsWhereItsProcessorTimeIsUsedUpAndSaysSo) {
   world_->drain(*ready_at, TimePoint::max(), outbox_);
   EXPECT_EQ(take_replies().size(), 1U);
   EXPECT_NEAR(metrics_.held_back_seconds.Value(), 1.0, 1e-3);
-  ASSERT_TRUE(world_->tick_due(*ready_at));
+}
+
+TEST_F(HostedWorldOnABudget, SaysWhyItIsSlowThoughNobodyAskedMeanwhile) {
+  const TimePoint now = std::chrono::steady_clock::now();
+  v1::ClientMessage subscribe;
+  subscribe.mutable_subscribe()->set_world("w");
+  post(subscribe);
+  post(resume(1));
+  world_->drain(now, TimePoint::max(), outbox_);
+  world_->spend(now, std::chrono::milliseconds(625));
+  take_replies();
+  // The next slice begins when there is time again, and not before: nobody wakes the world.
+  const TimePoint ready_at = world_->next_try(now).value_or(now);
+  world_->drain(ready_at, TimePoint::max(), outbox_);
+  EXPECT_NEAR(metrics_.held_back_seconds.Value(), 1.0, 1e-3);
+  ASSERT_TRUE(world_->tick_due(ready_at));
   EXPECT_TRUE(world_->step([] { return false; }));
-  world_->end_tick(*ready_at, outbox_);
+  world_->end_tick(ready_at, outbox_);
   const auto replies = take_replies();
   const auto slowed =
       std::ranges::find_if(replies, [](const auto& reply) { return reply.event().kind() == v1::Event::WORLD_SLOWED; });
