@@ -83,6 +83,7 @@ struct Server::Impl {
   base::Limits limits;
   const AllowedHosts hosts;
   Callbacks callbacks;
+  Clock clock;
   Admission admission;
   SpareDescriptors spares;
   const base::MemoryBudget received_memory;
@@ -176,7 +177,7 @@ void Server::Impl::open_session(std::unique_ptr<Transport> transport, PeerInfo p
   const SessionId id = next_id++;
   const base::Status refusal = place->refusal();
   auto session =
-      std::make_shared<Session>(id, std::move(peer), std::move(transport), limits, callbacks, io.get_executor(),
+      std::make_shared<Session>(id, std::move(peer), std::move(transport), limits, callbacks, clock, io.get_executor(),
                                 [this, place = std::move(place)](SessionId ended) { end_session(ended); });
   if (!refusal.ok()) return session->refuse(refusal);
   if (stopping) return session->refuse(stop_reason);

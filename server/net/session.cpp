@@ -40,12 +40,14 @@ std::chrono::milliseconds time_resolution(const base::Limits& limits) {
 }  // namespace
 
 Session::Session(SessionId id, PeerInfo peer, std::unique_ptr<Transport> transport, const base::Limits& limits,
-                 const Callbacks& callbacks, asio::any_io_executor executor, std::function<void(SessionId)> ended)
+                 const Callbacks& callbacks, Clock& clock, asio::any_io_executor executor,
+                 std::function<void(SessionId)> ended)
     : id_(id),
       peer_(std::move(peer)),
       transport_(std::move(transport)),
       limits_(limits),
       callbacks_(callbacks),
+      clock_(clock),
       ended_(std::move(ended)),
       queue_(limits.output_queue_bytes_max, callbacks.make_gap),
       timers_(limits, now()),
@@ -245,8 +247,9 @@ asio::awaitable<void> Session::keep_time() {
       const bool can_say_goodbye = opened_ && !closing_ && !timers_.is_writing();
       close(*why);
       if (!can_say_goodbye) abort();
+      if (over_) break;
     }
-    time_keeper_.expires_after(time_resolution(limits_));
+    clock_.set(time_keeper_, time_resolution(limits_));
     error_code woken;
     co_await time_keeper_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
   }

@@ -7,6 +7,7 @@
 
 #include <boost/asio/steady_timer.hpp>
 
+#include "net/clock.h"
 #include "net/output_queue.h"
 #include "net/session_timers.h"
 #include "net/transport.h"
@@ -15,10 +16,11 @@ namespace pneuma::net {
 
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  /// `ended` is called once, when the connection is gone; `callbacks` and what it captures live longer than the
-  /// session.
+  /// `ended` is called once, when the connection is gone; `callbacks`, `clock` and what is captured live longer than
+  /// the session.
   Session(SessionId id, PeerInfo peer, std::unique_ptr<Transport> transport, const base::Limits& limits,
-          const Callbacks& callbacks, asio::any_io_executor executor, std::function<void(SessionId)> ended);
+          const Callbacks& callbacks, Clock& clock, asio::any_io_executor executor,
+          std::function<void(SessionId)> ended);
 
   void start();
   /// Only says goodbye: its owner never hears of it. Instead of start().
@@ -57,13 +59,14 @@ class Session : public std::enable_shared_from_this<Session> {
   asio::awaitable<void> write_queue();
   asio::awaitable<void> keep_time();
   void wake_writer() { writer_wake_.cancel(); }
-  [[nodiscard]] static TimePoint now() { return std::chrono::steady_clock::now(); }
+  [[nodiscard]] TimePoint now() const { return clock_.now(); }
 
   SessionId id_;
   PeerInfo peer_;
   std::unique_ptr<Transport> transport_;
   base::Limits limits_;
   const Callbacks& callbacks_;
+  Clock& clock_;
   std::function<void(SessionId)> ended_;
   OutputQueue queue_;
   DrainMeter drain_;
