@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """make_seeds.py FOLDER FRAMES_TXT...: the payloads of tests/golden's frames.txt and simulated_frames.txt as inputs:
-FOLDER/decode has a file each for decode_fuzz, FOLDER/stream a file a stream for stream_fuzz."""
+FOLDER/decode has a file each for decode_fuzz, FOLDER/stream a file a stream for stream_fuzz, FOLDER/recording the same
+for recording_fuzz. FOLDER/log has a command log for log_fuzz, FOLDER/mesh a mesh or two for mesh_fuzz, FOLDER/http
+requests for http_fuzz."""
 import os
 import struct
 import sys
@@ -72,7 +74,7 @@ def streams(frames_txt):
 
 
 def main(folder, *frames_txts):
-    for kind in ("decode", "stream"):
+    for kind in ("decode", "stream", "recording", "log", "mesh", "http"):
         os.makedirs(os.path.join(folder, kind), exist_ok=True)
 
     def write(kind, name, content):
@@ -81,7 +83,7 @@ def main(folder, *frames_txts):
 
     every_stream = (stream for frames_txt in frames_txts for stream in streams(frames_txt))
     for number, (sizes, fields, payloads) in enumerate(every_stream):
-        if len(sizes) > BODIES_MAX or max(sizes) > 255:
+        if not sizes or len(sizes) > BODIES_MAX or max(sizes) > 255:
             continue
         flags = 2 * len(sizes) + (8 if "frame_s" in fields else 0)
         for at, (kind, payload) in enumerate(payloads):
@@ -93,6 +95,24 @@ def main(folder, *frames_txts):
             if "frame_s" in fields:
                 messages.insert(0, mechanics(fields))
             write("stream", f"{number}_{int(has_velocities)}", bytes([flags + has_velocities] + sizes) + b"".join(messages))
+        messages = [frame(tick, kind == "key", payload, False)[2:] for tick, (kind, payload) in enumerate(payloads, 2)]
+        messages = [field(13, message) for message in messages]  # of a ServerMessage
+        recording = b"".join(len(message).to_bytes(2, "little") + message for message in messages)
+        write("recording", f"{number}", bytes([2 * len(sizes)] + sizes) + recording)
+
+    records = [struct.pack("<IIQI", len(body), 0, tick, 0) + body for tick, body in ((1, b"one"), (7, b"two"), (7, b""))]
+    write("log", "chained", b"\1" + b"".join(records))
+    write("log", "torn", b"\1" + b"".join(records)[:-22])
+    write("log", "unchained", b"\3" + b"".join(struct.pack("<IIQ", 3, 0, tick) + b"old" for tick in (1, 2)))
+    corners = ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))
+    vertices = "".join("v {} {} {}\n".format(*corner) for corner in corners)
+    faces = ("1 3 2", "1 2 4", "1 4 3", "2 3 4")
+    for name, some in (("closed", faces), ("open", faces[:3]), ("turned", ("1 2 3",) + faces[1:])):
+        write("mesh", name, b"\3" + (vertices + "".join(f"f {face}\n" for face in some)).encode())
+    upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+    for name, path, fields in (("page", "/hello", ""), ("socket", "/ws", upgrade), ("cached", "/hello", 'If-None-Match: "x"\r\n')):
+        text = f"GET {path} HTTP/1.1\r\nHost: localhost\r\n{fields}\r\n"
+        write("http", name, text.encode() + (b"\x82\x85\0\0\0\0hello" if name == "socket" else b""))
 
 
 main(*sys.argv[1:])

@@ -32,16 +32,6 @@ void must(const base::Status& status) {
   if (!status.ok()) std::abort();
 }
 
-/// Takes two bytes of length, and as many more as there are of it.
-std::string_view take_message(std::string_view& rest) {
-  if (rest.size() < 2) return std::exchange(rest, {});
-  const auto length = static_cast<std::uint8_t>(rest[0]) + 256U * static_cast<std::uint8_t>(rest[1]);
-  rest.remove_prefix(2);
-  const std::string_view message = rest.substr(0, length);
-  rest.remove_prefix(message.size());
-  return message;
-}
-
 /// Of all bodies at rest in the origin.
 std::string key_payload(const std::vector<std::uint32_t>& sizes, bool is_simulated) {
   std::vector<codec::MeshOrderPtr> orders;
@@ -104,7 +94,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   rest.remove_prefix(1 + count);
   std::optional<v1::Mechanics> mechanics;
   if ((flags & 8U) != 0) {
-    const std::string_view message = take_message(rest);
+    const std::string_view message = fuzz::take_message(rest);
     if (!mechanics.emplace().ParseFromArray(message.data(), static_cast<int>(message.size()))) return 0;
   }
   std::optional<client::StreamDecoder> begun = decoder_of(sizes, has_velocities, mechanics);
@@ -112,7 +102,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   client::StreamDecoder& decoder = *begun;
 
   while (rest.size() >= 2) {
-    const std::string_view message = take_message(rest);
+    const std::string_view message = fuzz::take_message(rest);
     v1::Frame frame;
     if (!frame.ParseFromArray(message.data(), static_cast<int>(message.size()))) continue;
     const auto taken = decoder.take_frame(frame, message.size());

@@ -1,8 +1,10 @@
-// The meshes of the fuzzers: strips of triangles.
+// What fuzzers share: meshes, which are strips of triangles, and messages one behind the other.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "codec/frame_codec.h"
@@ -32,6 +34,16 @@ inline codec::Mechanics strip_mechanics(const codec::MeshOrder& order) {
 
 inline codec::MeshOrderPtr strip_order(std::uint32_t vertices) {
   return std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(vertices, strip(vertices)));
+}
+
+/// Takes two bytes of length, and as many more as there are of it.
+inline std::string_view take_message(std::string_view& rest) {
+  if (rest.size() < 2) return std::exchange(rest, {});
+  const auto length = static_cast<std::uint8_t>(rest[0]) + 256U * static_cast<std::uint8_t>(rest[1]);
+  rest.remove_prefix(2);
+  const std::string_view message = rest.substr(0, length);
+  rest.remove_prefix(message.size());
+  return message;
 }
 
 }  // namespace pneuma::fuzz

@@ -261,6 +261,9 @@ base::Status Mender::close_holes() {
 }
 
 base::Status Mender::close_part(Part& part, EdgeSet& edges) {
+  if (part.faces.size() == 1) {
+    return bad_face(numbers_[part.faces[0]], "stands alone: closed, it would have nothing inside");
+  }
   std::vector<Face> faces;
   faces.reserve(part.faces.size());
   for (const std::uint32_t face : part.faces) faces.push_back(faces_[face]);

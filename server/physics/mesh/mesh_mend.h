@@ -45,7 +45,8 @@ struct MendedMesh {
 /// Vertices of no face are dropped. Those that remain keep their order, as do faces, the new ones last.
 ///
 /// Refuses, in the numbers of the lists as given: what check_lists refuses, an edge of three faces, a part that has one
-/// side only, faces that run against each other where `orient` is not set, a hole that cannot be filled.
+/// side only, faces that run against each other where `orient` is not set, a hole that cannot be filled, a face that
+/// stands alone where `close` is set.
 [[nodiscard]] base::Result<MendedMesh> mend_mesh(std::vector<Eigen::Vector3d> positions_m, std::vector<Face> faces,
                                                  const MeshMend& mend);
 
