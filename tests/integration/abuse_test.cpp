@@ -1,7 +1,11 @@
 // Shows that requests which come in bursts, too late or in an odd order harm nobody: worlds destroyed under a pipeline
 // of requests, a flood of answers to pings, changes to a world at rest, and one client's burst beside another client's
 // world.
+#include <chrono>
+#include <filesystem>
+#include <iterator>
 #include <map>
+#include <string>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -125,6 +129,31 @@ TEST_F(Abuse, OneClientsBurstOfHeavyRequestsDoesNotHoldUpAnothersWorld) {
   ASSERT_TRUE(after.ok());
   // A reset fills a slice, and the one thread turns to the light world after each.
   EXPECT_GE(after->tick() - before->tick(), resets / 4);
+}
+
+// More in all than may be open at once, and as fast as one client can.
+TEST_F(Abuse, AStormOfConnectionsLeavesNothingBehind) {
+  start();
+  client::Client client = connect();
+  create(client, light_and_quick(), "light");
+  const auto before = client.stats("light");
+  ASSERT_TRUE(before.ok());
+  for (int i = 0; i < 3'000; ++i) {
+    RawConnection connection(i % 3 == 0 ? server_->http_address() : server_->tcp_address());
+    if (i % 2 == 0) connection.send(std::string(1 + i % 7, '\0'));
+  }
+  const auto after = client.stats("light");
+  ASSERT_TRUE(after.ok()) << after.status().message();
+  EXPECT_GT(after->tick(), before->tick());
+  // Those that the server has not looked at yet are few, and go.
+  const std::filesystem::path descriptors = "/proc/" + std::to_string(server_->pid()) + "/fd";
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  std::ptrdiff_t open = 1'000;
+  while (open > 60 && std::chrono::steady_clock::now() < deadline) {
+    open = std::distance(std::filesystem::directory_iterator(descriptors), {});
+    ASSERT_TRUE(client.ping().ok());
+  }
+  EXPECT_LE(open, 60);
 }
 
 TEST_F(Abuse, TheSameSceneTwiceIsAWorldEach) {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <string>
+#include <thread>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -78,6 +79,27 @@ TEST_F(Signals, ASecondRequestToEndIsNotWaitedFor) {
   const auto status = server_->wait(patience);
   ASSERT_TRUE(status.ok()) << status.status().message();
   EXPECT_EQ(*status, 1);
+}
+
+// As a debugger, a laptop's lid or a host out of memory does. What passed meanwhile is slipped, and not made up for.
+TEST_F(Signals, AServerThatStoodStillGoesOnWithItsClients) {
+  start();
+  client::Client client = connect();
+  create(client, two_balls(), "w");
+  ASSERT_TRUE(client.subscribe("w").ok());
+  ASSERT_TRUE(await_frame(client, [](const auto& frame) { return frame.tick >= 30; }));
+  const auto before = client.stats("w");
+  ASSERT_TRUE(before.ok());
+  constexpr std::chrono::seconds stood{2};
+  server_->send_signal(SIGSTOP);
+  std::this_thread::sleep_for(stood);  // it is the time itself that is waited for
+  server_->send_signal(SIGCONT);
+  // Frames of before it stood are on their way, and a tick or two were under way.
+  const auto slipped = [&] { return client.stats("w")->slipped_s() - before->slipped_s(); };
+  ASSERT_TRUE(await_frame(client, [&](const auto&) { return slipped() > 1.0; }));
+  const auto after = client.stats("w");
+  EXPECT_LT(after->time_s(), before->time_s() + 1.0);
+  EXPECT_TRUE(await_frame(client, [&](const auto& frame) { return frame.tick >= after->tick() + 30; }));
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ namespace pneuma::report {
 namespace {
 
 std::vector<Part> all_parts() {
-  return {work_precision(), volume_methods(), observed_order(), stability_map(),
-          contact(),        extreme_cases(),  left_out(),       frames()};
+  return {work_precision(), volume_methods(), observed_order(), stability_map(), contact(),
+          extreme_cases(),  left_out(),       frames(),         soak()};
 }
 
 void write_file(const std::filesystem::path& path, const std::string& text) {

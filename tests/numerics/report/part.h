@@ -58,5 +58,6 @@ struct Part {
 [[nodiscard]] Part extreme_cases();
 [[nodiscard]] Part left_out();
 [[nodiscard]] Part frames();
+[[nodiscard]] Part soak();
 
 }  // namespace pneuma::report
