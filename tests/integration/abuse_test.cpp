@@ -138,7 +138,7 @@ TEST_F(Abuse, AStormOfConnectionsLeavesNothingBehind) {
   create(client, light_and_quick(), "light");
   const auto before = client.stats("light");
   ASSERT_TRUE(before.ok());
-  for (int i = 0; i < 3'000; ++i) {
+  for (std::size_t i = 0; i < 3'000; ++i) {
     RawConnection connection(i % 3 == 0 ? server_->http_address() : server_->tcp_address());
     if (i % 2 == 0) connection.send(std::string(1 + i % 7, '\0'));
   }
