@@ -316,11 +316,15 @@ class Page implements Stage {
   async begun(client: Client, world: string): Promise<void> {
     document.body.classList.remove("gone");
     document.title = `${world} · Pneuma`;
-    try {
-      const [{ softBodies }] = await Promise.all([client.stats(world), this.controls.begin(client, world)]);
+    // At once when they are told: what freezes later is told of as an event.
+    const findFrozen = async () => {
+      const { softBodies } = await client.stats(world);
       if (world !== this.world.name) return;
       this.picture.frozen.clear();
       for (const { name, frozen } of softBodies) if (frozen) this.picture.frozen.add(name);
+    };
+    try {
+      await Promise.all([findFrozen(), this.controls.begin(client, world)]);
     } catch (error) {
       refuse(error as PneumaError);
     }

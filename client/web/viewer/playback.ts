@@ -6,6 +6,8 @@ export interface Moment {
   readonly to: Frame;
   /** How far it is from `from` to `to`, 0 to 1. */
   readonly fraction: number;
+  /** How often the world began again before: it may have come further since than it was. */
+  readonly resets: number;
 }
 
 const framesMax = 30;
@@ -30,11 +32,15 @@ export class Playback {
   private shownS = 0;
   private scale = 1;
   private lastMs: number | undefined;
+  private resets = 0;
 
   /** @param nowMs when it arrived, on the clock of `at` */
   push(frame: Frame, nowMs = performance.now()): void {
     const newest = this.frames.at(-1);
-    if (newest && frame.timeS <= newest.timeS) this.frames = []; // a reset: there is nothing between the two
+    if (newest && frame.timeS <= newest.timeS) {
+      this.frames = []; // a reset: there is nothing between the two
+      ++this.resets;
+    }
     this.frames.push(frame);
     if (this.frames.length > framesMax) this.frames.shift();
     if (this.frames.length === 1) this.shownS = frame.timeS;
@@ -72,7 +78,7 @@ export class Playback {
     const to = next?.layout === from.layout ? next : from;
     const spanS = to.timeS - from.timeS;
     const fraction = spanS > 0 ? Math.min(1, Math.max(0, (this.shownS - from.timeS) / spanS)) : 1;
-    return { from, to, fraction };
+    return { from, to, fraction, resets: this.resets };
   }
 
   /** The last two of a layout are kept: something may come between them yet. Where bodies came or went there is nothing. */

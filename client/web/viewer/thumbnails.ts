@@ -64,7 +64,7 @@ export class Thumbnail {
 
   take(frame: Frame): void {
     this.frame = frame;
-    this.world.update({ from: frame, to: frame, fraction: 1 });
+    this.world.update({ from: frame, to: frame, fraction: 1, resets: 0 });
     const box = this.world.box();
     if (!this.framed.containsBox(box)) this.frameAll(box);
     this.thumbnails.paint(this.canvas, this.world, this.camera);

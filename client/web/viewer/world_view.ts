@@ -54,7 +54,7 @@ export class WorldView {
   /** Of the field that is shown: the values that there were, from the first frame of it on. */
   private range = { low: 0, high: 0 };
   private since_ = "";
-  private lastS = 0;
+  private resets = 0;
 
   constructor() {
     this.group.add(this.contacts.group, this.joints.group);
@@ -92,8 +92,8 @@ export class WorldView {
   update(moment: Moment): void {
     const { from, to, fraction } = moment;
     if (to.layout !== this.layout) this.build(to.layout, to);
-    if (to.timeS < this.lastS) this.rebase(to); // a reset
-    this.lastS = to.timeS;
+    if (moment.resets !== this.resets) this.rebase(to);
+    this.resets = moment.resets;
     const velocities = fraction < 0.5 ? from.velocities : to.velocities;
     this.bodies.forEach((body, i) => {
       body.update(from.positions[i]!, to.positions[i]!, fraction, velocities?.[i]);
@@ -170,7 +170,6 @@ export class WorldView {
     for (const body of this.bodies) body.rebase();
     this.range = { low: 0, high: 0 };
     this.since_ = `tick ${tick} (${timeS.toFixed(1)} s)`;
-    this.lastS = timeS;
   }
 
   private build(layout: Layout, frame: Frame): void {

@@ -8,7 +8,8 @@ import { Server } from "../server.js";
 
 export const world = "bouncing-ball";
 const patienceMs = 60_000;
-const testLimitMs = 90_000;
+// More than one wait that fails in a test, which then names itself.
+const testLimitMs = 150_000;
 
 export let browser: Browser;
 export let server: Server;
@@ -42,6 +43,7 @@ export function usePage(): void {
     complaints = [];
     page.on("pageerror", (error) => complaints.push(error.message));
     page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+    await page.addInitScript(noteWhatIsSaid);
     asked = [];
     page.on("websocket", (socket) => {
       socket.on("framesent", ({ payload }) => asked.push(fromBinary(ClientMessageSchema, payload as Buffer).request));
@@ -65,6 +67,33 @@ export async function restartServer(
   await server.kill();
   await meanwhile();
   server = await Server.start(["--scene", world, "--http", http, ...flags], token);
+}
+
+/** In the page: notes each message, however soon another takes its place. */
+function noteWhatIsSaid(): void {
+  const messages: string[] = [];
+  Object.assign(globalThis, { messages });
+  const line = "#effect";
+  new MutationObserver((records) => {
+    for (const { target, addedNodes } of records) {
+      const element = target instanceof Element ? target : target.parentElement;
+      if (!element?.closest(line)) continue;
+      messages.push(...[...addedNodes].map(({ textContent }) => textContent ?? ""));
+    }
+  }).observe(document, { subtree: true, childList: true });
+}
+
+/** Waits until the page has said so since it was loaded; what it says may be gone by then. */
+export async function said(pattern: RegExp): Promise<void> {
+  await page.waitForFunction((source) => {
+    const { messages } = globalThis as unknown as { messages: string[] };
+    return messages.some((text) => new RegExp(source).test(text));
+  }, pattern.source);
+}
+
+/** What the address says behind its #, as the page has it: playwright's own is told of it later. */
+export function hash(of: Page = page): Promise<string> {
+  return of.evaluate(() => location.hash);
 }
 
 /** Shows the world, and waits until a frame of it has come. */

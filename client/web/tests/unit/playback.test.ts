@@ -127,3 +127,17 @@ test("a paused world's last frame is shown, also where it is the first of its la
   assert.equal(moment.to, last);
   assert.equal(moment.fraction, 1);
 });
+
+test("a reset is counted, also where the world has come further again before a picture is drawn", () => {
+  const playback = new Playback();
+  playback.push(frameAt(2), 0);
+  assert.equal(playback.at(1)!.resets, 0);
+  for (const [timeS, atMs] of [
+    [0, 20],
+    [1, 1020],
+    [3, 3020],
+  ] as const) {
+    playback.push(frameAt(timeS), atMs);
+  }
+  assert.equal(playback.at(3030)!.resets, 1);
+});
