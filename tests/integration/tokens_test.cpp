@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr std::chrono::seconds tokens_known_within{5};  // README.md: "Tokens"
+constexpr std::chrono::seconds tokens_known_within{5};  // docker/README.md, "Who may do what"
 
 class Tokens : public Served {
  protected:
