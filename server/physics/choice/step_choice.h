@@ -35,7 +35,7 @@ struct SubstepChoice {
 /// begins with, its turn by a radian within the error target.
 /// AUTO is the method that meets every body's longest step at the least cost in force evaluations, within the substeps
 /// that the scene gives or substeps_max; where none does, the cheapest that is stable. Where bodies can touch anything
-/// the explicit methods come first: at long implicit steps stiff ones meet as rigid bodies.
+/// the passes that an implicit step takes at contact are part of its cost.
 /// Substeps of 0 are the fewest that satisfy every body. Given ones at which an explicit integrator is unstable are
 /// refused with the limit, raised or allowed, as stepping.on_unstable says. Fails where more than substeps_max would be
 /// needed, naming the body.
