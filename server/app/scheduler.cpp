@@ -67,7 +67,9 @@ void Scheduler::wake(const std::shared_ptr<Task>& task) {
     queue_.remove(task);
     task->state_ = Task::State::resting;
   }
-  if (task->state_ == Task::State::resting) enqueue(task, Clock::now(), false);
+  if (task->state_ != Task::State::resting) return;
+  enqueue(task, Clock::now(), false);
+  see_to_next_turn();
 }
 
 void Scheduler::stop() {
@@ -75,7 +77,8 @@ void Scheduler::stop() {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  changed_.notify_all();
+  watch_changed_.notify_all();
+  called_.notify_all();
   for (std::thread& thread : threads_) thread.join();
   threads_.clear();
   queue_ = {};
@@ -85,7 +88,6 @@ void Scheduler::enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool r
   task->state_ = Task::State::waiting;
   task->rests_ = rests;
   queue_.add(task, due);
-  changed_.notify_one();
 }
 
 // When a thread may take a task; nothing until something changes.
@@ -96,40 +98,70 @@ std::optional<Scheduler::TimePoint> Scheduler::next_turn(TimePoint now) {
   return std::max(*due, began_[slices_max_ - 1] + ShareQueue::brief_max);  // when that one has gone on for long
 }
 
+// Whoever watches the time is told where that comes sooner than it thought; where nobody does, one is called to.
+void Scheduler::see_to_next_turn() {
+  const auto turn_at = next_turn(Clock::now());
+  if (!turn_at) return;
+  if (is_watched_) {
+    if (*turn_at < watched_until_) watch_changed_.notify_one();
+  } else if (waiting_ > 0) {
+    called_.notify_one();
+  }
+}
+
 void Scheduler::work() {
-  std::unique_lock lock(mutex_);
+  Lock lock(mutex_);
   while (!stopping_) {
     const TimePoint now = Clock::now();
     const auto turn_at = next_turn(now);
-    if (!turn_at) {
-      changed_.wait(lock);
-      continue;
-    }
-    if (*turn_at > now) {
-      changed_.wait_until(lock, *turn_at);
-      continue;
-    }
-    const bool is_spare = began_.size() >= slices_max_;
-    const auto task = std::static_pointer_cast<Task>(is_spare ? queue_.take_brief(now) : queue_.take(now));
-    task->state_ = Task::State::running;
-    task->woken_ = false;
-    began_.push_front(now);
-    // Another thread may have waited for this very task's time; the next one is its business now.
-    changed_.notify_one();
-    lock.unlock();
-    const Turn turn(*this, *task);
-    const Next next = task->slice_(turn);
-    const Clock::duration used = turn.used();
-    lock.lock();
-    began_.erase(std::ranges::find(began_, now));
-    ShareQueue::used(*task, used, Clock::now());
-    if (next.rests && task->woken_) {
-      enqueue(task, Clock::now(), false);
-    } else if (next.due) {
-      enqueue(task, *next.due, next.rests);
+    if (turn_at && *turn_at <= now) {
+      run_slice(lock, now);
     } else {
-      task->state_ = Task::State::resting;
+      watch(lock, turn_at);
     }
+  }
+}
+
+// With as many threads that wait for the same time, each slice of a world would wake all of them.
+void Scheduler::watch(Lock& lock, std::optional<TimePoint> until) {
+  if (is_watched_) {
+    if (until && *until < watched_until_) watch_changed_.notify_one();
+    ++waiting_;
+    called_.wait(lock);
+    --waiting_;
+    return;
+  }
+  is_watched_ = true;
+  watched_until_ = until.value_or(TimePoint::max());
+  if (until) {
+    watch_changed_.wait_until(lock, *until);
+  } else {
+    watch_changed_.wait(lock);
+  }
+  is_watched_ = false;
+}
+
+void Scheduler::run_slice(Lock& lock, TimePoint now) {
+  const bool is_spare = began_.size() >= slices_max_;
+  const auto task = std::static_pointer_cast<Task>(is_spare ? queue_.take_brief(now) : queue_.take(now));
+  task->state_ = Task::State::running;
+  task->woken_ = false;
+  began_.push_front(now);
+  see_to_next_turn();
+  lock.unlock();
+  const Turn turn(*this, *task);
+  const Next next = task->slice_(turn);
+  const Clock::duration used = turn.used();
+  lock.lock();
+  // From here on this thread sees to the next turn.
+  began_.erase(std::ranges::find(began_, now));
+  ShareQueue::used(*task, used, Clock::now());
+  if (next.rests && task->woken_) {
+    enqueue(task, Clock::now(), false);
+  } else if (next.due) {
+    enqueue(task, *next.due, next.rests);
+  } else {
+    task->state_ = Task::State::resting;
   }
 }
 

@@ -65,13 +65,22 @@ class Scheduler {
   void stop();
 
  private:
+  using Lock = std::unique_lock<std::mutex>;
+
   void work();
+  void run_slice(Lock& lock, TimePoint now);
+  void watch(Lock& lock, std::optional<TimePoint> until);
+  void see_to_next_turn();
   void enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests);
   [[nodiscard]] std::optional<TimePoint> next_turn(TimePoint now);
 
   const std::size_t slices_max_;  // at once, but for those that go on for long
   std::mutex mutex_;
-  std::condition_variable changed_;
+  // Of the threads without a slice, one watches the time; the others wait until they are called.
+  std::condition_variable watch_changed_, called_;
+  bool is_watched_ = false;
+  TimePoint watched_until_{};
+  std::size_t waiting_ = 0;  // until they are called
   bool stopping_ = false;
   ShareQueue queue_;
   std::deque<TimePoint> began_;  // the slices under way, the last one first
