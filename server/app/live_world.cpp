@@ -1,6 +1,7 @@
 #include "app/live_world.h"
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "app/request_fields.h"
@@ -124,10 +125,23 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request, co
   }
 }
 
+namespace {
+
+// While a text is parsed it takes some fifteen times its bytes, which nobody has counted.
+Result<v1::SceneEdit> parse_one_at_a_time(const std::string& json) {
+  constexpr std::size_t small_bytes = 64 * 1024;
+  static std::mutex parsing;
+  std::unique_lock lock(parsing, std::defer_lock);
+  if (json.size() > small_bytes) lock.lock();
+  return scene_io::parse_edit_json(json);
+}
+
+}  // namespace
+
 Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request, const Admit& admit) {
   switch (request.source_case()) {
     case v1::Edit::kEditJson: {
-      const auto parsed = scene_io::parse_edit_json(request.edit_json());
+      const auto parsed = parse_one_at_a_time(request.edit_json());
       return inside(parsed.ok() ? edit(*parsed, admit) : parsed.status(), "edit.edit_json");
     }
     case v1::Edit::kEdit:

@@ -31,9 +31,11 @@ MessageParts::MessageParts(const base::Limits& limits)
       bytes_max_(most_bytes(limits)),
       waiting_bytes_max_(limits.parts_waiting_bytes_max) {}
 
-MessageParts::Taken MessageParts::take(std::uint64_t session_id, std::uint64_t request_id, const PartView& part,
-                                       TimePoint now) {
-  Taken taken = append(senders_[session_id], request_id, part, now);
+MessageParts::Taken MessageParts::take(std::uint64_t session_id, const std::string& client, std::uint64_t request_id,
+                                       const PartView& part, TimePoint now) {
+  Sender& sender = senders_[session_id];
+  sender.client = client;
+  Taken taken = append(sender, request_id, part, now);
   if (!taken.refused.ok()) give_up(session_id, request_id, part.last);
   return taken;
 }
@@ -63,7 +65,7 @@ MessageParts::Taken MessageParts::append(Sender& sender, std::uint64_t request_i
   }
   const std::size_t held = sender.assembly ? sender.assembly->held : 0;
   const std::size_t wanted = bytes <= held ? held : std::min(std::max(bytes, 2 * held), bytes_max_);
-  if (!has_room(wanted - held, now)) {
+  if (!has_room(sender.client, wanted - held, now)) {
     return refuse({StatusCode::unavailable, "too many messages in parts are under way", "part"}, parts_retry_hint_s);
   }
   if (!sender.assembly) sender.assembly.emplace(request_id, now + base::parts_timeout);
@@ -118,15 +120,27 @@ void MessageParts::session_ended(std::uint64_t session_id) {
 }
 
 // Those whose time is over give way; while nobody needs their room, they may stay.
-bool MessageParts::has_room(std::size_t bytes, TimePoint now) {
-  if (bytes_ + bytes <= waiting_bytes_max_) return true;
+bool MessageParts::has_room(const std::string& client, std::size_t bytes, TimePoint now) {
+  const auto fits = [&] {
+    const std::size_t of_client = std::max(waiting_bytes_max_ / 2, bytes_max_);
+    return bytes_ + bytes <= waiting_bytes_max_ && held_by(client) + bytes <= of_client;
+  };
+  if (fits()) return true;
   for (auto& [session_id, sender] : senders_) {
     if (!sender.assembly || now <= sender.assembly->good_until) continue;
     // The next part, if one comes, is told that it is late.
     sender.assembly->bytes = {};
     bytes_ -= std::exchange(sender.assembly->held, 0);
   }
-  return bytes_ + bytes <= waiting_bytes_max_;
+  return fits();
+}
+
+std::size_t MessageParts::held_by(const std::string& client) const {
+  std::size_t bytes = 0;
+  for (const auto& [session_id, sender] : senders_) {
+    if (sender.client == client && sender.assembly) bytes += sender.assembly->held;
+  }
+  return bytes;
 }
 
 void MessageParts::drop(Sender& sender) {

@@ -32,8 +32,9 @@ class MessageParts {
     double retry_after_s = 0.0;
     std::optional<std::string> whole;
   };
-  /// Takes the next part of a session's message.
-  [[nodiscard]] Taken take(std::uint64_t session_id, std::uint64_t request_id, const PartView& part, TimePoint now);
+  /// Takes the next part of a message of a session, which is `client`'s. One client has half of the room at most.
+  [[nodiscard]] Taken take(std::uint64_t session_id, const std::string& client, std::uint64_t request_id,
+                           const PartView& part, TimePoint now);
 
   /// The part belongs to a message that was answered by an error already.
   [[nodiscard]] bool passes_over(std::uint64_t session_id, std::uint64_t request_id, bool is_last);
@@ -51,12 +52,14 @@ class MessageParts {
     TimePoint good_until;  // a part after that is too late
   };
   struct Sender {
+    std::string client;
     std::optional<Assembly> assembly;
     std::deque<std::uint64_t> given_up;  // request ids, the oldest first
   };
 
   [[nodiscard]] Taken append(Sender& sender, std::uint64_t request_id, const PartView& part, TimePoint now);
-  [[nodiscard]] bool has_room(std::size_t bytes, TimePoint now);
+  [[nodiscard]] bool has_room(const std::string& client, std::size_t bytes, TimePoint now);
+  [[nodiscard]] std::size_t held_by(const std::string& client) const;
   void put_off(Assembly& assembly, std::size_t bytes, TimePoint now) const;
   void drop(Sender& sender);
 

@@ -55,7 +55,8 @@ base::Result<ReadMessage> read_request(const Unread& unread, const base::MemoryB
   const auto size =
       measure_message(unread.message.bytes, *v1::ClientMessage::descriptor(), most_of(unread.message.bytes.size()));
   if (!size.ok()) return Status(size.status().code(), "what the message holds " + size.status().what(), where);
-  auto share = budget.take(size->bytes);
+  const bool is_small = unread.message.bytes.size() <= base::small_message_bytes;
+  auto share = is_small ? budget.take_anyway(size->bytes) : budget.take(size->bytes);
   if (!share) return Status(StatusCode::unavailable, "too many requests wait", where);
   const auto held = std::make_shared<HeldMessage>(std::move(*share));
   if (!held->message->ParseFromArray(unread.message.bytes.data(), static_cast<int>(unread.message.bytes.size()))) {

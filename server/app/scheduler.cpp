@@ -15,6 +15,9 @@ std::chrono::nanoseconds processor_time() {
   return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
 }
 
+// Slices that were taken for brief, and are not: as each may have a thread for long, others take their place.
+constexpr std::size_t surprises_max = 64;
+
 }  // namespace
 
 class Scheduler::Task : public ShareQueue::Sharer {
@@ -45,11 +48,10 @@ bool Scheduler::Turn::other_due(TimePoint now) const {
   return scheduler_.queue_.has_before(task_, used, now);
 }
 
-Scheduler::Scheduler(std::size_t threads) : slices_max_(threads) {
-  // Beside all slices that go on for long, as many brief ones; and a few that turn out not to be brief.
-  constexpr std::size_t surprises = 4;
-  threads_.reserve(2 * threads + surprises);
-  for (std::size_t i = 0; i < 2 * threads + surprises; ++i) threads_.emplace_back([this] { work(); });
+Scheduler::Scheduler(std::size_t threads) : slices_max_(threads), threads_max_(2 * threads + surprises_max) {
+  const std::lock_guard lock(mutex_);  // they may be joined by more at once
+  // Beside all slices that go on for long, as many brief ones.
+  for (std::size_t i = 0; i < 2 * threads; ++i) threads_.emplace_back([this] { work(); });
 }
 
 Scheduler::~Scheduler() {
@@ -106,6 +108,8 @@ void Scheduler::see_to_next_turn() {
     if (*turn_at < watched_until_) watch_changed_.notify_one();
   } else if (waiting_ > 0) {
     called_.notify_one();
+  } else if (!stopping_ && threads_.size() < threads_max_) {
+    threads_.emplace_back([this] { work(); });
   }
 }
 

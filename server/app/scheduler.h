@@ -75,6 +75,7 @@ class Scheduler {
   [[nodiscard]] std::optional<TimePoint> next_turn(TimePoint now);
 
   const std::size_t slices_max_;  // at once, but for those that go on for long
+  const std::size_t threads_max_;
   std::mutex mutex_;
   // Of the threads without a slice, one watches the time; the others wait until they are called.
   std::condition_variable watch_changed_, called_;

@@ -208,7 +208,7 @@ net::Callbacks Service::callbacks() {
 }
 
 void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
-  guests_.try_emplace(id, id, peer.counted_as, gatekeeper_, config_.limits, parts_);
+  guests_.try_emplace(id, id, peer.counted_as, gatekeeper_, config_.limits, parts_, requests_of(peer.counted_as));
   metrics_.sessions.Increment();
   spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
 }
@@ -220,18 +220,25 @@ void Service::received(net::SessionId id, net::ReceivedMessage message) {
   SessionGate::Verdict verdict = gate.receive(std::move(message), steady_clock::now());
   if (verdict.unread && verdict.unread->message.bytes.size() <= base::message_bytes_max_at_once) {
     const Unread unread = std::move(*verdict.unread);
-    verdict = gate.pass(unread.request_id, read_request(unread, requests_memory_), steady_clock::now());
+    verdict = gate.pass(unread.request_id, read_request(unread, found->second.requests), steady_clock::now());
   }
   if (verdict.unread) return read_apart(id, std::move(*verdict.unread));
   act_on(found->second, std::move(verdict));
+}
+
+base::MemoryBudget Service::requests_of(const std::string& client) const {
+  for (const auto& [id, guest] : guests_) {
+    if (guest.session != nullptr && guest.gate.client() == client) return guest.requests;
+  }
+  return {config_.limits.requests_memory_bytes_max / base::client_requests_share, requests_memory_};
 }
 
 // The session is not read meanwhile, so its requests stay in order and wait in its own socket.
 void Service::read_apart(net::SessionId id, Unread unread) {
   const std::uint64_t request_id = unread.request_id;
   auto shared = std::make_shared<const Unread>(std::move(unread));
-  auto read = [this, id, request_id, shared = std::move(shared)] {
-    auto message = std::make_shared<base::Result<ReadMessage>>(read_request(*shared, requests_memory_));
+  auto read = [this, id, request_id, shared = std::move(shared), memory = guests_.at(id).requests] {
+    auto message = std::make_shared<base::Result<ReadMessage>>(read_request(*shared, memory));
     server_.post([this, id, request_id, message = std::move(message)] {
       const auto found = guests_.find(id);
       if (found == guests_.end()) return;
@@ -250,6 +257,7 @@ void Service::act_on(Guest& guest, SessionGate::Verdict verdict) {
   if (verdict.authenticated) {
     const GrantPtr& grant = guest.gate.grant();
     guest.session = std::make_shared<Session>(id, guest.gate.client(), grant);
+    guest.requests = requests_of(guest.gate.client());
     server_.authenticated(id);
     spdlog::info("session={} client={} said hello token={} role={}", id, log_name(guest.gate.client_name()),
                  grant->token_id.empty() ? "none" : grant->token_id, name_of(grant->role));
@@ -336,7 +344,7 @@ Gatekeeper::Verdict Service::who_reads(const net::PageRequest& asked) {
 net::HttpReply Service::page(const net::PageRequest& asked) {
   const std::string_view path = asked.path;
   if (path == "/livez") return live_page();
-  if (path == "/readyz") return ready_page(host_->statuses());
+  if (path == "/readyz") return ready_page(recent_statuses());
   const bool is_file = path != "/worlds" && path != "/healthz" && path != "/metrics";
   if (is_file) {
     if (const net::HttpReply* file = web_.find(path)) return *file;
@@ -345,15 +353,25 @@ net::HttpReply Service::page(const net::PageRequest& asked) {
   const Gatekeeper::Verdict reader = who_reads(asked);
   const GrantPtr& grant = reader.grant;
   const MayName may_name = [&grant](std::string_view world) { return grant != nullptr && grant->worlds.covers(world); };
-  if (path == "/healthz") return health_page(host_->statuses(), steady_clock::now(), may_name);
+  if (path == "/healthz") return health_page(recent_statuses(), steady_clock::now(), may_name);
   if (reader.retry_after_s > 0.0) return net::text_reply(429, reader.refusal.what() + "\n");
   if (!reader.refusal.ok()) return token_wanted_page();
   if (path == "/metrics") {
     count_sessions();
     metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
-    return metrics_page(metrics_, host_->statuses(), steady_clock::now(), may_name);
+    return metrics_page(metrics_, recent_statuses(), steady_clock::now(), may_name);
   }
-  return grant == nullptr ? token_wanted_page() : start_page(host_->statuses(), may_name);
+  return grant == nullptr ? token_wanted_page() : start_page(recent_statuses(), may_name);
+}
+
+const std::vector<WorldStatus>& Service::recent_statuses() {
+  constexpr std::chrono::milliseconds recent{100};
+  const auto now = steady_clock::now();
+  if (!statuses_at_ || now - *statuses_at_ >= recent) {
+    statuses_ = host_->statuses();
+    statuses_at_ = now;
+  }
+  return statuses_;
 }
 
 void Service::count_sessions() {

@@ -57,12 +57,13 @@ class Service {
  private:
   struct Guest {
     Guest(net::SessionId its_id, std::string address, Gatekeeper& gatekeeper, const base::Limits& limits,
-          MessageParts& parts)
-        : id(its_id), gate(id, std::move(address), gatekeeper, limits, parts) {}
+          MessageParts& parts, base::MemoryBudget its_requests)
+        : id(its_id), gate(id, std::move(address), gatekeeper, limits, parts), requests(std::move(its_requests)) {}
     net::SessionId id;
     SessionGate gate;
     std::shared_ptr<Session> session;  // null until a good hello came
     std::set<std::string> worlds;      // that may hold something for it
+    base::MemoryBudget requests;       // its client's share
     net::SessionStats counted;         // what the metrics know of it
   };
 
@@ -77,7 +78,11 @@ class Service {
   void remember(Guest& guest, const std::string& world);
   [[nodiscard]] net::HttpReply page(const net::PageRequest& asked);
   [[nodiscard]] Gatekeeper::Verdict who_reads(const net::PageRequest& asked);
+  /// What the requests of a client may take: all its sessions' together.
+  [[nodiscard]] base::MemoryBudget requests_of(const std::string& client) const;
   void count_sessions();
+  /// As they were a moment ago: who asks often makes no work for the network's thread.
+  [[nodiscard]] const std::vector<WorldStatus>& recent_statuses();
   void end_stale_sessions();
 
   [[nodiscard]] base::Status check_openness() const;
@@ -98,6 +103,8 @@ class Service {
   Gatekeeper gatekeeper_;
   MessageParts parts_;
   std::map<net::SessionId, Guest> guests_;
+  std::vector<WorldStatus> statuses_;
+  std::optional<std::chrono::steady_clock::time_point> statuses_at_;
   std::thread network_;
   BackgroundQueue reader_{BackgroundQueue::Priority::low};  // last: its thread uses the rest
 };

@@ -90,7 +90,7 @@ SessionGate::Verdict SessionGate::take_part(const Envelope& envelope, double wai
     return refuse_by_rate(id, wait_s);
   }
   if (id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
-  MessageParts::Taken taken = parts_.take(session_id_, id, *part, now);
+  MessageParts::Taken taken = parts_.take(session_id_, client_, id, *part, now);
   if (!taken.refused.ok()) return refuse(id, taken.refused, taken.retry_after_s);
   Verdict verdict;
   if (taken.whole) verdict.unread = Unread{id, {std::move(*taken.whole), {}}, true};

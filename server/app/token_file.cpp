@@ -115,7 +115,12 @@ Result<Token> parse_line(const std::string& line) {
   return token;
 }
 
+// Whatever waits for somebody to write, as a pipe does, is no file of tokens.
 Result<std::string> read_text(const std::string& file) {
+  std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
+    return Status(StatusCode::unavailable, std::string("is no ").append("regular file"), file);
+  }
   std::ifstream in(file, std::ios::binary);
   if (!in) return failed("cannot be read", file);
   std::string text(base::token_file_bytes_max + 1, '\0');
@@ -210,7 +215,8 @@ Result<std::vector<Token>> parse_tokens(std::string_view text, const std::string
       wrong = base::invalid("the id " + token->grant.token_id + " was there already");
     }
     if (wrong.ok() && tokens.size() == base::tokens_max) {
-      wrong = {StatusCode::limit_exceeded, "is past the " + std::to_string(base::tokens_max) + " tokens of a file"};
+      wrong = {StatusCode::limit_exceeded,
+               std::string("is past the ").append(std::to_string(base::tokens_max)).append(" tokens of a file")};
     }
     if (!wrong.ok()) return Status(wrong.code(), wrong.what(), file + ":" + std::to_string(number));
     tokens.push_back(std::move(*token));

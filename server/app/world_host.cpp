@@ -436,7 +436,8 @@ bool WorldHost::ask(const std::string& name, Request request) {
 
 bool WorldHost::ask_stream(std::uint32_t stream_id, Request request) {
   const auto world = registry_.find_stream(stream_id).world;
-  if (world != nullptr) return ask(world->name(), std::move(request));
+  const bool may_name = world != nullptr && request.session->grant().worlds.covers(world->name());
+  if (may_name) return ask(world->name(), std::move(request));
   refuse(request, base::not_found("this session has no stream " + std::to_string(stream_id),
                                   std::string(kind_of(*request.message)) + ".stream_id"));
   return false;

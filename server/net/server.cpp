@@ -201,10 +201,10 @@ SharedBytes Server::Impl::count(SharedBytes message) const {
   return {std::make_shared<const Counted>(Counted{std::move(message), std::move(share)}), bytes};
 }
 
-// Frames find no room by now; so it is replies, and somebody does not read them.
+// Frames find no room by now; so it is replies, and somebody does not read them. Who has few waits for nobody's frames.
 void Server::Impl::close_longest_queue() {
   const auto longest = std::ranges::max_element(
-      sessions, {}, [](const auto& session) { return session.second->closing() ? 0 : session.second->queue_bytes(); });
+      sessions, {}, [](const auto& session) { return session.second->closing() ? 0 : session.second->reply_bytes(); });
   if (longest == sessions.end()) return;
   const std::shared_ptr<Session> session = longest->second;
   session->close({base::StatusCode::unavailable, "the server has no room for the replies that wait for you"});
@@ -269,7 +269,7 @@ void Server::send(SessionId session, SharedBytes message) {
   asio::post(impl_->io, [impl = impl_.get(), session, message = std::move(message)] {
     impl->with_session(session, [&](Session& s) {
       s.send(impl->count(message));
-      if (impl->queued_memory.bytes() >= impl->queued_memory.bytes_max()) impl->close_longest_queue();
+      if (!impl->frames_have_room()) impl->close_longest_queue();
     });
   });
 }

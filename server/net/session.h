@@ -43,7 +43,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void abort();
 
   [[nodiscard]] bool closing() const { return closing_; }
-  [[nodiscard]] std::size_t queue_bytes() const { return queue_.bytes(); }
+  /// Of the replies that wait.
+  [[nodiscard]] std::size_t reply_bytes() const { return queue_.reply_bytes(); }
   [[nodiscard]] SessionStats stats() const;
   [[nodiscard]] ReaderStats reader_stats() const;
 
