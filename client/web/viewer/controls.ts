@@ -54,10 +54,7 @@ export class Controls {
 
   /** Turns to a world, or looks again at the one that is shown. */
   async begin(client: Client, world: string): Promise<void> {
-    if (world !== this.world) {
-      this.end();
-      say("");
-    }
+    if (world !== this.world) this.end();
     this.world = world;
     await this.edits.begin(client, world);
   }

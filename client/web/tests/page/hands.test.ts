@@ -289,15 +289,15 @@ test("OBJ, STL, PLY, glTF and GLB files are read, each to the same mesh", async 
     await page.click("#upload-cancel");
   }
   await page.setInputFiles("#mesh-file", { name: "bad.glb", mimeType: "", buffer: Buffer.from("no mesh") });
-  await said(/bad\.glb/);
-  await page.waitForSelector("#effect.refused");
+  await said(/^bad\.glb: it cannot be read as GLB$/);
+  await page.waitForSelector("#effect .refused");
   const isLeftToBrowser = await page.evaluate(() => {
     const dataTransfer = new DataTransfer();
     dataTransfer.items.add(new File(["no mesh"], "picture.png"));
     return dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
   });
   assert.ok(!isLeftToBrowser, "it would leave the page");
-  await said(/picture\.png: the page reads OBJ/);
+  await said(/^picture\.png: the page reads OBJ/);
   assert.deepEqual(complaints, []);
 });
 

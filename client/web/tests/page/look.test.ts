@@ -295,3 +295,17 @@ test("the page measures itself: frames decoded, scenes brought up to date, pictu
     return Number(frames) > 30 && Number(pictures) > 0 && Number(updateMs) > 0 && Number(decodeMs) > 0;
   });
 });
+
+test("messages are below each other, and none has a path of the wire", async () => {
+  await page.keyboard.press("t");
+  await page.keyboard.press("t");
+  await said(/^thrown-2 flies/);
+  await page.setInputFiles("#mesh-file", { name: "b.obj", mimeType: "text/plain", buffer: Buffer.from("no mesh") });
+  await said(/^b\.obj: there are no triangles/);
+  const boxes = await page.$$eval("#effect p", (lines) =>
+    lines.map((line) => line.getBoundingClientRect()).map(({ top, bottom }) => ({ top, bottom })),
+  );
+  boxes.slice(1).forEach(({ top }, i) => assert.ok(top >= boxes[i]!.bottom));
+  const words = await page.evaluate(() => (globalThis as unknown as { messages: string[] }).messages.join("\n"));
+  assert.ok(!/changes\[|edit\.|step\./.test(words), words);
+});
