@@ -38,8 +38,8 @@ export interface Stage {
 /** What to show where the address names none: one that moves. */
 function liveliest(list: readonly WorldList_World[]): string | undefined {
   const running = list.filter(({ paused }) => !paused);
-  const moving = running.find(({ sceneName }) => sceneName === "five-balls");
-  return (moving ?? running.find(({ softBodies }) => softBodies > 0) ?? list[0])?.name;
+  const named = (scene: string) => running.find(({ sceneName }) => sceneName === scene);
+  return (named("hero") ?? named("five-balls") ?? running.find(({ softBodies }) => softBodies > 0) ?? list[0])?.name;
 }
 
 export class ShownWorld {

@@ -7,6 +7,7 @@ import { inWords } from "./words.js";
 
 /** Those of the server (server/scenes), and what is in them. */
 const scenes: readonly (readonly [string, string])[] = [
+  ["hero", "Soft things that tumble in a drum"],
   ["five-balls", "Five balls in a room that turns"],
   ["rope-and-balloons", "Balloons on strings under a bar on ropes"],
   ["ball-pit", "Balls poured into a narrow box"],
