@@ -50,6 +50,7 @@ export class Upload {
   constructor(
     private readonly edits: WorldEdits,
     private readonly around: () => Around,
+    private readonly made: (name: string) => void,
   ) {
     element("upload-open").addEventListener("click", () => this.picker.click());
     this.picker.addEventListener("change", () => {
@@ -141,6 +142,7 @@ export class Upload {
       if (!made) return;
       if (isCurrent()) this.dialog.close();
       this.report(made.name, made.reply);
+      this.made(made.name);
     } catch (error) {
       if (isCurrent()) this.tellRefusal(inWords(error as PneumaError));
       else refuse(error as PneumaError);

@@ -170,6 +170,7 @@ test("a soft ball is added, selected, removed, and put back where it was", async
   await page.click("#add");
   const { softBodies } = await scene((now) => now.softBodies.length === 2);
   assert.deepEqual(names(softBodies), ["ball", "soft-ball-1"]);
+  await said(/soft-ball-1 is there/);
   await page.waitForFunction(() => (document.getElementById("selected") as HTMLSelectElement).value === "soft-ball-1");
   await standStill();
   const before = (await client.stats(world)).softBodies[1]!.centreOfMass!;

@@ -64,11 +64,14 @@ test("the gallery shows the worlds live, and asks for nothing once it is closed"
       (canvas) => new Set(canvas.getContext("2d")!.getImageData(0, 0, canvas.width, canvas.height).data).size > 10,
     ),
   );
+  const tops = await page.$$eval("#cards li", (cards) => cards.map((card) => card.getBoundingClientRect().top));
+  assert.deepEqual(new Set(tops).size, 1, "one row");
   const card = page.locator("#cards li", { hasText: "five-balls" });
   assert.ok((await colours(await card.screenshot())) > 10);
   await card.locator("a").click();
   await page.waitForSelector('#cards a[href="#world=five-balls"][aria-current="true"]');
-  await page.click("#show-gallery");
+  await page.click("#gallery .close");
+  assert.ok(!(await page.isVisible("#gallery")));
   await subscribers({ [world]: 0, "five-balls": 1 });
   assert.deepEqual(complaints, []);
 });
