@@ -96,6 +96,7 @@ class Page implements Stage {
     this.listenToTime();
     this.listenToCamera();
     listenToKeys();
+    element("make-first").addEventListener("click", () => element("new-world-open").click());
     worlds.addEventListener("change", () => this.world.turnTo(worlds.value));
     element<HTMLFormElement>("sign-in").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -286,6 +287,7 @@ class Page implements Stage {
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
+    element("make-first").hidden = list.length > 0;
     if (this.client) this.gallery.update(this.client, list, this.world.name);
   }
 

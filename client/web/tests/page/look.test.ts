@@ -312,3 +312,14 @@ test("messages are below each other, and none has a path of the wire", async () 
   const words = await page.evaluate(() => (globalThis as unknown as { messages: string[] }).messages.join("\n"));
   assert.ok(!/changes\[|edit\.|step\./.test(words), words);
 });
+
+test("the keys are listed, and an empty server offers to make a world", async () => {
+  await page.keyboard.press("?");
+  await page.waitForSelector("#keys[open]");
+  assert.match(await page.innerText("#key-list"), /Space\s+Pause/);
+  await page.click("#keys-close");
+  assert.ok(!(await page.isVisible("#make-first")));
+  for (const { name } of await client.worlds()) await client.destroyWorld(name);
+  await page.click("#make-first");
+  await page.waitForSelector("#new-world[open]");
+});

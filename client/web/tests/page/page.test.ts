@@ -208,6 +208,12 @@ test("on a phone the world comes first, its controls at a touch", async () => {
   await page.click("#show-gallery");
   await page.click("#show-panel"); // in the place of the sheet that was open
   assert.ok(!(await page.isVisible("#gallery")));
+  const small = await page.$$eval("button, select, input[type=range]", (controls) =>
+    controls
+      .filter((control) => control.clientHeight > 0 && control.getBoundingClientRect().height < 44)
+      .map(({ id }) => id),
+  );
+  assert.deepEqual(small, [], "too small for a finger");
   await page.click("#pause");
   await page.waitForSelector("#step:enabled");
 });
