@@ -1,5 +1,7 @@
 // What the real page shows of the worlds of a real server: see page.test.ts for how.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import type { Subscribe } from "../../proto/pneuma/v1/session_pb.js";
 import {
   asked,
@@ -18,6 +20,11 @@ import {
   usePage,
   world,
 } from "./set_up.js";
+
+interface Violation {
+  readonly id: string;
+  readonly nodes: readonly { readonly html: string }[];
+}
 
 /** A ball that hangs in the air without gravity or gas: at rest from the first. */
 const stillScene = {
@@ -323,3 +330,31 @@ test("the keys are listed, and an empty server offers to make a world", async ()
   await page.click("#make-first");
   await page.waitForSelector("#new-world[open]");
 });
+
+for (const colorScheme of ["light", "dark"] as const) {
+  test(`axe finds nothing to complain about in any sheet, ${colorScheme}`, async () => {
+    const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+    const violations = () =>
+      page.evaluate(async () => {
+        const { axe } = globalThis as unknown as { axe: { run(): Promise<{ violations: Violation[] }> } };
+        const { violations } = await axe.run();
+        return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join()}`);
+      });
+    await page.emulateMedia({ colorScheme });
+    await page.evaluate(axe); // not as a script of the page, which takes none but its own
+    await page.$eval("#picture", (picture) => (picture.style.width = picture.style.height = "20px")); // it takes the time
+    await page.$$eval("#panel details", (groups) => {
+      for (const group of groups) (group as HTMLDetailsElement).open = true;
+    });
+    for (const sheet of ["gallery", "view", "plots", "plan"]) {
+      await page.click(`#show-${sheet}`);
+      await page.waitForSelector(`#${sheet}`);
+      assert.deepEqual(await violations(), [], sheet);
+    }
+    for (const dialog of ["keys", "new-world"]) {
+      await page.click(dialog === "keys" ? "#show-keys" : "#new-world-open");
+      assert.deepEqual(await violations(), [], dialog);
+      await page.click(`#${dialog}-close`);
+    }
+  });
+}
