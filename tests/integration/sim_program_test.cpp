@@ -219,7 +219,8 @@ TEST_F(SimScene, BodiesAtRestSleepUnlessTheSceneSaysOtherwise) {
 }
 
 TEST(SimProgram, EveryBuiltInSceneRunsAndSumsUp) {
-  for (const char* scene : {"five-balls", "hanging-ball", "wind-cloth", "bouncing-ball", "hand", "cost-curve"}) {
+  for (const char* scene :
+       {"hero", "five-balls", "hanging-ball", "wind-cloth", "bouncing-ball", "hand", "cost-curve"}) {
     const Finished finished = sim({scene, "--seconds", "0.2"});
     EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
     EXPECT_EQ(finished.error_output, "");  // no progress line where nobody watches

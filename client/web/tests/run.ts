@@ -35,7 +35,8 @@ function told({ name, file, details }: Report): string {
   const lines = cause.message.split("\n").filter((line) => line.trim() !== "");
   const at = cause.stack?.split("\n").find((line) => line.includes("/dist/tests/"));
   const why = [...lines.slice(0, messageLinesMax), ...(at ? [at.trim()] : [])];
-  return [`FAILED ${file ? `${basename(file)}: ` : ""}${name}`, ...why.map((line) => `    ${line}`)].join("\n");
+  const place = file?.endsWith(".test.js") ? `${basename(file)}: ` : "";
+  return [`FAILED ${place}${name}`, ...why.map((line) => `    ${line}`)].join("\n");
 }
 
 const suites = process.argv.slice(2);

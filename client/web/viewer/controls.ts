@@ -46,7 +46,8 @@ export class Controls {
     );
     this.sliders = new Sliders(this.edits);
     this.selection = new Selection(this.edits, (name) => picture.highlight(name));
-    new Upload(this.edits, () => ({ frame: this.frames.at(-1), centre: picture.orbit.target.clone() }));
+    const around = () => ({ frame: this.frames.at(-1), centre: picture.orbit.target.clone() });
+    new Upload(this.edits, around, (name) => picture.bringIntoView(name));
     new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
     new WorldsMade(present, open);
     this.listen();
@@ -54,10 +55,7 @@ export class Controls {
 
   /** Turns to a world, or looks again at the one that is shown. */
   async begin(client: Client, world: string): Promise<void> {
-    if (world !== this.world) {
-      this.end();
-      say("");
-    }
+    if (world !== this.world) this.end();
     this.world = world;
     await this.edits.begin(client, world);
   }
@@ -168,6 +166,7 @@ export class Controls {
     if (!made) return;
     const { name, reply } = made;
     say(`${name} is there from tick ${reply.tick} on`);
+    this.picture.bringIntoView(name);
     await this.edits.fresh();
     this.selection.select(name);
   }

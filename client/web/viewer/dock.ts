@@ -17,6 +17,9 @@ export class Dock {
         this.open(isOpen ? "" : button.getAttribute("aria-controls")!);
       });
     }
+    for (const button of element("dock").querySelectorAll("[data-closes]")) {
+      button.addEventListener("click", () => this.open(""));
+    }
     this.narrow.addEventListener("change", () => this.turn());
     this.turn();
   }

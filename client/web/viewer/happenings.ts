@@ -7,6 +7,6 @@ export function happeningText({ kind, body, joint, detail }: Event): string {
   if (kind === Event_Kind.BODY_INVERTED) return `${body} is turned inside out: ${detail}`;
   if (kind === Event_Kind.BODY_FROZEN) return `${body} is frozen: ${detail}`;
   if (kind === Event_Kind.JOINT_BROKEN) return `${joint} has broken: ${detail}`;
-  if (kind === Event_Kind.WORLD_SLOWED) return "The server cannot keep up with this world";
+  if (kind === Event_Kind.WORLD_RESET) return "The world began again";
   return "";
 }

@@ -3,6 +3,7 @@ import { element } from "./element.js";
 import { isPermitted } from "./permitted.js";
 
 const keys: Record<string, string> = {
+  "?": "show-keys",
   " ": "pause",
   ".": "step",
   r: "reset",
@@ -36,7 +37,36 @@ function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: Keyboard
   return isTaken ? undefined : keys[letter];
 }
 
+// What those of the picture and of the page's own do; the others press a control, and are told with its name.
+const others: readonly (readonly [string, string])[] = [
+  ["Ctrl+Z", "Undo"],
+  ["Ctrl+Shift+Z", "Redo"],
+  ["Arrow keys", "Turn the view; with Shift, move it"],
+  ["+ and −", "Nearer, away"],
+  ["Enter", "Take hold of what is selected"],
+];
+
+function nameOf(control: HTMLElement): string {
+  const named = control instanceof HTMLInputElement ? control.parentElement! : control;
+  return control.getAttribute("aria-label") ?? named.textContent!.trim();
+}
+
+/** Lists the keys of the controls that are there. */
+function showKeys(): void {
+  const pressed = Object.entries(keys).filter(([, id]) => isPermitted(element(id)));
+  const rows = [...pressed.map(([key, id]) => [key === " " ? "Space" : key, nameOf(element(id))] as const), ...others];
+  element("key-list").replaceChildren(
+    ...rows.flatMap(([key, what]) => [
+      Object.assign(document.createElement("dt"), { textContent: key.length === 1 ? key.toUpperCase() : key }),
+      Object.assign(document.createElement("dd"), { textContent: what }),
+    ]),
+  );
+  element<HTMLDialogElement>("keys").showModal();
+}
+
 export function listenToKeys(): void {
+  element("show-keys").addEventListener("click", showKeys);
+  element("keys-close").addEventListener("click", () => element<HTMLDialogElement>("keys").close());
   addEventListener("keydown", (event) => {
     const id = controlOf(event);
     if (!id || (event.repeat && id !== "step")) return;

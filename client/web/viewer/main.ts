@@ -15,7 +15,7 @@ import { noteView, type View, wantedWorld } from "./address.js";
 import { steered, wayOf } from "./camera_keys.js";
 import { Controls } from "./controls.js";
 import { Dock } from "./dock.js";
-import { refuse, say } from "./effect.js";
+import { refuse, say, unsay } from "./effect.js";
 import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
@@ -25,7 +25,8 @@ import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
 import { tellNotice } from "./notice.js";
-import { mayEdit, permit } from "./permitted.js";
+import { PaceTold } from "./pace.js";
+import { mayEdit, permit, turnOffWithout } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
@@ -36,6 +37,7 @@ import { type Measured, StatsFeed } from "./stats_feed.js";
 import { tellStatus } from "./status_line.js";
 import { recall, remember } from "./storage.js";
 import { beginTheme } from "./theme.js";
+import { inWords } from "./words.js";
 import { plain } from "./world_view.js";
 
 const statusIntervalMs = 500;
@@ -59,6 +61,7 @@ class Page implements Stage {
   private readonly gallery = new Gallery();
   private readonly world = new ShownWorld(this);
   private readonly statsFeed = new StatsFeed(() => this.world.live);
+  private readonly paceTold = new PaceTold(() => this.world.live);
   private readonly pointer: Pointer;
   private readonly gauge = new Gauge();
   private shown = plain;
@@ -67,6 +70,9 @@ class Page implements Stage {
   private decodeMs = 0; // of the decoder, as told last
   private asleep = 0;
   private failures = 0; // to connect for the first time
+  private isConnected = false;
+  private hasWorld = false;
+  private newest: Frame | undefined;
 
   constructor(private readonly picture: Picture) {
     const present = () => {
@@ -84,11 +90,13 @@ class Page implements Stage {
       const clicked = (x: number, y: number) => this.controls.clicked(x, y, mayTouch ? tool : "pull");
       return live && { ...live, tool, mayTouch, massKg, clicked, failed: refuse };
     });
+    this.setPresent(false, false);
     this.listenToLooks();
     this.listenToSheets();
     this.listenToTime();
     this.listenToCamera();
     listenToKeys();
+    element("make-first").addEventListener("click", () => element("new-world-open").click());
     worlds.addEventListener("change", () => this.world.turnTo(worlds.value));
     element<HTMLFormElement>("sign-in").addEventListener("submit", (event) => {
       event.preventDefault();
@@ -109,12 +117,14 @@ class Page implements Stage {
         clientName: "page",
         decoder: this.decoder,
         stateChanged: (state, reason) => {
-          document.body.classList.toggle("lost", state !== "open");
+          this.setPresent(state === "open", this.hasWorld);
           if (state === "open") {
             if (this.client) permit(this.client.welcome.role); // it may have another one than before
             void this.world.resume();
-          } else if (state === "lost") tellNotice("The connection is lost. Reconnecting…");
-          else if (reason) this.turnedAway(reason, token);
+          } else if (state === "lost") {
+            unsay(""); // it was about what may be another world by the time that it is back
+            tellNotice("The connection is lost. Reconnecting…");
+          } else if (reason) this.turnedAway(reason, token);
         },
         event: (event) => this.happened(event),
       });
@@ -128,14 +138,23 @@ class Page implements Stage {
 
   private notConnected(error: PneumaError, token: string): void {
     if (isLasting(error)) return this.turnedAway(error, token);
-    tellNotice(`${error.message}. Trying again…`);
+    tellNotice(`${inWords(error)}. Trying again…`);
     setTimeout(() => void this.connect(token), retryDelayMs(this.failures++, error.retryAfterS));
   }
 
   /** Of a token that was refused, also where the server asks for another one than before. */
-  private turnedAway({ code, message }: PneumaError, token: string): void {
-    element("sign-in").hidden = code !== "UNAUTHENTICATED";
-    tellNotice(code === "UNAUTHENTICATED" && token === "" ? "" : message);
+  private turnedAway(error: PneumaError, token: string): void {
+    const isForToken = error.code === "UNAUTHENTICATED";
+    element("sign-in").hidden = !isForToken;
+    element("token-refusal").textContent = token === "" ? "" : "The server does not know this token.";
+    tellNotice(isForToken ? "" : inWords(error));
+  }
+
+  /** Whether there is a server, and a world that it shows: without them, controls do nothing. */
+  private setPresent(isConnected: boolean, hasWorld: boolean): void {
+    [this.isConnected, this.hasWorld] = [isConnected, hasWorld];
+    document.body.classList.toggle("lost", !isConnected);
+    turnOffWithout({ isConnected, hasWorld });
   }
 
   private happened(event: Event): void {
@@ -143,13 +162,14 @@ class Page implements Stage {
     if (kind === Event_Kind.WORLD_DESTROYED) this.world.refresh().catch(() => {});
     if (world !== this.world.name) return;
     if (kind === Event_Kind.BODY_FROZEN) this.picture.frozen.add(body);
+    if (kind === Event_Kind.WORLD_SLOWED) this.paceTold.late(world);
     if (kind === Event_Kind.BODY_BURST) this.controls.missed(); // its gas is gone
     if (kind === Event_Kind.WORLD_RESET) {
       this.pointer.letGo(); // and so has the server
       if (this.client) void this.begun(this.client, world);
     }
     const text = happeningText(event);
-    if (text !== "") say(text);
+    if (text !== "") say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
   }
 
   private listenToLooks(): void {
@@ -267,11 +287,16 @@ class Page implements Stage {
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
+    element("make-first").hidden = list.length > 0;
     if (this.client) this.gallery.update(this.client, list, this.world.name);
   }
 
   turn(view: View | undefined): void {
     if (wantedWorld() === null) this.dock.open("gallery");
+    this.newest = undefined;
+    this.setPresent(this.isConnected, false);
+    unsay("");
+    this.paceTold.end();
     this.playback.clear();
     this.pointer.letGo();
     this.picture.forget(view);
@@ -291,6 +316,9 @@ class Page implements Stage {
   }
 
   frame(frame: Frame): void {
+    // A server that was started again may tell of nothing else.
+    if (this.newest && frame.timeS < this.newest.timeS) say("The world began again", "began");
+    this.newest = frame;
     this.playback.push(frame);
     this.controls.take(frame);
     this.plots.takeFrame(frame);
@@ -315,11 +343,13 @@ class Page implements Stage {
 
   async begun(client: Client, world: string): Promise<void> {
     document.body.classList.remove("gone");
+    this.setPresent(this.isConnected, true);
     document.title = `${world} · Pneuma`;
     // At once when they are told: what freezes later is told of as an event.
     const findFrozen = async () => {
-      const { softBodies } = await client.stats(world);
+      const { softBodies, timeRatio } = await client.stats(world);
       if (world !== this.world.name) return;
+      if (timeRatio < 1) this.paceTold.late(world);
       this.picture.frozen.clear();
       for (const { name, frozen } of softBodies) if (frozen) this.picture.frozen.add(name);
     };
@@ -332,6 +362,8 @@ class Page implements Stage {
 
   gone(why: string): void {
     tellNotice(why);
+    unsay("");
+    this.setPresent(this.isConnected, false);
     this.controls.end();
     document.body.classList.add("gone");
     this.dock.open("gallery");

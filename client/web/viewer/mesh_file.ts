@@ -1,5 +1,5 @@
 // Reads the triangles of a mesh file: OBJ, STL, PLY, glTF, GLB. A part of the page that is loaded when it is first needed.
-import { type BufferGeometry, Mesh, MeshBasicMaterial, type Object3D, Vector3 } from "three";
+import { Box3, type BufferGeometry, Mesh, MeshBasicMaterial, type Object3D, Vector3 } from "three";
 import { type GLTF, GLTFLoader, type GLTFParser } from "three/examples/jsm/loaders/GLTFLoader.js";
 import { OBJLoader } from "three/examples/jsm/loaders/OBJLoader.js";
 import { PLYLoader } from "three/examples/jsm/loaders/PLYLoader.js";
@@ -16,27 +16,52 @@ export interface Triangles {
 // As the server's: proto/WIRE.md, "Limits".
 const verticesMax = 65_536;
 const facesMax = 262_144;
+// In the file's unit: more is no number that a program wrote.
+const lengthMax = 1e9;
 
-function tooLarge(): Error {
-  return new Error(`a mesh has up to ${verticesMax} vertices and ${facesMax} faces`);
+/** What is wrong with a file, in words for whoever chose it. */
+class MeshError extends Error {}
+
+function tooLarge(): MeshError {
+  return new MeshError(`a mesh has up to ${verticesMax} vertices and ${facesMax} faces`);
 }
 
 /** Throws Error with what is wrong with the first of `files`; the others are what a .gltf may refer to. */
 export async function readMesh(files: readonly File[]): Promise<Triangles> {
   for (const each of files) checkSize(each);
   const file = files[0]!;
-  const bytes = await file.arrayBuffer();
-  const text = () => new TextDecoder().decode(bytes);
   const kind = file.name.split(".").at(-1)!.toLowerCase();
-  if (kind === "obj") return join(new OBJLoader().parse(text()));
-  if (kind === "stl") return join(new Mesh(new STLLoader().parse(bytes)));
+  try {
+    return join(await objectOf(kind, await file.arrayBuffer(), files.slice(1)));
+  } catch (error) {
+    if (error instanceof MeshError) throw error;
+    throw new MeshError(`it cannot be read as ${kind.toUpperCase()}`); // in a loader's words it says nothing
+  }
+}
+
+async function objectOf(kind: string, bytes: ArrayBuffer, others: readonly File[]): Promise<Object3D> {
+  const text = () => new TextDecoder().decode(bytes);
+  if (kind === "obj") return new OBJLoader().parse(text());
+  if (kind === "stl") {
+    checkStl(bytes);
+    return new Mesh(new STLLoader().parse(bytes));
+  }
   if (kind === "ply") {
     const geometry = new PLYLoader().parse(bytes);
-    if (!geometry.index) throw new Error("there are points in it, but no faces");
-    return join(new Mesh(geometry));
+    if (!geometry.index) throw new MeshError("there are points in it, but no faces");
+    return new Mesh(geometry);
   }
-  if (kind === "glb" || kind === "gltf") return join(await readGltf(kind === "glb" ? bytes : text(), files.slice(1)));
-  throw new Error(`${file.name}: the page reads OBJ, STL, PLY, glTF and GLB files`);
+  if (kind === "glb" || kind === "gltf") return readGltf(kind === "glb" ? bytes : text(), others);
+  throw new MeshError("the page reads OBJ, STL, PLY, glTF and GLB files");
+}
+
+/** The loader makes triangles of any bytes. */
+function checkStl(bytes: ArrayBuffer): void {
+  const [headBytes, faceBytes] = [84, 50];
+  const faces = bytes.byteLength >= headBytes ? new DataView(bytes).getUint32(headBytes - 4, true) : NaN;
+  if (bytes.byteLength === headBytes + faceBytes * faces) return;
+  const begin = new TextDecoder().decode(bytes.slice(0, 1024));
+  if (!/^\s*solid\b[^]*\bfacet\b/.test(begin)) throw new MeshError("it cannot be read as STL");
 }
 
 /** What of a glTF file is no shape is left out, and so are addresses: nothing is fetched. */
@@ -69,7 +94,7 @@ async function bytesOf(uri: string, others: readonly File[]): Promise<ArrayBuffe
   if (inline !== undefined) return Uint8Array.from(atob(inline), (letter) => letter.charCodeAt(0)).buffer;
   const name = decodeURIComponent(uri).split("/").at(-1);
   const file = others.find((other) => other.name === name);
-  if (!file) throw new Error(`it refers to ${name}: choose both files together`);
+  if (!file) throw new MeshError(`it refers to ${name}: choose both files together`);
   return file.arrayBuffer();
 }
 
@@ -103,8 +128,19 @@ function join(object: Object3D): Triangles {
       indices.push(vertex);
     }
   });
-  if (indices.length === 0) throw new Error("there are no triangles in it");
+  if (indices.length === 0) throw new MeshError("there are no triangles in it");
+  checkPlaces(positions);
   return { positions: Float64Array.from(positions), indices: Uint32Array.from(indices) };
+}
+
+/** A file of another kind may be read as one of these all the same: its points are then nowhere, or in one place. */
+function checkPlaces(positions: readonly number[]): void {
+  if (!positions.every((number) => Math.abs(number) < lengthMax)) throw new MeshError("its points are nowhere");
+  const lengths = new Box3()
+    .setFromArray(positions as number[])
+    .getSize(new Vector3())
+    .toArray();
+  if (lengths.filter((length) => length > 0).length < 2) throw new MeshError("it has no surface");
 }
 
 /** Enclosed by the faces; of an open or flipped mesh this is no more than a guess, and may be negative. */

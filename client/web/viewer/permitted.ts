@@ -16,8 +16,19 @@ export function mayEdit(): boolean {
   return document.body.classList.contains("may-edit");
 }
 
-/** Whether the control is there for this token. */
+/**
+ * Turns off the controls that have nobody to ask: without a connection all that change or ask for something, without a
+ * world those that are about it.
+ */
+export function turnOffWithout({ isConnected, hasWorld }: { isConnected: boolean; hasWorld: boolean }): void {
+  const isOff = (control: HTMLElement) => !isConnected || (!hasWorld && control.dataset["needs"] !== "admin");
+  for (const control of document.querySelectorAll<HTMLElement>("[data-needs], [data-live]"))
+    control.inert = isOff(control);
+}
+
+/** Whether the control is there for this token, and has somebody to ask. */
 export function isPermitted(control: Element): boolean {
+  if (control.closest("[inert]")) return false;
   const needs = control.closest<HTMLElement>("[data-needs]")?.dataset["needs"];
   return needs === undefined || document.body.classList.contains(`may-${needs}`);
 }

@@ -5,6 +5,7 @@ import {
   BufferGeometry,
   Color,
   DirectionalLight,
+  Fog,
   GridHelper,
   HemisphereLight,
   type Intersection,
@@ -23,14 +24,15 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { View } from "./address.js";
-import { frame, type Framed } from "./framing.js";
+import { frame, type Framed, type Room } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
 import { ShadowGauge, type ShadowQuality } from "./shadow_quality.js";
 import type { SoftBodyView } from "./soft_body_view.js";
-import { planeM } from "./solid_view.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
 
+// Where there is no ground: a line each metre.
+const gridM = 80;
 const glowColour = 0x5a2412; // of what is selected
 
 /** A soft body under the pointer. */
@@ -45,6 +47,14 @@ export interface Hit {
 // The view follows what is further from its middle than this, of the radius of what was framed; so much of the rest with
 // each picture.
 const followPastPart = 0.4;
+// Of the free height: what bodies take of it, or the room that they are in. One that turns goes a half beyond.
+const subjectPart = 2 / 3;
+const widthPart = 0.9;
+// The ground fades to the paper between these, in distances from the eye to what it looks at.
+const fogBegin = 2;
+const fogEnd = 8;
+// Of the way to where a new body is in view, with each picture.
+const glidePart = 0.12;
 const followPart = 0.1;
 
 export class Picture {
@@ -53,14 +63,18 @@ export class Picture {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(45, 1, 0.01, 1000);
   private readonly sun = new DirectionalLight(0xffffff, 2.2);
-  private readonly grid = new GridHelper(planeM, 40, 0xffffff, 0xffffff);
+  private readonly rim = new DirectionalLight(0xfff4e6, 0.9); // from behind: it sets a body off from the next
+  private readonly grid = new GridHelper(gridM, gridM, 0xffffff, 0xffffff);
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
-  private readonly world = new WorldView();
+  private readonly world = new WorldView(true);
   private framed: Framed = { centre: new Vector3(), radiusM: 1 };
   private isFramed = false;
   private follows = true;
   private wanted: View | undefined;
+  private readonly fog = new Fog(0xffffff);
+  private toShow = ""; // a body that is to be brought into view once it is there
+  private glide: View | undefined;
   private part = 1;
   private readonly shadowGauge = new ShadowGauge();
   private shadows: ShadowQuality = "soft";
@@ -84,7 +98,10 @@ export class Picture {
     this.pull.renderOrder = 1;
     this.grid.material.transparent = true;
     this.grid.material.opacity = 0.5;
-    this.scene.add(new AmbientLight(0xffffff, 0.5), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
+    this.scene.fog = this.fog;
+    this.orbit.addEventListener("start", () => (this.glide = undefined));
+    this.scene.add(new AmbientLight(0xffffff, 0.4), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
+    this.scene.add(this.rim, this.rim.target);
     this.scene.add(this.sun.target, this.grid, this.pull, this.world.group);
     this.resize();
     for (const part of [canvas, ...covers]) new ResizeObserver(() => this.resize()).observe(part);
@@ -108,6 +125,7 @@ export class Picture {
   show(shown: Shown): void {
     const scheme = shown.dark ? schemes.dark : schemes.light;
     this.scene.background = new Color(scheme.paper);
+    this.fog.color.set(scheme.paper);
     this.grid.material.color.set(scheme.grid);
     this.pull.material.color.set(scheme.ink);
     this.world.show(shown);
@@ -117,7 +135,9 @@ export class Picture {
   update(moment: Moment): void {
     this.world.update(moment);
     if (this.isFramed) {
-      if (this.orbit.enabled && this.follows) this.follow();
+      if (this.toShow !== "") this.bring(this.toShow);
+      if (this.glide) this.glideOn(this.glide);
+      else if (this.orbit.enabled && this.follows) this.follow();
       return;
     }
     this.frameAll();
@@ -129,7 +149,36 @@ export class Picture {
     this.shadowGauge.count(nowMs);
     if (this.shadowGauge.quality !== this.shadows) this.turnShadows(this.shadowGauge.quality);
     this.orbit.update();
+    const awayM = this.orbit.getDistance();
+    this.fog.near = fogBegin * awayM;
+    this.fog.far = fogEnd * awayM;
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Has a body that is about to come brought into view, where it is not. */
+  bringIntoView(name: string): void {
+    this.toShow = name;
+  }
+
+  private bring(name: string): void {
+    const box = this.world.boxOf(name);
+    if (!box) return;
+    this.toShow = "";
+    const centre = box.getCenter(new Vector3()).project(this.camera);
+    const isSeen = Math.max(Math.abs(centre.x), Math.abs(centre.y)) < subjectPart && centre.z < 1;
+    if (isSeen) return;
+    // From where it is looked at now, as far away as all of it takes.
+    const way = this.eye.sub(this.orbit.target).normalize();
+    const camera = this.camera.clone();
+    this.framed = frame(camera, this.world.box().union(box), this.room(), way);
+    this.glide = { position: camera.position.clone(), target: this.framed.centre.clone() };
+    this.placeLight();
+  }
+
+  private glideOn({ position, target }: View): void {
+    this.camera.position.lerp(position, glidePart);
+    this.orbit.target.lerp(target, glidePart);
+    if (this.camera.position.distanceTo(position) < 0.005 * this.framed.radiusM) this.glide = undefined;
   }
 
   /** Whether they are drawn; where pictures are too slow they are not. */
@@ -160,6 +209,8 @@ export class Picture {
       this.orbit.target,
       this.sun.position,
       this.sun.target.position,
+      this.rim.position,
+      this.rim.target.position,
       centre,
     ]) {
       place.add(way);
@@ -174,6 +225,8 @@ export class Picture {
   /** Turns to another world: the next moment is looked at as a whole, or from where `view` says. */
   forget(view?: View): void {
     this.world.clear();
+    this.toShow = "";
+    this.glide = undefined;
     this.isFramed = false;
     this.wanted = view;
   }
@@ -181,22 +234,37 @@ export class Picture {
   /** Moves the camera so that all of the world is seen, and the light with it. */
   frameAll(): void {
     const box = this.world.box();
-    this.framed = frame(this.camera, box, this.freePart() / 1.05);
+    this.framed = frame(this.camera, box, this.room());
     const { centre, radiusM } = this.framed;
+    this.glide = undefined;
     this.orbit.target.copy(centre);
 
     this.grid.visible = !this.world.hasGround;
     this.grid.position.set(centre.x, box.min.y - 0.1 * radiusM, centre.z);
+    this.placeLight();
+    this.isFramed = true;
+    this.follows = true;
+  }
+
+  /** What the world may take of the picture. */
+  private room(): Room {
+    const { width, height } = this.free();
+    const wholePx = Math.max(this.canvas.clientHeight, 1);
+    return { width: (widthPart * Math.max(width, 1)) / wholePx, height: (subjectPart * Math.max(height, 1)) / wholePx };
+  }
+
+  private placeLight(): void {
+    const { centre, radiusM } = this.framed;
     this.sun.position.copy(centre).add(new Vector3(0.5, 1.6, 0.7).setLength(3 * radiusM));
     this.sun.target.position.copy(centre);
+    this.rim.position.copy(centre).add(new Vector3(-0.8, 0.7, -1));
+    this.rim.target.position.copy(centre);
     const { camera } = this.sun.shadow;
     camera.left = camera.bottom = -1.3 * radiusM;
     camera.right = camera.top = 1.3 * radiusM;
     camera.near = 0.1 * radiusM;
     camera.far = 6 * radiusM;
     camera.updateProjectionMatrix();
-    this.isFramed = true;
-    this.follows = true;
   }
 
   get eye(): Vector3 {

@@ -155,7 +155,7 @@ export class Pump implements Quantity {
   }
 
   text(share: number, { softBodies }: Scene): string {
-    if (share === 0) return "shut";
+    if (share === 0) return "off";
     const flow = softBodies.reduce((sum, body) => sum + share * this.fullOf(body), 0);
     return `${share > 0 ? "in" : "out"} ${short(Math.abs(flow))} mol/s`;
   }

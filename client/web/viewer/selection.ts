@@ -38,7 +38,7 @@ export class Selection {
     private readonly highlight: (name: string) => void,
   ) {
     const bodies: Bodies = ({ softBodies }) => softBodies.filter(({ name }) => name === this.name_);
-    const tell = (tick: bigint) => say(`${this.name_}: in effect from tick ${tick}`);
+    const tell = (tick: bigint) => say(`${this.name_}: in effect from tick ${tick}`, "slider");
     this.factors = [gas(bodies), stiffness(bodies)] as const;
     this.sliders = [
       new Slider("own-gas", this.factors[0], edits, tell),

@@ -10,6 +10,7 @@ import {
 } from "../src/index.js";
 import { type View, wantedView, wantedWorld } from "./address.js";
 import { subscribeAsFarAsCanBe } from "./subscribing.js";
+import { inWords } from "./words.js";
 import { WorldList } from "./world_list.js";
 
 /** What follows the world. */
@@ -37,8 +38,8 @@ export interface Stage {
 /** What to show where the address names none: one that moves. */
 function liveliest(list: readonly WorldList_World[]): string | undefined {
   const running = list.filter(({ paused }) => !paused);
-  const moving = running.find(({ sceneName }) => sceneName === "five-balls");
-  return (moving ?? running.find(({ softBodies }) => softBodies > 0) ?? list[0])?.name;
+  const named = (scene: string) => running.find(({ sceneName }) => sceneName === scene);
+  return (named("hero") ?? named("five-balls") ?? running.find(({ softBodies }) => softBodies > 0) ?? list[0])?.name;
 }
 
 export class ShownWorld {
@@ -90,7 +91,7 @@ export class ShownWorld {
       this.tell(await this.list.refresh());
       await this.stage.begun(client, name_);
     } catch (error) {
-      this.stage.say((error as PneumaError).message);
+      this.stage.say(inWords(error as PneumaError));
     }
   }
 
@@ -167,9 +168,8 @@ export class ShownWorld {
       stage.say("");
       await stage.begun(client, world);
     } catch (error) {
-      const { code, message } = error as PneumaError;
-      if (code === "NOT_FOUND") this.tellGone();
-      else stage.say(message);
+      if ((error as PneumaError).code === "NOT_FOUND") this.tellGone();
+      else stage.say(inWords(error as PneumaError));
     }
   }
 

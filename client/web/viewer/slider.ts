@@ -3,6 +3,7 @@ import { type PneumaError, type Scene, Stepping_OnUnstable } from "../src/index.
 import { element } from "./element.js";
 import type { Change } from "./inverse_edit.js";
 import { Latest } from "./latest.js";
+import { inWords } from "./words.js";
 import type { WorldEdits } from "./world_edits.js";
 
 // Inputs of a keyboard that come quicker are one deed, as those of a hand that holds the slider are.
@@ -63,7 +64,7 @@ export class Slider {
     this.refuse("");
     this.asks = new Latest<Ask>(
       (ask) => this.send(ask),
-      (error) => this.refuse(error.message),
+      (error) => this.refuse(inWords(error as PneumaError)),
       () => void this.settle(),
     );
     this.listen();
@@ -144,7 +145,7 @@ export class Slider {
       await this.edits.fresh();
       this.follow();
     } catch (error) {
-      this.refuse((error as PneumaError).message);
+      this.refuse(inWords(error as PneumaError));
     }
   }
 

@@ -14,7 +14,7 @@ export class Sliders {
   private readonly sliders: readonly Slider[];
 
   constructor(edits: WorldEdits) {
-    const tell = (tick: bigint) => say(`In effect from tick ${tick}`);
+    const tell = (tick: bigint) => say(`In effect from tick ${tick}`, "slider");
     const [gasFactor, stiffnessFactor, dampingFactor] = this.factors;
     this.sliders = [
       new Slider("gravity", gravity, edits, tell),

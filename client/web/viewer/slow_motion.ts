@@ -34,12 +34,12 @@ export class SlowMotion {
     const current = this.current();
     if (!current) return undefined;
     if (current.isPaused) {
-      say(`Time goes at ${this.choice.selectedOptions[0]!.text} when the world goes on`);
+      say(`Time goes at ${this.choice.selectedOptions[0]!.text} when the world goes on`, "time");
       return undefined;
     }
     try {
       const done = await current.client.resume(current.world, this.wished);
-      say(`Time goes at ${this.choice.selectedOptions[0]!.text} from tick ${done.tick} on`);
+      say(`Time goes at ${this.choice.selectedOptions[0]!.text} from tick ${done.tick} on`, "time");
       return done;
     } catch (error) {
       this.follow(this.scale_);

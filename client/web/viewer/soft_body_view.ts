@@ -16,10 +16,14 @@ import {
 import type { Mesh as BodyMesh } from "../src/index.js";
 import { type Bounds, BoundsView } from "./bounds_view.js";
 import type { Scale } from "./legend.js";
+import { segmentsOf, SmoothSkin } from "./smooth_skin.js";
 import { Strain } from "./strain.js";
 
 // A velocity is drawn as the way that it goes in this time.
 const velocityS = 0.1;
+// Of what is closed, as rubber is; of a sheet, as cloth is.
+const rubber = { specular: 0x4a4a4a, shininess: 70 };
+const cloth = { specular: 0x0c0c0c, shininess: 8 };
 
 /** Writes the unit normal of each vertex, the mean of its faces' by area. */
 export function computeNormals(indices: Uint32Array, points: Float32Array, normals: Float32Array): void {
@@ -51,6 +55,15 @@ export function computeNormals(indices: Uint32Array, points: Float32Array, norma
   }
 }
 
+function isClosed(indices: Uint32Array): boolean {
+  const open = new Set<string>();
+  for (let corner = 0; corner < indices.length; ++corner) {
+    const next = corner % 3 === 2 ? corner - 2 : corner + 1;
+    if (!open.delete(`${indices[next]} ${indices[corner]}`)) open.add(`${indices[corner]} ${indices[next]}`);
+  }
+  return open.size === 0;
+}
+
 /** Frozen: it ran away and was stopped for good. */
 export type Rest = "none" | "asleep" | "frozen";
 
@@ -65,7 +78,10 @@ export interface BodyShown {
 
 export class SoftBodyView {
   readonly group = new Group();
+  /** As the world has it. What is drawn is rounder, where there is a cover. */
   readonly skin: Mesh<BufferGeometry, MeshPhongMaterial>;
+  private readonly smooth: SmoothSkin | undefined;
+  private readonly cover: Mesh<BufferGeometry, MeshPhongMaterial> | undefined;
   private readonly edges: Mesh<BufferGeometry, MeshBasicMaterial>;
   private readonly arrows: LineSegments<BufferGeometry, LineBasicMaterial>;
   private readonly dots: Points<BufferGeometry, PointsMaterial>;
@@ -80,6 +96,7 @@ export class SoftBodyView {
     readonly name: string,
     readonly mesh: BodyMesh,
     private readonly colour: Color,
+    isSmooth: boolean,
   ) {
     this.points = new Float32Array(3 * mesh.vertexCount);
     this.normals = new Float32Array(3 * mesh.vertexCount);
@@ -90,9 +107,16 @@ export class SoftBodyView {
     this.strains = new Float32Array(mesh.vertexCount);
     geometry.setAttribute("color", this.colours);
     geometry.setIndex(new BufferAttribute(mesh.indices, 1));
-    this.skin = new Mesh(geometry, new MeshPhongMaterial({ color: colour, shininess: 50, side: DoubleSide }));
-    this.skin.castShadow = true;
-    this.skin.receiveShadow = true;
+    const finish = isClosed(mesh.indices) ? rubber : cloth;
+    this.skin = new Mesh(geometry, new MeshPhongMaterial({ color: colour, ...finish, side: DoubleSide }));
+    const segments = isSmooth ? segmentsOf(mesh.indices.length / 3) : 1;
+    if (segments > 1) {
+      this.smooth = new SmoothSkin(mesh.indices, mesh.vertexCount, segments);
+      this.cover = new Mesh(this.smooth.geometry, this.skin.material);
+      this.cover.frustumCulled = false;
+      this.group.add(this.cover);
+    }
+    for (const part of [this.skin, this.cover]) if (part) part.castShadow = part.receiveShadow = true;
     this.edges = new Mesh(geometry, new MeshBasicMaterial({ wireframe: true, transparent: true, opacity: 0.35 }));
     const ends = new BufferGeometry();
     ends.setAttribute("position", new BufferAttribute(new Float32Array(6 * mesh.vertexCount), 3));
@@ -111,6 +135,9 @@ export class SoftBodyView {
 
   show({ wireframe, points, velocities, bounds }: BodyShown, ink: number): void {
     this.edges.visible = wireframe;
+    // Marks are on the faces and vertices as they are.
+    this.skin.visible = !this.cover || wireframe || points;
+    if (this.cover) this.cover.visible = !this.skin.visible;
     this.dots.visible = points;
     this.arrows.visible = velocities;
     this.bounds.show(bounds, ink);
@@ -124,6 +151,7 @@ export class SoftBodyView {
     computeNormals(this.mesh.indices, points, this.normals);
     this.skin.geometry.attributes["position"]!.needsUpdate = true;
     this.skin.geometry.attributes["normal"]!.needsUpdate = true;
+    if (this.cover?.visible) this.smooth!.update(points, this.normals);
     this.bounds.update(points);
     this.strain ??= new Strain(this.mesh.indices, points);
     if (this.arrows.visible) this.updateArrows(velocities);
@@ -158,6 +186,7 @@ export class SoftBodyView {
     const colours = this.colours.array as Float32Array;
     this.strains.forEach((strain, vertex) => map.write((strain - low) / (high - low), colours, 3 * vertex));
     this.colours.needsUpdate = true;
+    this.smooth?.paint(colours);
   }
 
   /** Of a place in the picture's list of vertices, in metres. */
@@ -170,6 +199,7 @@ export class SoftBodyView {
       part.geometry.dispose();
       part.material.dispose();
     }
+    this.smooth?.geometry.dispose();
     this.bounds.dispose();
   }
 

@@ -21,8 +21,8 @@ import type { Layout, SolidPose, SolidSurface } from "../src/index.js";
 
 type Solid = Layout["solids"][number];
 
-// A plane has no end; this much of it is seen.
-export const planeM = 40;
+// A plane has no end; the picture fades out before this one has.
+export const planeM = 2000;
 
 function geometryOf({ shape, surface }: Solid): BufferGeometry | undefined {
   const form = shape?.shape;
@@ -79,7 +79,8 @@ export class SolidView {
     const form = solid.shape?.shape.case;
     // A room is seen from outside through its nearer walls; a mesh may be open.
     const side = form === "room" ? BackSide : form === "mesh" ? DoubleSide : FrontSide;
-    const material = new MeshPhongMaterial({ side, shininess: 10 });
+    const isGround = form === "plane"; // on which the sun's gleam would go with the eye
+    const material = new MeshPhongMaterial({ side, shininess: 10, ...(isGround ? { specular: 0 } : {}) });
     const mesh = new Mesh(geometry, material);
     mesh.castShadow = form !== "room" && form !== "plane";
     mesh.receiveShadow = true;

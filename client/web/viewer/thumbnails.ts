@@ -51,7 +51,7 @@ export class Thumbnails {
 
 /** A world in a canvas, as the frames come. */
 export class Thumbnail {
-  private readonly world = new WorldView();
+  private readonly world = new WorldView(false);
   private readonly camera = new PerspectiveCamera(40, widthPx / heightPx, 0.01, 1000);
   private frame: Frame | undefined;
   /** What the camera looks at, with room to move in. */
@@ -83,7 +83,7 @@ export class Thumbnail {
   }
 
   private frameAll(box: Box3): void {
-    const { centre, radiusM } = frame(this.camera, box, 1 / 0.95);
+    const { centre, radiusM } = frame(this.camera, box, { width: 0.9 * this.camera.aspect, height: 0.8 });
     this.framed.copy(box).expandByScalar(0.4 * radiusM);
     this.camera.lookAt(centre);
   }

@@ -2,14 +2,16 @@
 import { Box3, Vector3 } from "three";
 import { type Done, type Frame, PneumaError, type Scene } from "../src/index.js";
 import { molesFor, skinFor, usualRadiusM } from "./additions.js";
-import { refuse, say } from "./effect.js";
+import { refuse, say, unsay } from "./effect.js";
 import { element } from "./element.js";
 import type { Change } from "./inverse_edit.js";
 import type { Triangles } from "./mesh_file.js";
 import { mayEdit } from "./permitted.js";
 import { freePlace, newName } from "./surroundings.js";
+import { inWords } from "./words.js";
 import type { WorldEdits } from "./world_edits.js";
 
+const topic = "file";
 const meshFiles = /\.(obj|stl|ply|glb|gltf)$/i;
 
 interface Chosen {
@@ -48,6 +50,7 @@ export class Upload {
   constructor(
     private readonly edits: WorldEdits,
     private readonly around: () => Around,
+    private readonly made: (name: string) => void,
   ) {
     element("upload-open").addEventListener("click", () => this.picker.click());
     this.picker.addEventListener("change", () => {
@@ -83,16 +86,16 @@ export class Upload {
   private async read(files: readonly File[]): Promise<void> {
     const first = files.find(({ name }) => meshFiles.test(name)) ?? files[0];
     if (!first) return;
-    say(`Reading ${first.name}…`);
+    say(`Reading ${first.name}…`, topic);
     try {
       const { readMesh, volumeOf } = await import("./mesh_file.js");
       const triangles = await readMesh([first, ...files.filter((file) => file !== first)]);
       const box = new Box3().setFromArray(triangles.positions);
       this.show({ name: first.name, triangles, volumeM3: volumeOf(triangles), box });
-      say("");
+      unsay(topic);
     } catch (error) {
       const { message } = error as Error;
-      refuse(error instanceof PneumaError ? error : new PneumaError("INVALID_ARGUMENT", message, first.name));
+      refuse(error instanceof PneumaError ? error : new PneumaError("INVALID_ARGUMENT", message, first.name), topic);
     }
   }
 
@@ -139,8 +142,9 @@ export class Upload {
       if (!made) return;
       if (isCurrent()) this.dialog.close();
       this.report(made.name, made.reply);
+      this.made(made.name);
     } catch (error) {
-      if (isCurrent()) this.tellRefusal((error as PneumaError).message);
+      if (isCurrent()) this.tellRefusal(inWords(error as PneumaError));
       else refuse(error as PneumaError);
     } finally {
       if (isCurrent()) this.work(false);

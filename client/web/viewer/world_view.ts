@@ -56,7 +56,8 @@ export class WorldView {
   private since_ = "";
   private resets = 0;
 
-  constructor() {
+  /** @param isSmooth whether bodies are drawn rounder than their faces: a small picture does not show it */
+  constructor(private readonly isSmooth: boolean) {
     this.group.add(this.contacts.group, this.joints.group);
   }
 
@@ -112,6 +113,14 @@ export class WorldView {
     return this.solids.some((solid) => solid && (solid.isRoom || !solid.isBounded));
   }
 
+  /** Around a soft body or a solid; undefined: there is none of that name. */
+  boxOf(name: string): Box3 | undefined {
+    const mesh =
+      this.bodies.find((body) => body.name === name)?.skin ??
+      this.solids.find((solid) => solid?.isBounded && solid.name === name)?.mesh;
+    return mesh && new Box3().setFromObject(mesh, true);
+  }
+
   /** Around what there is to see. */
   box(): Box3 {
     const box = new Box3();
@@ -119,7 +128,11 @@ export class WorldView {
       skin.geometry.computeBoundingBox();
       box.union(skin.geometry.boundingBox!);
     }
-    for (const solid of this.solids) if (solid?.isRoom) box.expandByObject(solid.mesh);
+    for (const solid of this.solids) {
+      if (!solid?.isRoom) continue;
+      solid.mesh.geometry.computeBoundingBox(); // as it is before it is turned: it is seen from all sides in turn
+      box.union(solid.mesh.geometry.boundingBox!.clone().translate(solid.mesh.position));
+    }
     // A rigid body may have flown off; where there is nothing else, it is what there is to see.
     if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
@@ -178,7 +191,7 @@ export class WorldView {
     // The same body goes on as it is, with what its strains are measured against.
     const bodies = layout.softBodies.map(({ name, mesh }, i) => {
       const same = before.find((body) => body.name === name && body.mesh === mesh);
-      return same ?? new SoftBodyView(name, mesh, new Color(...bodyColour(i)));
+      return same ?? new SoftBodyView(name, mesh, new Color(...bodyColour(i)), this.isSmooth);
     });
     const { range } = this;
     this.bodies = before.filter((body) => !bodies.includes(body));

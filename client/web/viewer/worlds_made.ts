@@ -3,9 +3,11 @@ import { Client, PneumaError } from "../src/index.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { checkSize } from "./files.js";
+import { inWords } from "./words.js";
 
 /** Those of the server (server/scenes), and what is in them. */
 const scenes: readonly (readonly [string, string])[] = [
+  ["hero", "Soft things that tumble in a drum"],
   ["five-balls", "Five balls in a room that turns"],
   ["rope-and-balloons", "Balloons on strings under a bar on ropes"],
   ["ball-pit", "Balls poured into a narrow box"],
@@ -80,7 +82,7 @@ export class WorldsMade {
       checkSize(file);
       await this.make({ case: "sceneJson", value: await file.text() });
     } catch (error) {
-      this.refusal.textContent = (error as Error).message;
+      this.refusal.textContent = error instanceof PneumaError ? inWords(error) : (error as Error).message;
     }
   }
 
@@ -100,7 +102,7 @@ export class WorldsMade {
       this.dialog.close();
       this.open(world);
     } catch (error) {
-      if (isCurrent()) this.refusal.textContent = (error as PneumaError).message;
+      if (isCurrent()) this.refusal.textContent = inWords(error as PneumaError);
       else refuse(error as PneumaError);
     } finally {
       if (isCurrent()) this.work(undefined);

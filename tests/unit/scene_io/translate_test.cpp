@@ -353,8 +353,8 @@ TEST(ToProto, GasThatBurstIsNoMore) {
 TEST(BuiltinScenes, AreAllAdmissibleAndNamedAsTheirFiles) {
   EXPECT_EQ(builtin_scene_names(),
             (std::vector<std::string>{"ball-pit", "balloon-under-load", "bouncing-ball", "cost-curve", "crumple",
-                                      "five-balls", "five-balls-paper", "hand", "hanging-ball", "rope-and-balloons",
-                                      "wind-cloth"}));
+                                      "five-balls", "five-balls-paper", "hand", "hanging-ball", "hero",
+                                      "rope-and-balloons", "wind-cloth"}));
   for (const std::string& name : builtin_scene_names()) {
     const auto scene = load_scene(name);
     ASSERT_TRUE(scene.ok()) << name << ": " << scene.status().message();

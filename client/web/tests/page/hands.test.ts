@@ -170,6 +170,7 @@ test("a soft ball is added, selected, removed, and put back where it was", async
   await page.click("#add");
   const { softBodies } = await scene((now) => now.softBodies.length === 2);
   assert.deepEqual(names(softBodies), ["ball", "soft-ball-1"]);
+  await said(/soft-ball-1 is there/);
   await page.waitForFunction(() => (document.getElementById("selected") as HTMLSelectElement).value === "soft-ball-1");
   await standStill();
   const before = (await client.stats(world)).softBodies[1]!.centreOfMass!;
@@ -289,15 +290,15 @@ test("OBJ, STL, PLY, glTF and GLB files are read, each to the same mesh", async 
     await page.click("#upload-cancel");
   }
   await page.setInputFiles("#mesh-file", { name: "bad.glb", mimeType: "", buffer: Buffer.from("no mesh") });
-  await said(/bad\.glb/);
-  await page.waitForSelector("#effect.refused");
+  await said(/^bad\.glb: it cannot be read as GLB$/);
+  await page.waitForSelector("#effect .refused");
   const isLeftToBrowser = await page.evaluate(() => {
     const dataTransfer = new DataTransfer();
     dataTransfer.items.add(new File(["no mesh"], "picture.png"));
     return dispatchEvent(new DragEvent("drop", { dataTransfer, cancelable: true }));
   });
   assert.ok(!isLeftToBrowser, "it would leave the page");
-  await said(/picture\.png: the page reads OBJ/);
+  await said(/^picture\.png: the page reads OBJ/);
   assert.deepEqual(complaints, []);
 });
 

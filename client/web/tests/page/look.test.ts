@@ -1,5 +1,7 @@
 // What the real page shows of the worlds of a real server: see page.test.ts for how.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
 import type { Subscribe } from "../../proto/pneuma/v1/session_pb.js";
 import {
   asked,
@@ -18,6 +20,11 @@ import {
   usePage,
   world,
 } from "./set_up.js";
+
+interface Violation {
+  readonly id: string;
+  readonly nodes: readonly { readonly html: string }[];
+}
 
 /** A ball that hangs in the air without gravity or gas: at rest from the first. */
 const stillScene = {
@@ -64,11 +71,14 @@ test("the gallery shows the worlds live, and asks for nothing once it is closed"
       (canvas) => new Set(canvas.getContext("2d")!.getImageData(0, 0, canvas.width, canvas.height).data).size > 10,
     ),
   );
+  const tops = await page.$$eval("#cards li", (cards) => cards.map((card) => card.getBoundingClientRect().top));
+  assert.deepEqual(new Set(tops).size, 1, "one row");
   const card = page.locator("#cards li", { hasText: "five-balls" });
   assert.ok((await colours(await card.screenshot())) > 10);
   await card.locator("a").click();
   await page.waitForSelector('#cards a[href="#world=five-balls"][aria-current="true"]');
-  await page.click("#show-gallery");
+  await page.click("#gallery .close");
+  assert.ok(!(await page.isVisible("#gallery")));
   await subscribers({ [world]: 0, "five-balls": 1 });
   assert.deepEqual(complaints, []);
 });
@@ -295,3 +305,56 @@ test("the page measures itself: frames decoded, scenes brought up to date, pictu
     return Number(frames) > 30 && Number(pictures) > 0 && Number(updateMs) > 0 && Number(decodeMs) > 0;
   });
 });
+
+test("messages are below each other, and none has a path of the wire", async () => {
+  await page.keyboard.press("t");
+  await page.keyboard.press("t");
+  await said(/^thrown-2 flies/);
+  await page.setInputFiles("#mesh-file", { name: "b.obj", mimeType: "text/plain", buffer: Buffer.from("no mesh") });
+  await said(/^b\.obj: there are no triangles/);
+  const boxes = await page.$$eval("#effect p", (lines) =>
+    lines.map((line) => line.getBoundingClientRect()).map(({ top, bottom }) => ({ top, bottom })),
+  );
+  boxes.slice(1).forEach(({ top }, i) => assert.ok(top >= boxes[i]!.bottom));
+  const words = await page.evaluate(() => (globalThis as unknown as { messages: string[] }).messages.join("\n"));
+  assert.ok(!/changes\[|edit\.|step\./.test(words), words);
+});
+
+test("the keys are listed, and an empty server offers to make a world", async () => {
+  await page.keyboard.press("?");
+  await page.waitForSelector("#keys[open]");
+  assert.match(await page.innerText("#key-list"), /Space\s+Pause/);
+  await page.click("#keys-close");
+  assert.ok(!(await page.isVisible("#make-first")));
+  for (const { name } of await client.worlds()) await client.destroyWorld(name);
+  await page.click("#make-first");
+  await page.waitForSelector("#new-world[open]");
+});
+
+for (const colorScheme of ["light", "dark"] as const) {
+  test(`axe finds nothing to complain about in any sheet, ${colorScheme}`, async () => {
+    const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+    const violations = () =>
+      page.evaluate(async () => {
+        const { axe } = globalThis as unknown as { axe: { run(): Promise<{ violations: Violation[] }> } };
+        const { violations } = await axe.run();
+        return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html).join()}`);
+      });
+    await page.emulateMedia({ colorScheme });
+    await page.evaluate(axe); // not as a script of the page, which takes none but its own
+    await page.$eval("#picture", (picture) => (picture.style.width = picture.style.height = "20px")); // it takes the time
+    await page.$$eval("#panel details", (groups) => {
+      for (const group of groups) (group as HTMLDetailsElement).open = true;
+    });
+    for (const sheet of ["gallery", "view", "plots", "plan"]) {
+      await page.click(`#show-${sheet}`);
+      await page.waitForSelector(`#${sheet}`);
+      assert.deepEqual(await violations(), [], sheet);
+    }
+    for (const dialog of ["keys", "new-world"]) {
+      await page.click(dialog === "keys" ? "#show-keys" : "#new-world-open");
+      assert.deepEqual(await violations(), [], dialog);
+      await page.click(`#${dialog}-close`);
+    }
+  });
+}

@@ -208,6 +208,45 @@ test("on a phone the world comes first, its controls at a touch", async () => {
   await page.click("#show-gallery");
   await page.click("#show-panel"); // in the place of the sheet that was open
   assert.ok(!(await page.isVisible("#gallery")));
+  const small = await page.$$eval("button, select, input[type=range]", (controls) =>
+    controls
+      .filter((control) => control.clientHeight > 0 && control.getBoundingClientRect().height < 44)
+      .map(({ id }) => id),
+  );
+  assert.deepEqual(small, [], "too small for a finger");
   await page.click("#pause");
   await page.waitForSelector("#step:enabled");
+});
+
+test("what was said goes, and a world that began again is told of once the connection is back", async () => {
+  await page.waitForSelector("#gas:enabled");
+  await page.fill("#gas", "1");
+  await said(/In effect/);
+  await pastTick(60);
+  await restartServer(async () => {
+    await page.waitForSelector("body.lost");
+    assert.equal(await page.locator("#effect p").count(), 0);
+    assert.ok(await page.$eval("#pause", (button) => button.closest("[inert]") !== null));
+    await page.keyboard.press("r");
+  });
+  await said(/The world began again/);
+  await page.waitForSelector("#effect p", { state: "detached" });
+  assert.ok(await page.$eval("#pause", (button) => button.closest("[inert]") === null));
+  assert.deepEqual(
+    asked.filter(({ case: kind }) => kind === "reset"),
+    [],
+  );
+});
+
+test("a token that is wrong is refused at the form, in the page's words", async () => {
+  await restartServer(async () => {}, "right");
+  await page.waitForSelector("#sign-in:not([hidden])");
+  await page.fill("#token", "wrong");
+  await page.click("#sign-in button");
+  await page.waitForSelector("#token-refusal:not(:empty)");
+  assert.match((await page.textContent("#token-refusal"))!, /^The server does not know this token/);
+  assert.ok(!(await page.isVisible("#notice")));
+  await page.fill("#token", "right");
+  await page.click("#sign-in button");
+  await page.waitForSelector("body:not(.lost)");
 });

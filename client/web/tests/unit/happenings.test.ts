@@ -18,10 +18,10 @@ test("a joint that breaks is named", () => {
   assert.equal(happeningText(event), "thread has broken: it takes at most 2 N");
 });
 
-test("a slow world is told of, and what the page shows otherwise is not", () => {
+test("a world that began again is told of, and what the page shows otherwise is not", () => {
   const text = (kind: Event_Kind) => happeningText(create(EventSchema, { kind, world: "world" }));
-  assert.notEqual(text(Event_Kind.WORLD_SLOWED), "");
-  for (const kind of [Event_Kind.WORLD_RESET, Event_Kind.WORLD_DESTROYED, Event_Kind.STREAM_RATE_CHANGED]) {
+  assert.notEqual(text(Event_Kind.WORLD_RESET), "");
+  for (const kind of [Event_Kind.WORLD_SLOWED, Event_Kind.WORLD_DESTROYED, Event_Kind.STREAM_RATE_CHANGED]) {
     assert.equal(text(kind), "");
   }
 });

@@ -103,7 +103,7 @@ test("bounding volumes hold every point, and touch some", () => {
 function touching(vertex: number, keptVertices: number[]): { frame: Frame; body: SoftBodyView } {
   const mesh = { hash: "", vertexCount: 3, indices: Uint32Array.from([0, 1, 2]) };
   const places = Float64Array.from([0, 0, 0, 1, 0, 0, 0, 0, 1]);
-  const body = new SoftBodyView("body", mesh, new Color());
+  const body = new SoftBodyView("body", mesh, new Color(), false);
   body.update(places, places, 1, undefined);
   const contacts = [{ soft: 0, vertex, otherSoft: undefined, otherSolid: 0, normal: create(Vec3Schema, { y: 1 }) }];
   const layout = { softBodies: [{ name: "body", mesh, keptVertices }], solids: [], joints: [] };

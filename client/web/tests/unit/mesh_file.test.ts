@@ -40,8 +40,18 @@ test("a glTF file that says it has more numbers than any mesh is refused", async
     accessors: [{ componentType: 5126, count, type: "VEC3" }],
   });
   await assert.rejects(readMesh([file("zeros.gltf", JSON.stringify(gltf(2 ** 31)))]), /up to 65536 vertices/);
-  const { positions } = await readMesh([file("zeros.gltf", JSON.stringify(gltf(3)))]);
-  assert.deepEqual([...positions], [0, 0, 0]);
+  await assert.rejects(readMesh([file("zeros.gltf", JSON.stringify(gltf(3)))]), /no surface/);
+});
+
+test("a file of another kind is refused, whatever its name says", async () => {
+  const picture = "\x89PNG\r\n\x1a\n" + "IHDR".repeat(200);
+  for (const name of ["a.obj", "a.stl", "a.ply", "a.glb", "a.gltf"]) {
+    await assert.rejects(readMesh([file(name, picture)]), /cannot be read as|no triangles|no faces/, name);
+  }
+  const nowhere = ["v 0 0 0", "v 1 0 0", "v nan 1 0", "f 1 2 3"].join("\n");
+  await assert.rejects(readMesh([file("nan.obj", nowhere)]), /nowhere/);
+  const point = ["v 1 1 1", "v 1 1 1", "v 1 1 1", "f 1 2 3"].join("\n");
+  await assert.rejects(readMesh([file("point.obj", point)]), /no surface/);
 });
 
 test("a mesh of more vertices than the server takes is refused", async () => {
