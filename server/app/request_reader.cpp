@@ -15,6 +15,9 @@ using base::StatusCode;
 
 namespace {
 
+// A hello, a ping or a pong takes no more, and is taken whatever else waits.
+constexpr std::size_t small_request_bytes = 4 * 1024;
+
 google::protobuf::ArenaOptions arena_options() {
   google::protobuf::ArenaOptions options;
   options.max_block_size = 1024 * 1024;  // the allocator gives blocks of this size back to the system
@@ -55,7 +58,7 @@ base::Result<ReadMessage> read_request(const Unread& unread, const base::MemoryB
   const auto size =
       measure_message(unread.message.bytes, *v1::ClientMessage::descriptor(), most_of(unread.message.bytes.size()));
   if (!size.ok()) return Status(size.status().code(), "what the message holds " + size.status().what(), where);
-  const bool is_small = unread.message.bytes.size() <= base::small_message_bytes;
+  const bool is_small = size->bytes <= small_request_bytes;
   auto share = is_small ? budget.take_anyway(size->bytes) : budget.take(size->bytes);
   if (!share) return Status(StatusCode::unavailable, "too many requests wait", where);
   const auto held = std::make_shared<HeldMessage>(std::move(*share));

@@ -22,6 +22,9 @@ using std::chrono::steady_clock;
 
 namespace {
 
+// Of the memory that requests may take together, the part that those of one client may: a largest message, by default.
+constexpr std::size_t client_requests_share = 4;
+
 /// Those that were named, and the one that the server listens at.
 std::vector<std::string> host_names(const Config& config) {
   std::vector<std::string> names = config.allow_hosts;
@@ -230,7 +233,7 @@ base::MemoryBudget Service::requests_of(const std::string& client) const {
   for (const auto& [id, guest] : guests_) {
     if (guest.session != nullptr && guest.gate.client() == client) return guest.requests;
   }
-  return {config_.limits.requests_memory_bytes_max / base::client_requests_share, requests_memory_};
+  return {config_.limits.requests_memory_bytes_max / client_requests_share, requests_memory_};
 }
 
 // The session is not read meanwhile, so its requests stay in order and wait in its own socket.

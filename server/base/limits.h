@@ -91,10 +91,6 @@ inline constexpr std::size_t message_depth_max = 32;
 inline constexpr std::size_t envelope_fields_max = 16;
 // Larger ones are parsed off the network thread: this much takes 0.1 ms at worst.
 inline constexpr std::size_t message_bytes_max_at_once = 1024;
-// A hello, a ping or a pong is no larger, and is taken whatever else waits.
-inline constexpr std::size_t small_message_bytes = 512;
-// Of the memory that requests may take together, what those of one client may: a largest message, by default.
-inline constexpr std::size_t client_requests_share = 4;
 // Of a scene or edit as text, each a message in memory; most are positions.
 inline constexpr std::size_t json_objects_max = 2 * world_vertices_max;
 // All in such text, objects and lists among them: a position has three numbers and is one itself.

@@ -28,7 +28,7 @@ std::string edit(std::uint64_t request_id, std::size_t text_bytes) {
 class Sender {
  public:
   explicit Sender(MessageParts& parts, std::uint64_t session_id = 7, const base::Limits& limits = {})
-      : gate_(session_id, "here", open_house(limits), limits, parts) {
+      : gate_(session_id, "here-" + std::to_string(session_id), open_house(limits), limits, parts) {
     v1::ClientMessage message;
     message.set_request_id(1);
     message.mutable_hello()->set_protocol_version(1);
@@ -196,6 +196,20 @@ TEST_F(Parts, TheRoomForAllSessionsIsBounded) {
   parts_.session_ended(first_other_id + senders.size() - 1);
   EXPECT_TRUE(Sender::is_silent(sender_.part(6, "x")));
   expect_refused(senders.front()->part(upload, "x"), upload, v1::Error::LIMIT_EXCEEDED, "part");
+}
+
+TEST_F(Parts, OneClientHasHalfOfTheRoomAtMost) {
+  base::Limits limits;
+  limits.parts_waiting_bytes_max = 4 * parts_.bytes_max();
+  MessageParts parts(limits);
+  const std::string part(limits.message_bytes_max, 'x');
+  const PartView view{.data = part, .last = false};
+  std::uint64_t session = 0;
+  std::size_t taken = 0;
+  while (parts.take(++session, "greedy", upload, view, start).refused.ok()) taken += part.size();
+  EXPECT_LE(taken, 2 * parts.bytes_max());
+  EXPECT_GT(taken, 2 * parts.bytes_max() - 2 * part.size());
+  EXPECT_TRUE(parts.take(++session, "another", upload, view, start).refused.ok());
 }
 
 TEST_F(Parts, ThoseThatStoppedComingGiveWay) {

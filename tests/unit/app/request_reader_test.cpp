@@ -47,6 +47,15 @@ TEST(RequestReader, WhereThereIsNoRoomItIsUnavailable) {
   EXPECT_EQ(small.bytes(), 0U);
 }
 
+TEST(RequestReader, APingIsTakenWhateverElseWaits) {
+  const base::MemoryBudget full(1'000);
+  const auto held = full.take(1'000);
+  v1::ClientMessage ping;
+  ping.set_request_id(5);
+  ping.mutable_ping();
+  EXPECT_TRUE(read_request(unread(ping.SerializeAsString()), full).ok());
+}
+
 // B1 of the list of attacks: 1,040,000 bytes that took a quarter of a gigabyte.
 TEST(RequestReader, ManyEmptyFieldsAreRefusedUnparsed) {
   std::string scene;

@@ -6,8 +6,10 @@
 #include <atomic>
 #include <future>
 #include <latch>
+#include <memory>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -134,6 +136,34 @@ TEST(Scheduler, SlicesWithoutAnEndHoldUpNobodyElse) {
     }));
   }
   stuck.wait();
+  scheduler.wake(scheduler.add([&](const auto&) {
+    light_ran.set_value();
+    return Scheduler::Next::when_woken();
+  }));
+  EXPECT_EQ(light_has_run.wait_for(patience), std::future_status::ready);
+}
+
+// Each was brief until now, so each gets a thread.
+TEST(Scheduler, ManySlicesWithoutAnEndAtOnceHoldUpNobodyElse) {
+  constexpr int many = 30;
+  std::promise<void> light_ran;
+  const std::shared_future<void> light_has_run = light_ran.get_future().share();
+  std::latch brief(many);
+  Scheduler scheduler(1);
+  std::vector<std::shared_ptr<Scheduler::Task>> tasks;
+  for (int i = 0; i < many; ++i) {
+    tasks.push_back(scheduler.add([&, was_brief = false](const auto&) mutable {
+      if (!std::exchange(was_brief, true)) {
+        brief.count_down();
+      } else {
+        EXPECT_EQ(light_has_run.wait_for(patience), std::future_status::ready);
+      }
+      return Scheduler::Next::when_woken();
+    }));
+    scheduler.wake(tasks.back());
+  }
+  brief.wait();
+  for (const auto& task : tasks) scheduler.wake(task);
   scheduler.wake(scheduler.add([&](const auto&) {
     light_ran.set_value();
     return Scheduler::Next::when_woken();
