@@ -50,6 +50,7 @@ TEST_F(Independence, AHeavyWorldSlowsItselfAndNotALightOne) {
 // In the order of due times the light one would get less than half of its time. Other
 // programs may take the processor for a while: so the best of some seconds counts.
 TEST_F(Independence, SixteenHeavyWorldsLeaveALightOneAllOfItsTime) {
+  if (support::is_sanitized) GTEST_SKIP() << "slow as it is there, a heavy world's substep takes longer than a tick";
   start({"--threads", "1"});
   client::Client client = connect();
   for (int i = 0; i < 16; ++i) create(client, overloaded(), "heavy-" + std::to_string(i));
@@ -58,7 +59,7 @@ TEST_F(Independence, SixteenHeavyWorldsLeaveALightOneAllOfItsTime) {
   light.mutable_stepping()->set_substeps(2);
   create(client, light, "light");
   ASSERT_TRUE(client.subscribe("light").ok());
-  constexpr double wanted = support::is_sanitized ? 0.4 : 0.8;
+  constexpr double wanted = 0.8;
   double best = 0.0;
   for (std::uint64_t tick = 120; tick <= 720 && best < wanted; tick += 60) {
     ASSERT_TRUE(await_frame(client, [tick](const auto& frame) { return frame.tick >= tick; }));
