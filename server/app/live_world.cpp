@@ -19,6 +19,15 @@ using base::Status;
 
 namespace {
 
+// A text that is parsed takes some fifteen times its bytes, which are in no budget: so large ones go one at a time.
+Result<v1::SceneEdit> parse_one_at_a_time(const std::string& json) {
+  constexpr std::size_t small_bytes = 64 * 1024;
+  static std::mutex parsing;
+  std::unique_lock lock(parsing, std::defer_lock);
+  if (json.size() > small_bytes) lock.lock();
+  return scene_io::parse_edit_json(json);
+}
+
 Result<LiveWorld::Effect> inside(Result<LiveWorld::Effect> effect, const char* field) {
   if (effect.ok()) return effect;
   return effect.status().inside(field);
@@ -124,19 +133,6 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request, co
       return Status(base::StatusCode::internal, "not a change");
   }
 }
-
-namespace {
-
-// While a text is parsed it takes some fifteen times its bytes, which nobody has counted.
-Result<v1::SceneEdit> parse_one_at_a_time(const std::string& json) {
-  constexpr std::size_t small_bytes = 64 * 1024;
-  static std::mutex parsing;
-  std::unique_lock lock(parsing, std::defer_lock);
-  if (json.size() > small_bytes) lock.lock();
-  return scene_io::parse_edit_json(json);
-}
-
-}  // namespace
 
 Result<LiveWorld::Effect> LiveWorld::edit(const v1::Edit& request, const Admit& admit) {
   switch (request.source_case()) {

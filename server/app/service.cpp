@@ -211,7 +211,7 @@ net::Callbacks Service::callbacks() {
 }
 
 void Service::opened(net::SessionId id, const net::PeerInfo& peer) {
-  guests_.try_emplace(id, id, peer.counted_as, gatekeeper_, config_.limits, parts_, requests_of(peer.counted_as));
+  guests_.try_emplace(id, id, peer.counted_as, gatekeeper_, config_.limits, parts_, requests_memory_);
   metrics_.sessions.Increment();
   spdlog::info("session={} peer={} websocket={} tls={} opened", id, peer.address, peer.websocket, peer.tls);
 }
@@ -229,11 +229,16 @@ void Service::received(net::SessionId id, net::ReceivedMessage message) {
   act_on(found->second, std::move(verdict));
 }
 
-base::MemoryBudget Service::requests_of(const std::string& client) const {
-  for (const auto& [id, guest] : guests_) {
-    if (guest.session != nullptr && guest.gate.client() == client) return guest.requests;
+// What a client has sent may wait for longer than it stays.
+base::MemoryBudget Service::requests_of(const std::string& client) {
+  constexpr std::size_t kept_beside_guests = 64;
+  if (requests_of_.size() > 2 * guests_.size() + kept_beside_guests) {
+    std::set<std::string> here;
+    for (const auto& [id, guest] : guests_) here.insert(guest.gate.client());
+    std::erase_if(requests_of_, [&](const auto& of) { return of.second.bytes() == 0 && !here.contains(of.first); });
   }
-  return {config_.limits.requests_memory_bytes_max / client_requests_share, requests_memory_};
+  const std::size_t most = config_.limits.requests_memory_bytes_max / client_requests_share;
+  return requests_of_.try_emplace(client, most, requests_memory_).first->second;
 }
 
 // The session is not read meanwhile, so its requests stay in order and wait in its own socket.

@@ -63,7 +63,7 @@ class Service {
     SessionGate gate;
     std::shared_ptr<Session> session;  // null until a good hello came
     std::set<std::string> worlds;      // that may hold something for it
-    base::MemoryBudget requests;       // its client's share
+    base::MemoryBudget requests;       // its client's share, once that is known
     net::SessionStats counted;         // what the metrics know of it
   };
 
@@ -79,7 +79,7 @@ class Service {
   [[nodiscard]] net::HttpReply page(const net::PageRequest& asked);
   [[nodiscard]] Gatekeeper::Verdict who_reads(const net::PageRequest& asked);
   /// What the requests of a client may take: all its sessions' together.
-  [[nodiscard]] base::MemoryBudget requests_of(const std::string& client) const;
+  [[nodiscard]] base::MemoryBudget requests_of(const std::string& client);
   void count_sessions();
   /// As they were a moment ago: who asks often makes no work for the network's thread.
   [[nodiscard]] const std::vector<WorldStatus>& recent_statuses();
@@ -103,6 +103,7 @@ class Service {
   Gatekeeper gatekeeper_;
   MessageParts parts_;
   std::map<net::SessionId, Guest> guests_;
+  std::map<std::string, base::MemoryBudget> requests_of_;  // by client
   std::vector<WorldStatus> statuses_;
   std::optional<std::chrono::steady_clock::time_point> statuses_at_;
   std::thread network_;

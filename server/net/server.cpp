@@ -1,6 +1,7 @@
 #include "net/server.h"
 
 #include <algorithm>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 
@@ -68,7 +69,7 @@ struct Server::Impl {
   [[nodiscard]] bool frames_have_room() const {
     return queued_memory.bytes() < queued_memory.bytes_max() - queued_memory.bytes_max() / 8;
   }
-  void close_longest_queue();
+  void make_room();
   [[nodiscard]] std::string bound_address(Kind kind) const;
 
   template <class Work>
@@ -201,11 +202,21 @@ SharedBytes Server::Impl::count(SharedBytes message) const {
   return {std::make_shared<const Counted>(Counted{std::move(message), std::move(share)}), bytes};
 }
 
-// Frames find no room by now; so it is replies, and somebody does not read them. Who has few waits for nobody's frames.
-void Server::Impl::close_longest_queue() {
-  const auto longest = std::ranges::max_element(
-      sessions, {}, [](const auto& session) { return session.second->closing() ? 0 : session.second->reply_bytes(); });
-  if (longest == sessions.end()) return;
+// Replies keep all frames waiting, or will soon fill what is left: of whoever has most of them waiting, the longest
+// queue goes. Where nobody has many, it is frames that wait, and they give way by themselves.
+void Server::Impl::make_room() {
+  if (frames_have_room()) return;
+  std::unordered_map<std::string_view, std::size_t> replies_of;
+  for (const auto& [id, session] : sessions) {
+    if (!session->closing()) replies_of[session->client()] += session->reply_bytes();
+  }
+  const auto most = std::ranges::max_element(replies_of, {}, [](const auto& of) { return of.second; });
+  const bool is_full = queued_memory.bytes() >= queued_memory.bytes_max();
+  const std::size_t many = is_full ? 1 : queued_memory.bytes_max() / 8;
+  if (most == replies_of.end() || most->second < many) return;
+  const auto longest = std::ranges::max_element(sessions, {}, [&](const auto& of) {
+    return of.second->closing() || of.second->client() != most->first ? 0 : of.second->reply_bytes();
+  });
   const std::shared_ptr<Session> session = longest->second;
   session->close({base::StatusCode::unavailable, "the server has no room for the replies that wait for you"});
   session->abort();
@@ -269,7 +280,7 @@ void Server::send(SessionId session, SharedBytes message) {
   asio::post(impl_->io, [impl = impl_.get(), session, message = std::move(message)] {
     impl->with_session(session, [&](Session& s) {
       s.send(impl->count(message));
-      if (!impl->frames_have_room()) impl->close_longest_queue();
+      impl->make_room();
     });
   });
 }

@@ -43,6 +43,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void abort();
 
   [[nodiscard]] bool closing() const { return closing_; }
+  /// As what it takes is counted.
+  [[nodiscard]] const std::string& client() const { return peer_.counted_as; }
   /// Of the replies that wait.
   [[nodiscard]] std::size_t reply_bytes() const { return queue_.reply_bytes(); }
   [[nodiscard]] SessionStats stats() const;

@@ -132,6 +132,33 @@ TEST(NetMemory, PastTheLimitForAllQueuesTheLongestIsClosed) {
   EXPECT_TRUE(eventually([&] { return server.server().memory().queued == 0; }));
 }
 
+// Short of the limit for all, where each queue is within its own.
+TEST(NetMemory, RepliesThatNobodyReadsLeaveFramesTheirRoom) {
+  base::Limits limits = patient_limits();
+  limits.queued_bytes_max = 2'000'000;
+  EchoServer server(limits);
+  std::vector<std::unique_ptr<RawClient>> deaf;
+  for (std::size_t i = 0; i < 6; ++i) {
+    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096));
+    ASSERT_TRUE(say_hello(*deaf.back()));
+  }
+  const std::vector<SessionId> opened = server.wait_opened(deaf.size());
+  RawClient watcher(server.tcp_port());
+  ASSERT_TRUE(say_hello(watcher));
+  const SessionId watching = server.wait_opened(deaf.size() + 1).back();
+  // More than the sockets take, until frames find no room: were none closed, that is how it would stay.
+  for (std::size_t sent = 0; sent < 400 && server.server().memory().queued < limits.queued_bytes_max * 7 / 8; ++sent) {
+    server.server().send(opened[sent % opened.size()], std::make_shared<const std::string>(100'000, 'x'));
+    ASSERT_TRUE(watcher.send_message("still here"));  // what was sent has been queued when it is answered
+    ASSERT_EQ(watcher.read_message(), "still here");
+  }
+  EXPECT_NE(server.wait_closed(1).front().message().find("no room for the replies"), std::string::npos);
+  server.server().publish(
+      std::make_shared<const std::vector<SessionId>>(1, watching),
+      {.stream_id = 1, .tick = 1, .delta = nullptr, .key = std::make_shared<const std::string>("a frame")});
+  EXPECT_EQ(watcher.read_message(), "a frame");
+}
+
 TEST(NetMemory, PastTheLimitForAllQueuesFramesAreLeftOut) {
   base::Limits limits = patient_limits();
   limits.queued_bytes_max = 1'000'000;
@@ -159,6 +186,36 @@ TEST(NetMemory, PastTheLimitForAllQueuesFramesAreLeftOut) {
   }
   EXPECT_LT(most, limits.queued_bytes_max + 100'000);
   EXPECT_GT(most, limits.queued_bytes_max / 2) << "the limit was come near to";
+}
+
+TEST(NetMemory, WhereFramesFillTheRoomNobodyIsClosedForAReply) {
+  base::Limits limits = patient_limits();
+  limits.queued_bytes_max = 1'000'000;
+  EchoServer server(limits);
+  std::vector<std::unique_ptr<RawClient>> deaf;
+  for (std::size_t i = 0; i < 16; ++i) {
+    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096));
+    ASSERT_TRUE(say_hello(*deaf.back()));
+  }
+  const std::vector<SessionId> opened = server.wait_opened(deaf.size());
+  RawClient bystander(server.tcp_port());
+  ASSERT_TRUE(say_hello(bystander));
+  const std::string reply(60'000, 'r');  // more than frames leave free, and no large part of all
+  std::size_t most = 0;
+  for (std::uint64_t tick = 1; tick <= 40; ++tick) {
+    for (const SessionId session : opened) {
+      server.server().publish(std::make_shared<const std::vector<SessionId>>(1, session),
+                              {.stream_id = static_cast<std::uint32_t>(session),
+                               .tick = tick,
+                               .base_tick = tick - 1,
+                               .delta = std::make_shared<const std::string>(20'000, 'd'),
+                               .key = std::make_shared<const std::string>(20'000, 'k')});
+      ASSERT_TRUE(bystander.send_message(reply));
+      ASSERT_EQ(bystander.read_message(), reply);
+      most = std::max(most, server.server().memory().queued);
+    }
+  }
+  EXPECT_GE(most + reply.size(), limits.queued_bytes_max * 7 / 8) << "frames find no room";
 }
 
 }  // namespace

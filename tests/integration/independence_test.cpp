@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "served.h"
-#include "support/sanitizers.h"
 
 namespace pneuma::integration {
 namespace {
@@ -47,10 +46,9 @@ TEST_F(Independence, AHeavyWorldSlowsItselfAndNotALightOne) {
   EXPECT_GT(light_stats->tick() - light_tick, 2 * (heavy_stats->tick() - heavy_tick));
 }
 
-// In the order of due times the light one would get less than half of its time. Other
-// programs may take the processor for a while: so the best of some seconds counts.
+// In the order of due times the light one would get less than half of its time. Other programs may take the processor
+// for a while: so the best of some seconds counts.
 TEST_F(Independence, SixteenHeavyWorldsLeaveALightOneAllOfItsTime) {
-  if (support::is_sanitized) GTEST_SKIP() << "slow as it is there, a heavy world's substep takes longer than a tick";
   start({"--threads", "1"});
   client::Client client = connect();
   for (int i = 0; i < 16; ++i) create(client, overloaded(), "heavy-" + std::to_string(i));
@@ -59,14 +57,21 @@ TEST_F(Independence, SixteenHeavyWorldsLeaveALightOneAllOfItsTime) {
   light.mutable_stepping()->set_substeps(2);
   create(client, light, "light");
   ASSERT_TRUE(client.subscribe("light").ok());
-  constexpr double wanted = 0.8;
   double best = 0.0;
-  for (std::uint64_t tick = 120; tick <= 720 && best < wanted; tick += 60) {
+  for (std::uint64_t tick = 120; tick <= 720 && best < 0.99; tick += 60) {
     ASSERT_TRUE(await_frame(client, [tick](const auto& frame) { return frame.tick >= tick; }));
     best = std::max(best, client.stats("light")->time_ratio());
   }
-  EXPECT_GE(best, wanted);
-  for (int i = 0; i < 16; ++i) EXPECT_LT(client.stats("heavy-" + std::to_string(i))->time_ratio(), 0.5);
+  EXPECT_GE(best, 0.99);
+  // Statistics would come between two ticks of a heavy world, which take seconds.
+  const auto list = client.list_worlds();
+  ASSERT_TRUE(list.ok());
+  double light_s = 0.0;
+  for (const auto& world : list->worlds()) light_s = std::max(light_s, world.time_s());
+  for (const auto& world : list->worlds()) {
+    if (world.name() == "light") continue;
+    EXPECT_LT(world.time_s(), 0.5 * light_s) << world.name();
+  }
 }
 
 // To set it up is one slice of the only thread; a spare one ticks the light world meanwhile.
@@ -131,15 +136,7 @@ TEST_F(Independence, APausedWorldStaysWhileOthersRun) {
 TEST_F(Independence, AWorldWhoseTickTakesHoursCanBeDestroyed) {
   start({"--threads", "1"});
   client::Client client = connect();
-  v1::Scene endless = two_balls("endless");
-  endless.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(6);
-  endless.mutable_stepping()->set_substeps(4096);
-  endless.mutable_stepping()->set_integrator(v1::Stepping::RK4);
-  for (auto& body : *endless.mutable_soft_bodies()) {
-    body.mutable_volume()->set_method(v1::Volume::MONTE_CARLO);
-    body.mutable_volume()->set_resolution(65'536);
-  }
-  create(client, endless, "endless");
+  create(client, endless(), "endless");
   EXPECT_TRUE(client.destroy_world("endless").ok());
   EXPECT_EQ(client.list_worlds()->worlds_size(), 0);
 }

@@ -98,10 +98,10 @@ class Roles : public Served {
     for (const Role role : all_roles) {
       if (role != Role::none) tokens_.push_back(token(role, "lab-*"));
     }
-    const std::string everywhere = token(Role::admin, "*");
+    everywhere_ = token(Role::admin, "*");
     start({"--tokens", file_, "--commands-per-s", "1e6", "--commands-burst", "1e6"});
     client::ConnectOptions options;
-    options.token = everywhere;
+    options.token = everywhere_;
     client::Client client = connect(options);
     for (const char* world : {own_world, other_world}) create(client, two_balls(), world, true);
   }
@@ -133,6 +133,7 @@ class Roles : public Served {
  protected:
   const std::string file_ = folder_ / "tokens";
   std::vector<std::string> tokens_;  // by role
+  std::string everywhere_;           // an admin's
 };
 
 TEST_F(Roles, EveryRequestIsAnsweredToItsRolesAndRefusedToOthers) {
@@ -178,6 +179,27 @@ TEST_F(Roles, WorldsOfOthersAreOutOfReachAndNobodyLearnsWhichThereAre) {
     ASSERT_EQ(worlds.worlds_size(), 1);
     EXPECT_EQ(worlds.worlds(0).name(), own_world);
   }
+}
+
+// What waits for a world that ends is answered with its name: a stranger's request for a stream is not to wait there.
+TEST_F(Roles, AStreamOfAWorldOutOfReachIsNoStream) {
+  client::ConnectOptions options;
+  options.token = everywhere_;
+  client::Client owner = connect(options);
+  create(owner, endless(), "secret", true);
+  const auto stream = owner.subscribe("secret");
+  ASSERT_TRUE(stream.ok());
+  ASSERT_TRUE(owner.resume("secret").ok());
+  TcpPeer stranger(*server_);
+  ASSERT_TRUE(stranger.ask(hello_with(token_of(Role::admin))).has_welcome());
+  v1::ClientMessage message;
+  message.set_request_id(5);
+  message.mutable_request_key()->set_stream_id(stream->stream_id());
+  stranger.send(message);
+  ASSERT_TRUE(owner.destroy_world("secret").ok());
+  const v1::ServerMessage answer = stranger.receive();
+  EXPECT_EQ(answer.error().code(), v1::Error::NOT_FOUND);
+  EXPECT_EQ(answer.error().what(), "this session has no stream " + std::to_string(stream->stream_id()));
 }
 
 TEST_F(Roles, ANewWorldGetsANameThatTheTokenIsFor) {

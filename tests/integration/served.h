@@ -47,6 +47,19 @@ inline v1::Scene two_balls(const std::string& name = "two-balls") {
   return scene;
 }
 
+/// A tick of it takes hours.
+inline v1::Scene endless() {
+  v1::Scene scene = two_balls("endless");
+  scene.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(6);
+  scene.mutable_stepping()->set_substeps(4096);
+  scene.mutable_stepping()->set_integrator(v1::Stepping::RK4);
+  for (auto& body : *scene.mutable_soft_bodies()) {
+    body.mutable_volume()->set_method(v1::Volume::MONTE_CARLO);
+    body.mutable_volume()->set_resolution(65'536);
+  }
+  return scene;
+}
+
 /// Twelve vertices and one substep a tick, due every millisecond: whenever its thread is free, it ticks.
 inline v1::Scene light_and_quick() {
   v1::Scene scene = two_balls("light-and-quick");

@@ -1,9 +1,12 @@
 // Shows how tokens come and go: made, listed and revoked by the program, while a server runs that takes them.
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
+
+#include <sys/stat.h>
 
 #include "raw_connection.h"
 #include "served.h"
@@ -131,6 +134,19 @@ TEST_F(Tokens, AFileThatIsBrokenLeavesTheTokensOfBefore) {
       "pneuma-server", {"--listen", "127.0.0.1:0", "--http", "off", "--log-level", "off", "--tokens", file_});
   EXPECT_EQ(finished.exit_status, 1);
   EXPECT_NE(finished.error_output.find("/tokens:4: is not ID"), std::string::npos) << finished.error_output;
+}
+
+// To read a pipe that nobody writes to would wait for ever.
+TEST_F(Tokens, APipeInPlaceOfTheFileIsNotWaitedFor) {
+  const std::string secret = make("view");
+  start({"--tokens", file_});
+  std::filesystem::remove(file_);
+  ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
+  ASSERT_TRUE(is_logged("/tokens: is no regular file; the tokens of before stay")) << server_->error_output();
+  EXPECT_TRUE(is_taken(secret));
+  const auto status = server_->stop();
+  ASSERT_TRUE(status.ok()) << status.status().message();
+  EXPECT_EQ(*status, 0);
 }
 
 TEST_F(Tokens, AreReadAgainWhenAsked) {

@@ -54,6 +54,12 @@ TEST(RequestReader, APingIsTakenWhateverElseWaits) {
   ping.set_request_id(5);
   ping.mutable_ping();
   EXPECT_TRUE(read_request(unread(ping.SerializeAsString()), full).ok());
+  // Nothing else is, however small: it would wait in a world's inbox.
+  v1::ClientMessage pause;
+  pause.set_request_id(5);
+  pause.mutable_pause()->set_world("w");
+  EXPECT_EQ(read_request(unread(pause.SerializeAsString()), full).status().code(), StatusCode::unavailable);
+  EXPECT_EQ(full.bytes(), 1'000U);
 }
 
 // B1 of the list of attacks: 1,040,000 bytes that took a quarter of a gigabyte.

@@ -8,8 +8,7 @@ import { Server } from "../server.js";
 
 export const world = "bouncing-ball";
 const patienceMs = 60_000;
-// More than one wait that fails in a test, which then names itself.
-const testLimitMs = 150_000;
+const testLimitMs = 90_000;
 
 export let browser: Browser;
 export let server: Server;
