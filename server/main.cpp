@@ -76,7 +76,7 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
   amount("--message-bytes-max", limits.message_bytes_max, "Largest message taken of a client");
   amount("--connections-max", limits.connections_max, "Connections in all");
   amount("--connections-per-address-max", limits.connections_per_address_max, "Connections of one address");
-  amount("--worlds-max", limits.worlds_max, "Worlds in all");
+  amount("--worlds-max", limits.worlds_max, "Worlds in all; one client may make all but a fourth");
   rate("--commands-per-s", limits.commands_per_s, "Commands a second of one client");
   rate("--commands-burst", limits.commands_burst, "Commands of one client at once");
   amount("--output-queue-bytes-max", limits.output_queue_bytes_max, "Unsent bytes past which frames are dropped");

@@ -91,7 +91,8 @@ WorldHost::WorldHost(const Config& config, net::Server& server, Metrics& metrics
       memory_(config.memory.worlds_bytes_max),
       registry_(config.limits.worlds_max),
       on_restored_(std::move(on_restored)),
-      scheduler_(thread_count(config.threads)) {}
+      threads_(thread_count(config.threads)),
+      scheduler_(threads_) {}
 
 WorldHost::~WorldHost() {
   (void)WorldHost::stop();
@@ -109,92 +110,10 @@ base::Status WorldHost::start() {
   return {};
 }
 
-base::Status WorldHost::find_kept() {
-  if (config_.data_dir.empty()) return {};
-  auto archive = WorldArchive::open(config_.data_dir, config_.checkpoint_interval, config_.sync, disk_, metrics_);
-  if (!archive.ok()) return archive.status();
-  archive_.emplace(std::move(*archive));
-  const auto names = archive_->names();
-  if (!names.ok()) return names.status();
-  // The names are taken from now on, so that no new world writes over what is kept of them.
-  for (const std::string& name : *names) {
-    if (auto status = registry_.reserve_restoring(name); !status.ok()) return status;
-    kept_.insert(name);
-  }
-  return {};
-}
-
-// The worlds that are up go first: at a low priority.
-void WorldHost::restore_kept() {
-  if (!archive_) return;
-  to_restore_ = kept_.size();
-  metrics_.worlds_restoring.Set(static_cast<double>(kept_.size()));
-  const std::size_t threads = std::clamp<std::size_t>(kept_.size(), 1, thread_count(config_.threads));
-  for (std::size_t i = 0; i < threads; ++i) restorers_.emplace_back(BackgroundQueue::Priority::low);
-  if (kept_.empty()) return restorers_.front().post([this] { tell_restored(); });
-  const auto names = std::make_shared<const std::vector<std::string>>(kept_.begin(), kept_.end());
-  const auto next = std::make_shared<std::atomic<std::size_t>>(0);
-  for (BackgroundQueue& restorer : restorers_) {
-    restorer.post([this, names, next] {
-      for (std::size_t i = (*next)++; i < names->size() && !closed_; i = (*next)++) restore((*names)[i]);
-    });
-  }
-}
-
-void WorldHost::restore(const std::string& name) {
-  Status failed;
-  try {
-    auto world =
-        archive_->restore(name, {memory_, config_.memory.world_bytes_max}, config_.recover.contains(name), closed_);
-    if (world.ok()) {
-      spdlog::info("world={} tick={} restored", log_name(name), world->live.tick());
-      host(name, std::move(world->live), world->paused, std::move(world->journal),
-           {std::move(world->memory), StepBudget(config_.step_time.world_processors)});
-      ++restored_;
-    } else {
-      failed = world.status();
-    }
-  } catch (const std::exception& error) {
-    failed = {StatusCode::internal, error.what()};
-  }
-  if (!failed.ok()) {
-    if (closed_) return;
-    spdlog::error(
-        "world={} damaged, not served; its name and files stay until it is destroyed (--recover {} brings "
-        "back what comes before the damage): {}",
-        log_name(name), log_name(name), failed.message());
-    registry_.put_damaged(name);
-    metrics_.worlds_damaged.Increment();
-    ++restored_damaged_;
-  }
-  metrics_.worlds_restoring.Decrement();
-  if (--to_restore_ == 0) tell_restored();
-}
-
-void WorldHost::tell_restored() {
-  const Restored restored{restored_, restored_damaged_};
-  spdlog::info("worlds_up={} worlds_damaged={} all kept worlds are back", restored.up, restored.damaged);
-  if (on_restored_) on_restored_(restored);
-}
-
-base::Status WorldHost::add_scene(const std::string& name_or_file, std::set<std::string>& passed_over) {
-  auto scene = scene_io::load_scene(name_or_file);
-  if (!scene.ok()) return scene.status();
-  const std::string wanted = to_world_name(scene->name());
-  if (kept_.contains(wanted) && passed_over.insert(wanted).second) {
-    spdlog::info("world={} --scene {} adds nothing: the data directory keeps a world of that name", log_name(wanted),
-                 name_or_file);
-    return {};
-  }
-  auto name = registry_.reserve_like(wanted);
-  if (!name.ok()) return scene_io::in_scene(name.status(), name_or_file);
-  const auto built = build(*name, std::move(*scene), false, own_room());
-  return built.ok() ? Status() : scene_io::in_scene(built.status(), name_or_file);
-}
-
 void WorldHost::create(Request request) {
   constexpr BackgroundQueue::Room room{base::world_builds_waiting_max, base::world_builds_waiting_bytes_max};
-  const bool has_room = builder_.try_post([this, request] { create_now(request); }, request.bytes, room);
+  const bool has_room =
+      builder_.try_post([this, request] { create_now(request); }, request.bytes, room, request.session->client());
   if (!has_room) refuse(request, {StatusCode::unavailable, "too many worlds wait to be built"}, retry_hint_s);
 }
 
@@ -226,12 +145,12 @@ std::optional<std::string> WorldHost::reserve(const Request& request, const std:
       refuse(request, *denial);
       return std::nullopt;
     }
-    if (auto status = registry_.reserve(asked); !status.ok()) {
+    if (auto status = registry_.reserve(asked, request.session->client()); !status.ok()) {
       return refused(status.inside(field), status.code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
     }
     return asked;
   }
-  const auto name = registry_.reserve_like(otherwise);
+  const auto name = registry_.reserve_like(otherwise, request.session->client());
   if (!name.ok()) {
     return refused(name.status().inside(kind), name.status().code() == StatusCode::limit_exceeded ? retry_hint_s : 0.0);
   }
@@ -263,20 +182,26 @@ WorldRoom WorldHost::own_room() const {
   return {WorldMemory({memory_, config_.memory.world_bytes_max}), StepBudget(config_.step_time.world_processors)};
 }
 
-WorldRoom WorldHost::room_of(const std::string& client) {
+WorldHost::Client& WorldHost::client_of(const std::string& name) {
   const TimePoint now = steady_clock::now();
-  const std::lock_guard lock(clients_mutex_);
   // Who ends all of its worlds and begins anew gains no processor time.
   std::erase_if(clients_, [now](const auto& known) {
-    return known.second.memory.bytes() == 0 && known.second.time->is_full(now);
+    const Client& client = known.second;
+    return client.memory.bytes() == 0 && client.time->is_full(now) && client.looking_back == 0;
   });
-  auto found = clients_.find(client);
+  auto found = clients_.find(name);
   if (found == clients_.end()) {
     const auto time = std::make_shared<TimeBudget>(config_.step_time.client_processors);
-    found = clients_.emplace(client, Client{{config_.memory.client_bytes_max, memory_}, time}).first;
+    found = clients_.emplace(name, Client{{config_.memory.client_bytes_max, memory_}, time}).first;
   }
-  return {WorldMemory({found->second.memory, config_.memory.world_bytes_max}),
-          StepBudget(config_.step_time.world_processors, found->second.time)};
+  return found->second;
+}
+
+WorldRoom WorldHost::room_of(const std::string& client) {
+  const std::lock_guard lock(clients_mutex_);
+  const Client& known = client_of(client);
+  return {WorldMemory({known.memory, config_.memory.world_bytes_max}),
+          StepBudget(config_.step_time.world_processors, known.time)};
 }
 
 /// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
@@ -337,7 +262,7 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
   auto world = std::make_shared<HostedWorld>(name, std::move(live), paused, std::move(journal), std::move(wiring),
                                              std::move(room));
   auto task = scheduler_.add([this, world](const Scheduler::Turn& turn) { return run_guarded(*world, turn); });
-  registry_.put({world, task});
+  registry_.put(world, task);
   metrics_.worlds.Increment();
   scheduler_.wake(task);
 }
@@ -384,9 +309,10 @@ void WorldHost::bury_damaged(const std::string& name, const Request& request) {
 }
 
 bool WorldHost::ask(const std::string& name, Request request) {
-  const auto [world, task, damaged, restoring] = registry_.find(name);
+  const WorldRegistry::Entry entry = registry_.find(name);
+  const auto& world = entry.world;
   const std::string world_field = std::string(kind_of(*request.message)) + ".world";
-  if (damaged) {
+  if (entry.damaged) {
     if (request.message->has_destroy_world()) {
       bury_damaged(name, request);
     } else {
@@ -396,7 +322,7 @@ bool WorldHost::ask(const std::string& name, Request request) {
     }
     return false;
   }
-  if (restoring) {
+  if (entry.restoring) {
     refuse(request,
            {StatusCode::unavailable,
             "world " + name + " is being brought back; " + std::to_string(to_restore_) + " of " +
@@ -415,7 +341,7 @@ bool WorldHost::ask(const std::string& name, Request request) {
   }
   switch (world->post(request)) {
     case Inbox::Post::taken:
-      scheduler_.wake(task);
+      scheduler_.wake(entry.task);
       return true;
     case Inbox::Post::full:
       refuse(request,
@@ -444,8 +370,9 @@ bool WorldHost::ask_stream(std::uint32_t stream_id, Request request) {
 }
 
 void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
-  const auto [world, task, damaged, restoring] = registry_.find_stream(stream_id);
-  if (world != nullptr && world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(task);
+  const auto entry = registry_.find_stream(stream_id);
+  if (entry.world == nullptr) return;
+  if (entry.world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(entry.task);
 }
 
 // The world's next tick acts on it.
@@ -455,8 +382,10 @@ void WorldHost::reader_report(net::SessionId session, const net::ReaderReport& r
 }
 
 void WorldHost::session_ended(net::SessionId session, const std::string& name) {
-  const auto [world, task, damaged, restoring] = registry_.find(name);
-  if (world != nullptr && world->post(SessionEnded{session}) == Inbox::Post::taken) scheduler_.wake(task);
+  const auto entry = registry_.find(name);
+  if (entry.world != nullptr && entry.world->post(SessionEnded{session}) == Inbox::Post::taken) {
+    scheduler_.wake(entry.task);
+  }
   snapshots_.drop(session);
   snapshots_.drop_old(steady_clock::now());
 }

@@ -70,12 +70,14 @@ class WorldHost final : public Host {
 
  private:
   using TimePoint = Scheduler::TimePoint;
-  // What those worlds hold together that one client made.
+  // What those worlds hold together that one client made, and what else is counted by client.
   struct Client {
     base::MemoryBudget memory;
     std::shared_ptr<TimeBudget> time;
+    std::size_t looking_back = 0;  // its requests under way
   };
 
+  // world_host_kept.cpp: what was there when the server began.
   /// Takes the names of what is kept.
   [[nodiscard]] base::Status find_kept();
   void restore_kept();
@@ -95,6 +97,10 @@ class WorldHost final : public Host {
 
   // world_host_past.cpp: what is asked about a world's past.
   struct LookBack;
+  struct LookBackPlace;
+  /// Null where too many are under way: in all, or of the client's.
+  [[nodiscard]] std::unique_ptr<LookBackPlace> take_look_back_place(const std::string& client);
+  void give_back_place(const std::string& client);
   [[nodiscard]] base::Status look_back(const std::string& world, const Request& request,
                                        const std::function<WorldMoment()>& moment);
   void read_past(LookBack& asked) const;
@@ -119,6 +125,8 @@ class WorldHost final : public Host {
   [[nodiscard]] WorldRoom own_room() const;
   /// A part of the room that a client's worlds have together.
   [[nodiscard]] WorldRoom room_of(const std::string& client);
+  /// With clients_mutex_ held.
+  [[nodiscard]] Client& client_of(const std::string& name);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
   void refuse(const Request& request, const v1::Error& why);
 
@@ -133,7 +141,6 @@ class WorldHost final : public Host {
   bool stopped_ = false;
   std::mutex clients_mutex_;
   std::map<std::string, Client> clients_;
-  std::atomic<std::size_t> looking_back_ = 0;  // requests under way
   SnapshotShelf snapshots_{memory_};
   const OnRestored on_restored_;
   std::atomic<std::size_t> to_restore_ = 0;  // kept worlds that are not up yet
@@ -144,6 +151,7 @@ class WorldHost final : public Host {
   BackgroundQueue coarsener_{BackgroundQueue::Priority::low};
   BackgroundQueue historian_{BackgroundQueue::Priority::low};
   std::deque<BackgroundQueue> restorers_;  // while there is something to bring back
+  const std::size_t threads_;              // that step worlds
   Scheduler scheduler_;                    // last: its threads use the rest
 };
 

@@ -21,18 +21,26 @@ using base::Status;
 using base::StatusCode;
 using std::chrono::steady_clock;
 
+/// One of those that may be under way at a time.
+struct WorldHost::LookBackPlace {
+  LookBackPlace(WorldHost& counted_by, std::string of) : host(counted_by), client(std::move(of)) {}
+  ~LookBackPlace() { host.give_back_place(client); }
+  LookBackPlace(const LookBackPlace&) = delete;
+  LookBackPlace& operator=(const LookBackPlace&) = delete;
+
+  WorldHost& host;
+  const std::string client;
+};
+
 /// A request under way.
 struct WorldHost::LookBack {
   LookBack(Request asked, WorldMoment when, std::shared_ptr<HostedWorld> of, base::MemoryBudget::Share its_share,
-           std::atomic<std::size_t>& counted)
+           std::unique_ptr<LookBackPlace> its_place)
       : request(std::move(asked)),
         moment(std::move(when)),
         world(std::move(of)),
         share(std::move(its_share)),
-        count(counted) {}
-  ~LookBack() { --count; }
-  LookBack(const LookBack&) = delete;
-  LookBack& operator=(const LookBack&) = delete;
+        place(std::move(its_place)) {}
 
   [[nodiscard]] const v1::ClientMessage& message() const { return *request.message; }
   /// The tick that it asks for; none: the world as it is.
@@ -49,14 +57,15 @@ struct WorldHost::LookBack {
   base::MemoryBudget::Share history_share;  // and of what was read back
   std::optional<persist::History> history;
   Status failure;  // why there is no history, where one is needed
-  std::atomic<std::size_t>& count;
+  std::unique_ptr<LookBackPlace> place;
 };
 
 Status WorldHost::look_back(const std::string& world, const Request& request,
                             const std::function<WorldMoment()>& moment) {
   const std::string kind(kind_of(*request.message));
   if (closed_) return {StatusCode::unavailable, "the server shuts down"};
-  if (looking_back_ >= base::look_backs_max) {
+  auto place = take_look_back_place(request.session->client());
+  if (place == nullptr) {
     return {StatusCode::unavailable, "too many snapshots, branches and rewinds are under way", kind};
   }
   const auto entry = registry_.find(world);
@@ -64,13 +73,28 @@ Status WorldHost::look_back(const std::string& world, const Request& request,
   WorldMoment now = moment();
   auto share = memory_.take(now.world.live.snapshot.size());
   if (!share) return {StatusCode::unavailable, "there is no memory for it now", kind};
-  ++looking_back_;
-  const auto asked = std::make_shared<LookBack>(request, std::move(now), entry.world, std::move(*share), looking_back_);
+  const auto asked =
+      std::make_shared<LookBack>(request, std::move(now), entry.world, std::move(*share), std::move(place));
   disk_.post([this, asked] {
     read_past(*asked);
-    historian_.post([this, asked] { answer_look_back(*asked); });
+    historian_.post([this, asked] { answer_look_back(*asked); }, asked->request.session->client());
   });
   return {};
+}
+
+std::unique_ptr<WorldHost::LookBackPlace> WorldHost::take_look_back_place(const std::string& client) {
+  const std::lock_guard lock(clients_mutex_);
+  std::size_t in_all = 0;
+  for (const auto& [name, known] : clients_) in_all += known.looking_back;
+  Client& own = client_of(client);
+  if (in_all >= base::look_backs_max || own.looking_back >= base::client_look_backs_max) return nullptr;
+  ++own.looking_back;
+  return std::make_unique<LookBackPlace>(*this, client);
+}
+
+void WorldHost::give_back_place(const std::string& client) {
+  const std::lock_guard lock(clients_mutex_);
+  --client_of(client).looking_back;
 }
 
 void WorldHost::read_past(LookBack& asked) const {

@@ -1,22 +1,32 @@
 #include "app/world_registry.h"
 
+#include <algorithm>
 #include <utility>
+
+#include "base/limits.h"
 
 namespace pneuma::app {
 
 using base::Status;
 using base::StatusCode;
 
-Status WorldRegistry::check_room() const {
-  if (worlds_.size() < worlds_max_) return {};
-  return {StatusCode::limit_exceeded, "the server has its " + std::to_string(worlds_max_) + " worlds already"};
+Status WorldRegistry::check_room(const std::string& client) const {
+  if (worlds_.size() >= worlds_max_) {
+    return {StatusCode::limit_exceeded, "the server has its " + std::to_string(worlds_max_) + " worlds already"};
+  }
+  if (client.empty()) return {};
+  const std::size_t most = worlds_max_ - worlds_max_ / base::worlds_kept_from_client;
+  const auto own = std::ranges::count(worlds_, client, [](const auto& of) { return of.second.client; });
+  if (static_cast<std::size_t>(own) < most) return {};
+  return {StatusCode::limit_exceeded, "you have " + std::to_string(own) + " of the server's " +
+                                          std::to_string(worlds_max_) + " worlds; the others are for other clients"};
 }
 
-Status WorldRegistry::reserve(const std::string& name) {
+Status WorldRegistry::reserve(const std::string& name, const std::string& client) {
   const std::lock_guard lock(mutex_);
   if (worlds_.contains(name)) return {StatusCode::already_exists, "there is a world " + name};
-  if (auto status = check_room(); !status.ok()) return status;
-  worlds_.emplace(name, Entry{});
+  if (auto status = check_room(client); !status.ok()) return status;
+  worlds_[name].client = client;
   return {};
 }
 
@@ -27,19 +37,19 @@ Status WorldRegistry::reserve_restoring(const std::string& name) {
   return {};
 }
 
-base::Result<std::string> WorldRegistry::reserve_like(const std::string& wanted) {
+base::Result<std::string> WorldRegistry::reserve_like(const std::string& wanted, const std::string& client) {
   const std::lock_guard lock(mutex_);
-  if (auto status = check_room(); !status.ok()) return status;
+  if (auto status = check_room(client); !status.ok()) return status;
   std::string name = wanted;
   for (std::size_t i = 2; worlds_.contains(name); ++i) name = wanted + "-" + std::to_string(i);
-  worlds_.emplace(name, Entry{});
+  worlds_[name].client = client;
   return name;
 }
 
-void WorldRegistry::put(Entry entry) {
+void WorldRegistry::put(std::shared_ptr<HostedWorld> world, std::shared_ptr<Scheduler::Task> task) {
   const std::lock_guard lock(mutex_);
-  Entry& place = worlds_[entry.world->name()];
-  place = std::move(entry);
+  Entry& place = worlds_[world->name()];
+  place = {std::move(world), std::move(task), false, false, std::move(place.client)};
 }
 
 void WorldRegistry::put_damaged(const std::string& name) {

@@ -1,5 +1,5 @@
-// Every limit of the server, with its reason. Those a deployment may change are members of Limits and are set
-// by flags or the configuration file; the rest are constants.
+// Limits that a client or an operator meets, each with its reason. Those that a deployment may change are members of
+// Limits, set by flags or the configuration file; the rest are constants. Those of tokens are in token_limits.h.
 #pragma once
 
 #include <chrono>
@@ -108,6 +108,8 @@ inline constexpr std::uint32_t level_of_detail_max = 8;
 inline constexpr std::size_t coarse_vertices_min = 12;
 // Replies that a world makes in one go before it hands them to the network, where the sessions' own limits count.
 inline constexpr std::size_t drain_reply_bytes_max = 1024 * 1024;
+// One client may make all of the server's worlds but a fourth.
+inline constexpr std::size_t worlds_kept_from_client = 4;
 // Worlds that wait to be built: what a room full of people asks for at once.
 inline constexpr std::size_t world_builds_waiting_max = 64;
 inline constexpr std::size_t world_builds_waiting_bytes_max = 64 * 1024 * 1024;  // and what their requests may hold
@@ -144,6 +146,7 @@ inline constexpr std::size_t snapshot_piece_bytes = 512 * 1024;
 inline constexpr std::chrono::seconds snapshot_timeout{60};
 // Snapshots, branches and rewinds under way: each holds a copy of its world's state.
 inline constexpr std::size_t look_backs_max = 8;
+inline constexpr std::size_t client_look_backs_max = look_backs_max / 2;
 // Of a checkpoint and its logs, read back while the server runs.
 inline constexpr std::size_t history_bytes_max = 2 * checkpoint_bytes_max;
 // What came between two checkpoints.

@@ -1,4 +1,4 @@
-// Limits of tokens and of who says them, with their reasons (limits.h has all others).
+// Limits of tokens and of who says them, with their reasons (limits.h has others).
 #pragma once
 
 #include <chrono>

@@ -173,6 +173,7 @@ Response make_response(const Request& request, const HttpReply& reply) {
 std::optional<HttpReply> objection(const Request& request, const HttpFront& front) {
   // Whoever passes requests on may take another of two for the one that counts.
   if (request.count(http::field::host) != 1) return text_reply(400, "one Host is wanted\n");
+  if (request.count(http::field::origin) > 1) return text_reply(400, "one Origin is taken\n");
   if (!front.hosts.allow(request[http::field::host])) {
     return text_reply(421, "this server does not go by that name; pneuma-server --allow-host tells it its names\n");
   }
@@ -251,8 +252,13 @@ asio::awaitable<void> serve(HttpStream stream, const HttpFront& front) {
     const Request request = parser.release();
     if (is_whole) reply = objection(request, front);
     if (!reply && front.upgraded && websocket::is_upgrade(request) && request.target() == "/ws") {
-      if (may_upgrade(request)) co_return co_await upgrade(std::move(stream), request, front);
-      reply = text_reply(403, "a page of another origin may not connect\n");
+      if (!may_upgrade(request)) {
+        reply = text_reply(403, "a page of another origin may not connect\n");
+      } else if (buffer.size() > 0) {
+        reply = text_reply(400, "nothing may follow an upgrade before it is answered\n");
+      } else {
+        co_return co_await upgrade(std::move(stream), request, front);
+      }
     }
     if (!reply) reply = answer(request, front);
     keep_alive = is_whole && reply->status != 400 && front.upgraded && request.keep_alive();

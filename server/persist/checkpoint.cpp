@@ -103,7 +103,7 @@ base::Status write_checkpoint(const DataDir& data_dir, const std::string& world,
   Files& files = data_dir.files();
   if (auto status = make_folder(files, *folder); !status.ok()) return status;
 
-  const std::string temporary = *folder + "/unfinished";
+  const std::string temporary = std::string(*folder).append("/").append(unfinished_checkpoint);
   const std::string path = numbered_file(*folder, checkpoint_prefix, checkpoint.sequence);
   base::Status status = write_new_file(files, temporary, checkpoint);
   if (status.ok() && files.rename(temporary.c_str(), path.c_str()) < 0) status = system_failure("rename", temporary);

@@ -23,7 +23,7 @@ namespace {
 constexpr std::string_view log_magic = "PNEUMALG";
 constexpr std::uint32_t log_version = 2;
 constexpr std::uint32_t log_version_unchained = 1;
-constexpr std::size_t log_header_bytes = log_magic.size() + 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t);
+static_assert(log_header_bytes == log_magic.size() + 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t));
 constexpr std::size_t record_header_bytes = 3 * sizeof(std::uint32_t) + sizeof(std::uint64_t);
 
 std::string make_header(std::uint64_t sequence, std::uint32_t version = log_version) {

@@ -23,6 +23,8 @@
 
 namespace pneuma::persist {
 
+inline constexpr std::size_t log_header_bytes = 24;
+
 /// How much of a log a machine's crash may lose; a process's own (kill -9) loses none of it.
 enum class Sync {
   none,          // what the system had not yet written by itself

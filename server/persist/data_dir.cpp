@@ -11,6 +11,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include "persist/command_log.h"
 #include "persist/world_files.h"
 
 namespace pneuma::persist {
@@ -66,6 +67,18 @@ base::Result<std::vector<fs::directory_entry>> list_folder(const std::string& fo
   return base::Status(base::StatusCode::unavailable, "cannot list: " + error.message(), folder);
 }
 
+// A folder that has nothing but what is written before the first checkpoint is in its place.
+bool was_being_made(const fs::path& folder) {
+  if (decode_name(folder.filename().string()).empty()) return false;
+  const auto entries = list_folder(folder.string());
+  return entries.ok() && std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
+           std::error_code error;
+           const std::string path = entry.path().string();
+           return entry.path().filename() == unfinished_checkpoint ||
+                  (path == numbered_file(folder.string(), log_prefix, 0) && entry.file_size(error) <= log_header_bytes);
+         });
+}
+
 }  // namespace
 
 base::Result<DataDir> DataDir::open(const std::string& path, Files& files) {
@@ -77,11 +90,10 @@ base::Result<DataDir> DataDir::open(const std::string& path, Files& files) {
   DataDir data_dir(path, *lock, files);
   if (auto status = make_folder(files, worlds_folder(path)); !status.ok()) return status;
 
-  // What a process that ended in the middle of a removal has left.
   const auto entries = list_folder(worlds_folder(path));
   if (!entries.ok()) return entries.status();
   for (const fs::directory_entry& entry : *entries) {
-    if (!entry.path().filename().string().starts_with(removed_prefix)) continue;
+    if (!entry.path().filename().string().starts_with(removed_prefix) && !was_being_made(entry.path())) continue;
     if (auto status = data_dir.remove_folder(entry.path().string()); !status.ok()) return status;
   }
   return data_dir;

@@ -13,7 +13,8 @@ namespace pneuma::persist {
 class DataDir {
  public:
   /// Makes the folder where there is none, and takes its lock until this object dies. Fails with failed_precondition
-  /// where another process holds it. `files` outlives this object.
+  /// where another process holds it. What was being made or removed when a process ended is gone then: nobody was told
+  /// of it. `files` outlives this object.
   [[nodiscard]] static base::Result<DataDir> open(const std::string& path, Files& files = system_files());
   DataDir(DataDir&& other) noexcept;
   DataDir& operator=(DataDir&& other) noexcept;

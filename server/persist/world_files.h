@@ -19,6 +19,7 @@ namespace pneuma::persist {
 
 inline constexpr std::string_view checkpoint_prefix = "checkpoint-";
 inline constexpr std::string_view log_prefix = "log-";
+inline constexpr std::string_view unfinished_checkpoint = "unfinished";
 
 [[nodiscard]] std::string numbered_file(const std::string& folder, std::string_view prefix, std::uint64_t sequence);
 /// The numbers of the files in `folder` that begin with `prefix`, ascending; none where there is no folder.

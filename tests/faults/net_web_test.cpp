@@ -212,6 +212,15 @@ TEST_F(Web, OnlyPagesOfThisServerMayUpgrade) {
   EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: http://evil.example\r\n" + key), "403");
   EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: null\r\n" + key), "403");
   EXPECT_NE(upgrade("Host: " + host + "\r\n"), "101") << "a WebSocket client has a key";
+  EXPECT_EQ(upgrade("Host: " + host + "\r\nOrigin: http://" + host + "\r\nOrigin: http://evil.example\r\n" + key),
+            "400");
+}
+
+TEST_F(Web, WhatFollowsAnUpgradeBeforeItsAnswerIsRefusedAndNotLost) {
+  EXPECT_TRUE(ask("GET /ws HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+                  "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n\x82\x80"
+                  "abcd")
+                  .starts_with("HTTP/1.1 400 "));
 }
 
 TEST_F(Web, MessagesGoBothWays) {

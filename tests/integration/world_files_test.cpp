@@ -4,6 +4,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "base/limits.h"
+#include "raw_connection.h"
 #include "served.h"
 #include "support/program.h"
 #include "support/temporary_folder.h"
@@ -135,6 +137,35 @@ TEST_F(WorldFiles, ABranchIsTheWorldAsItWasAndBothGoOn) {
   start_kept();
   client::Client again = connect();
   EXPECT_EQ(hash(again, "before"), kept);
+}
+
+// Each takes a copy of the world, and those of one client are replayed one after the other.
+TEST_F(WorldFiles, HalfOfTheLooksIntoThePastAreOneClients) {
+  start_kept();
+  client::Client client = connect();
+  create(client, two_balls(), "w", true);
+  ASSERT_TRUE(client.step("w", 2'000).ok());
+  RawConnection many(server_->tcp_address());
+  ASSERT_TRUE(many.say_hello());
+  constexpr std::uint64_t asked = base::client_look_backs_max + 4;
+  std::string requests;
+  for (std::uint64_t i = 1; i <= asked; ++i) {
+    v1::ClientMessage branch;
+    branch.set_request_id(i);
+    branch.mutable_branch_world()->set_world("w");
+    branch.mutable_branch_world()->set_tick(1'999);
+    requests += RawConnection::envelope(branch.SerializeAsString());
+  }
+  ASSERT_TRUE(many.send(requests));
+  std::size_t done = 0;
+  for (std::uint64_t i = 1; i <= asked; ++i) {
+    const auto reply = many.receive();
+    ASSERT_TRUE(reply.has_value());
+    if (reply->has_done()) ++done;
+    EXPECT_TRUE(reply->has_done() || reply->error().code() == v1::Error::UNAVAILABLE);
+  }
+  EXPECT_GE(done, base::client_look_backs_max);
+  EXPECT_LT(done, asked);
 }
 
 TEST_F(WorldFiles, ARewindIsSeenAndOutlivesTheServer) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/limits.h"
 #include "physics/machine/portable_math.h"
 
 namespace pneuma::physics {
@@ -42,7 +43,7 @@ void flow_gas(GasState& state, const Gas& gas, double volume_m3, double pressure
     const double to_balance = state.moles - outside_pa * floored_volume_m3(state, volume_m3) / molar_energy_j_mol;
     leaked = std::clamp(leaked, std::min(to_balance, 0.0), std::max(to_balance, 0.0));
   }
-  state.moles = std::max(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0);
+  state.moles = std::clamp(state.moles + gas.flow_mol_s * dt_s - leaked, 0.0, base::scene_number_max);
 }
 
 template <class Real>

@@ -69,8 +69,10 @@ void move_solids(std::span<RigidState> rigid, std::span<ColliderState> colliders
     if (std::exchange(body.has_moved, false) || !body.is_awake()) continue;
     move_rigid(body, dt_s);
   }
+  // Past what a scene takes, one could neither be edited nor kept.
   for (ColliderState& state : colliders) {
     state.position += dt_s * state.collider.velocity;
+    state.position = state.position.cwiseMax(-base::scene_number_max).cwiseMin(base::scene_number_max);
     state.orientation = turned(state.orientation, state.collider.angular_velocity, dt_s);
   }
 }

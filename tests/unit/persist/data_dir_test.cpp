@@ -3,10 +3,13 @@
 #include "persist/data_dir.h"
 
 #include <filesystem>
+#include <fstream>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
 #include "persist/checkpoint.h"
+#include "persist/command_log.h"
 #include "persist/world_files.h"
 #include "support/temporary_folder.h"
 
@@ -99,6 +102,28 @@ TEST(DataDir, HalfRemovedWorldIsSweptOnOpen) {
   ASSERT_TRUE(data_dir.ok());
   EXPECT_TRUE(data_dir->list_worlds()->empty());
   EXPECT_FALSE(fs::exists(folder / "worlds/.removed-a"));
+}
+
+// Nobody was told of it; so its name is free.
+TEST(DataDir, AWorldThatWasBeingMadeIsSweptOnOpen) {
+  const support::TemporaryFolder folder;
+  {
+    const auto data_dir = DataDir::open(folder.path());
+    ASSERT_TRUE(data_dir.ok());
+    for (const char* world : {"begun", "log lost", "log kept", "whole"}) {
+      auto log = CommandLog::start(*data_dir, world, 0, Sync::none);
+      ASSERT_TRUE(log.ok());
+      if (std::string_view(world) == "log kept") {
+        ASSERT_TRUE(log->write(1, "asked for").ok());
+      }
+    }
+    ASSERT_TRUE(write_checkpoint(*data_dir, "whole", {0, 5, "x"}).ok());
+    std::ofstream(*data_dir->world_folder("begun") + "/unfinished") << "half a checkpoint";
+    std::ofstream(*data_dir->world_folder("log lost") + "/checkpoint-00000000000000000000") << "damaged";
+  }
+  const auto data_dir = DataDir::open(folder.path());
+  ASSERT_TRUE(data_dir.ok());
+  EXPECT_EQ(*data_dir->list_worlds(), (std::vector<std::string>{"log kept", "log lost", "whole"}));
 }
 
 }  // namespace

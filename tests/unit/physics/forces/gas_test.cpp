@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/limits.h"
 #include "physics/forces/soft_setup.h"
 #include "physics/mesh/mesh_builders.h"
 
@@ -59,6 +60,13 @@ TEST(Gas, FlowAddsMolesAndNeverLeavesFewerThanNone) {
   state = make_gas_state(drain, gas_volume_m3);
   for (int i = 0; i < 100; ++i) flow_gas(state, drain, gas_volume_m3, 0.0, 0.0, 0.01);
   EXPECT_EQ(state.moles, 0.0);
+}
+
+TEST(Gas, FlowStopsAtWhatASceneMayHave) {
+  const Gas pump{.moles = 1.0, .flow_mol_s = base::scene_number_max};
+  GasState state = make_gas_state(pump, gas_volume_m3);
+  for (int i = 0; i < 3; ++i) flow_gas(state, pump, gas_volume_m3, 0.0, 0.0, 0.7);
+  EXPECT_EQ(state.moles, base::scene_number_max);
 }
 
 TEST(Gas, LeakFollowsThePressureDifferenceBothWays) {

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/limits.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/rigid/rigid_motion.h"
 #include "unit/physics/contact/contact_rig.h"
@@ -28,6 +29,15 @@ TEST(MoveSolids, ColliderTurnsExactlyForTenMinutes) {
   const Quatd wanted(Eigen::AngleAxisd(angle, Vec3d(0.3, -0.4, 1.2).normalized()));
   EXPECT_LT(angle_between(colliders[0].orientation, wanted), 1e-8);
   EXPECT_NEAR(colliders[0].orientation.norm(), 1.0, 1e-14);
+}
+
+TEST(MoveSolids, ColliderStopsAtTheEndOfWhatASceneMayHave) {
+  std::vector<ColliderState> colliders{make_collider(RoomShape{{1, 1, 1}})};
+  colliders[0].collider.velocity = Vec3d(base::scene_number_max, 1.0, -base::scene_number_max);
+  for (int i = 0; i < 3; ++i) move_solids({}, colliders, 0.7);
+  EXPECT_EQ(colliders[0].position.x(), base::scene_number_max);
+  EXPECT_DOUBLE_EQ(colliders[0].position.y(), 2.1);
+  EXPECT_EQ(colliders[0].position.z(), -base::scene_number_max);
 }
 
 // A box that turns about its middle axis tumbles; angular momentum about the centre stays, and so, nearly, does energy.
