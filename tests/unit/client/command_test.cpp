@@ -155,6 +155,21 @@ TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
   EXPECT_EQ(finished.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
 }
 
+TEST(CommandFailure, TheServerOfTheEnvironmentIsAskedWhereNoFlagNamesOne) {
+  const support::ClosedPort nobody;
+  const support::ClosedPort nobody_either;
+  ::setenv("PNEUMA_SERVER", nobody.address().c_str(), 1);
+  const Finished told = run_program("pneuma", {"worlds"});
+  const Finished flag = run_program("pneuma", {"--server", nobody_either.address(), "worlds"});
+  ::setenv("PNEUMA_SERVER", "nowhere", 1);
+  const Finished wrong = run_program("pneuma", {"worlds"});
+  ::unsetenv("PNEUMA_SERVER");
+  EXPECT_EQ(told.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
+  EXPECT_EQ(flag.error_output, "pneuma: " + nobody_either.address() + ": cannot connect: Connection refused\n");
+  EXPECT_EQ(wrong.exit_status, 2);
+  EXPECT_NE(wrong.error_output.find("not HOST:PORT: nowhere"), std::string::npos) << wrong.error_output;
+}
+
 void say_there_is_no_world(FakeSession& session) {
   session.welcome();
   session.reply([](const auto&, auto& message) {
