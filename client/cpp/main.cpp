@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -15,6 +16,7 @@
 #include "command/commands.h"
 #include "command/json.h"
 #include "command/subcommands.h"
+#include "command/telling.h"
 #include "pneuma_client/client.h"
 
 namespace {
@@ -39,7 +41,7 @@ struct Flags {
 };
 
 int fail(const Status& status, bool json, int exit_code) {
-  const std::string text = json ? pneuma::client::error_json(status) : "pneuma: " + status.message();
+  const std::string text = json ? pneuma::client::error_json(status) : "pneuma: " + pneuma::client::told(status);
   std::fprintf(stderr, "%s\n", text.c_str());
   return exit_code;
 }
@@ -65,11 +67,23 @@ pneuma::base::Result<Client> connect(Flags& flags) {
   return Status(status.code(), status.what() + "; give it by --token-file, --token or PNEUMA_TOKEN", status.where());
 }
 
-Status run_with_server(Flags& flags, const Task& task, pneuma::client::Output& output) {
+/// A world that is not there is told with those that are. `world` is the name that was asked for.
+Status suggest_world(const Status& status, const std::string& world, Client& client) {
+  if (status.code() != StatusCode::not_found || !status.where().ends_with(".world")) return status;
+  const auto list = client.list_worlds();
+  if (!list.ok()) return status;
+  std::vector<std::string> names;
+  for (const auto& one : list->worlds()) names.push_back(one.name());
+  return pneuma::client::with_suggestion(status, world, names);
+}
+
+Status run_with_server(Flags& flags, const CLI::App& command, const Task& task, pneuma::client::Output& output) {
   auto client = connect(flags);
   if (!client.ok()) return client.status();
   Session session{*client, output, flags.json};
-  return task.with_server(session);
+  const Status status = task.with_server(session);
+  const CLI::Option* world = command.get_option_no_throw("WORLD");
+  return world == nullptr ? status : suggest_world(status, world->as<std::string>(), *client);
 }
 
 Status run_alone(Flags& flags, const Task& task, pneuma::client::Output& output) {
@@ -107,13 +121,14 @@ int main(int argc, char** argv) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
-    return fail(pneuma::base::invalid(error.what()), json, exit_usage);
+    return fail(pneuma::client::usage_error(app, error), json, exit_usage);
   }
   if (!task.with_server && !task.alone) {
     return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);
   }
   pneuma::client::Output output;
-  const Status status = task.alone ? run_alone(flags, task, output) : run_with_server(flags, task, output);
+  const Status status = task.alone ? run_alone(flags, task, output)
+                                   : run_with_server(flags, *app.get_subcommands().front(), task, output);
   if (status.ok() || output.is_closed()) return exit_done;
   return fail(status, flags.json, exit_failed);
 }

@@ -6,6 +6,7 @@
 
 #include "command/arguments.h"
 #include "command/json.h"
+#include "command/telling.h"
 
 namespace pneuma::client {
 
@@ -136,13 +137,19 @@ base::Status create(Session& session, const CreateArguments& arguments) {
   } else {
     request.set_builtin(source);
   }
-  return report(session, "created", session.client.create_world(request));
+  const auto created = session.client.create_world(request);
+  if (!created.ok() && !session.json && request.has_scene_json()) {
+    return in_users_file(created.status(), "create_world.scene_json", shown_name(source));
+  }
+  return report(session, "created", created);
 }
 
 base::Status edit(Session& session, const std::string& world, const std::string& file) {
   const auto text = read_text(file, request_bytes_max(session.client.welcome()));
   if (!text.ok()) return text.status();
-  return report(session, "edited", session.client.edit_json(world, *text));
+  const auto edited = session.client.edit_json(world, *text);
+  if (!edited.ok() && !session.json) return in_users_file(edited.status(), "edit.edit_json", shown_name(file));
+  return report(session, "edited", edited);
 }
 
 base::Status stats(Session& session, const std::string& world) {
