@@ -25,6 +25,7 @@
 #include "app/web_folder.h"
 #include "app/world_host.h"
 #include "base/address.h"
+#include "base/page_link.h"
 #include "base/version.h"
 #include "config_file.h"
 #include "physics/lanes/isa.h"
@@ -256,6 +257,8 @@ pneuma::base::Status serve(Options options) {
   if (auto status = read_environment(config); !status.ok()) return status;
   pneuma::app::fit_to_memory(config);
   spdlog::info("descriptors={}", pneuma::app::raise_descriptor_limit());
+  const bool has_page = !config.web_dir.empty() && config.web_dir != "off";
+  const bool has_tls = !config.tls_certificate.empty();
   std::latch ready{1};  // the line that says so comes first
   pneuma::app::Service service(std::move(config), [&ready](const auto& its_config, auto& server, auto& metrics) {
     const auto tell = [&ready](const pneuma::app::WorldHost::Restored& worlds) {
@@ -269,7 +272,8 @@ pneuma::base::Status serve(Options options) {
   const pneuma::base::Status started = service.start();
   if (started.ok()) {
     pneuma::app::flush_log();
-    std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
+    const std::string link = has_page ? pneuma::base::page_link(service.http_address(), has_tls) : "";
+    std::puts(pneuma::base::ready_line(service.tcp_address(), service.http_address(), link).c_str());
     std::fflush(stdout);
   }
   ready.count_down();
