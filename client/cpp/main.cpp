@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <unistd.h>
 
 #include "base/version.h"
 #include "command/arguments.h"
@@ -17,6 +18,7 @@
 #include "command/json.h"
 #include "command/subcommands.h"
 #include "command/telling.h"
+#include "command/terminal.h"
 #include "pneuma_client/client.h"
 
 namespace {
@@ -41,7 +43,10 @@ struct Flags {
 };
 
 int fail(const Status& status, bool json, int exit_code) {
-  const std::string text = json ? pneuma::client::error_json(status) : "pneuma: " + pneuma::client::told(status);
+  using pneuma::client::Style;
+  const Style style = pneuma::client::takes_colour(STDERR_FILENO) ? Style::red : Style::plain;
+  const std::string text = json ? pneuma::client::error_json(status)
+                                : pneuma::client::styled("pneuma: ", style) + pneuma::client::told(status);
   std::fprintf(stderr, "%s\n", text.c_str());
   return exit_code;
 }
@@ -80,7 +85,7 @@ Status suggest_world(const Status& status, const std::string& world, Client& cli
 Status run_with_server(Flags& flags, const CLI::App& command, const Task& task, pneuma::client::Output& output) {
   auto client = connect(flags);
   if (!client.ok()) return client.status();
-  Session session{*client, output, flags.json};
+  Session session{*client, output, flags.json, flags.server, flags.connect.tls};
   const Status status = task.with_server(session);
   const CLI::Option* world = command.get_option_no_throw("WORLD");
   return world == nullptr ? status : suggest_world(status, world->as<std::string>(), *client);

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "command/arguments.h"
 #include "command/checks.h"
@@ -23,6 +24,12 @@ struct ImpulseArguments {
   std::string ray;
   std::string impulse;
   double radius_m = 0.0;
+};
+
+struct GrabFlags {
+  std::uint32_t vertex = 0;
+  std::string at;
+  std::vector<std::string> to;
 };
 
 base::Status send_impulse(Session& session, ImpulseArguments arguments) {
@@ -67,6 +74,43 @@ void add_impulse(CLI::App& app, Task& task) {
     if (!radius->empty() && at->empty() && ray->empty()) throw CLI::RequiresError("--radius", "--at or --ray");
     if (!vertex->empty()) arguments->request.set_vertex(arguments->vertex);
     task.with_server = [arguments](Session& session) { return send_impulse(session, *arguments); };
+  });
+}
+
+void add_grab(CLI::App& app, Task& task) {
+  auto* command = app.add_subcommand("grab", "Take hold of a vertex, move it along straight lines, and let go");
+  auto arguments = std::make_shared<GrabArguments>();
+  auto flags = std::make_shared<GrabFlags>();
+  command->add_option("WORLD", *arguments->request.mutable_world())->required();
+  command->add_option("BODY", *arguments->request.mutable_body(), "A soft body")->required();
+  auto* vertex = command->add_option("--vertex", flags->vertex, "The vertex of this index");
+  auto* at = command->add_option("--at", flags->at, "X,Y,Z: the vertex nearest to this point, in metres");
+  command->add_option("--to", flags->to, "X,Y,Z: move it there, in metres; may be given for several points")
+      ->required()
+      ->allow_extra_args(false)
+      ->check(numbers_check<3>());
+  command->add_option("--seconds", arguments->seconds, "Time for the whole way")
+      ->check(positive_check())
+      ->capture_default_str();
+  command->add_option("--hold", arguments->hold_s, "Hold it at the end for so many seconds")
+      ->check(not_negative_check());
+  command
+      ->add_option_function<double>(
+          "--stiffness", [arguments](double n_m) { arguments->request.set_stiffness_n_m(n_m); },
+          "Of the spring that holds it, in N/m; otherwise that of the body's springs")
+      ->check(positive_check());
+  command
+      ->add_option_function<double>(
+          "--damping", [arguments](double n_s_m) { arguments->request.set_damping_n_s_m(n_s_m); },
+          "Of the spring, in N s/m; otherwise critical")
+      ->check(positive_check());
+  at->check(numbers_check<3>())->excludes(vertex);
+  command->callback([&task, arguments, flags, vertex, at] {
+    if (vertex->empty() && at->empty()) throw CLI::RequiredError("--vertex or --at");
+    if (!vertex->empty()) arguments->request.set_vertex(flags->vertex);
+    if (!at->empty()) *arguments->request.mutable_near()->mutable_position() = vector_of(flags->at);
+    for (const std::string& point : flags->to) arguments->to.push_back(vector_of(point));
+    task.with_server = [arguments](Session& session) { return grab(session, *arguments); };
   });
 }
 

@@ -43,6 +43,20 @@ void add_watch(CLI::App& app, Task& task) {
       [&task, arguments] { task.with_server = [arguments](Session& session) { return watch(session, *arguments); }; });
 }
 
+void add_wait(CLI::App& app, Task& task) {
+  auto* command = app.add_subcommand("wait", "Wait until a world is at a tick, or something happens in it");
+  auto arguments = std::make_shared<WaitArguments>();
+  command->add_option("WORLD", arguments->world)->required();
+  command->add_option("--until", arguments->until, "The tick, or an event such as BODY_BURST")
+      ->required()
+      ->check(awaited_check());
+  command->add_option("--timeout", arguments->timeout_s, "Fail after so many seconds")
+      ->check(positive_check())
+      ->capture_default_str();
+  command->callback(
+      [&task, arguments] { task.with_server = [arguments](Session& session) { return wait(session, *arguments); }; });
+}
+
 void add_record(CLI::App& app, Task& task) {
   auto* command = app.add_subcommand("record", "Write a world's frames, and the changes made to it, into a file");
   auto arguments = std::make_shared<RecordArguments>();

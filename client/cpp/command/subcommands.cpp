@@ -17,6 +17,24 @@ void add_worlds(CLI::App& app, Task& task) {
   command->callback([&task] { task.with_server = list_worlds; });
 }
 
+void add_top(CLI::App& app, Task& task) {
+  auto* command = app.add_subcommand("top", "Show what the worlds take, once a second until Ctrl-C");
+  auto once = std::make_shared<bool>(false);
+  command->add_flag("--once", *once, "Show it once and end, as where standard output is no terminal");
+  command->callback([&task, once] { task.with_server = [once](Session& session) { return top(session, *once); }; });
+}
+
+void add_open(CLI::App& app, Task& task) {
+  auto* command = app.add_subcommand("open", "Open the server's page in a browser: that of BROWSER, or by xdg-open");
+  auto arguments = std::make_shared<OpenArguments>();
+  command->add_option("WORLD", arguments->world, "Show this world");
+  command->add_option("--http", arguments->http, "HOST:PORT of the page; otherwise the port after the server's")
+      ->check(address_check());
+  command->callback([&task, arguments] {
+    task.with_server = [arguments](Session& session) { return open_page(session, *arguments); };
+  });
+}
+
 void add_create(CLI::App& app, Task& task) {
   auto* command = app.add_subcommand("create", "Create a world from a built-in scene or a scene file");
   auto arguments = std::make_shared<CreateArguments>();
@@ -154,14 +172,18 @@ void add_verify(CLI::App& app, Task& task) {
 
 void add_subcommands(CLI::App& app, Task& task) {
   add_worlds(app, task);
+  add_top(app, task);
+  add_open(app, task);
   add_create(app, task);
   add_of_world(app, task, "destroy", "Destroy a world", change("destroyed", &Client::destroy_world));
   add_watch(app, task);
+  add_wait(app, task);
   add_record(app, task);
   add_play(app, task);
   add_seek(app, task);
   add_export(app, task);
   add_impulse(app, task);
+  add_grab(app, task);
   add_edit(app, task);
   add_of_world(app, task, "pause", "Pause a world", change("paused", &Client::pause));
   add_resume(app, task);

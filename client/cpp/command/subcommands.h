@@ -21,10 +21,12 @@ void add_subcommands(CLI::App& app, Task& task);
 
 // The larger ones, each in a file with others of its kind.
 void add_watch(CLI::App& app, Task& task);
+void add_wait(CLI::App& app, Task& task);
 void add_record(CLI::App& app, Task& task);
 void add_play(CLI::App& app, Task& task);
 void add_seek(CLI::App& app, Task& task);
 void add_export(CLI::App& app, Task& task);
 void add_impulse(CLI::App& app, Task& task);
+void add_grab(CLI::App& app, Task& task);
 
 }  // namespace pneuma::client
