@@ -30,6 +30,7 @@
 #include "config_file.h"
 #include "physics/lanes/isa.h"
 #include "token_command.h"
+#include "usage/usage.h"
 
 namespace {
 
@@ -293,6 +294,7 @@ int main(int argc, char** argv) {
   add_flags(app, options);
   std::function<pneuma::base::Status()> token_command;
   pneuma::add_token_commands(app, token_command);
+  pneuma::usage::add_generators(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ConfigError& error) {

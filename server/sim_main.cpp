@@ -20,6 +20,7 @@
 #include "scene_io/set_path.h"
 #include "scene_io/translate.h"
 #include "sim_output.h"
+#include "usage/usage.h"
 
 namespace {
 
@@ -259,6 +260,7 @@ int main(int argc, char** argv) {
   CLI::App app("Steps a scene of soft bodies under pressure and writes what became of it.", "pneuma-sim");
   Flags flags;
   add_flags(app, flags);
+  pneuma::usage::add_generators(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

@@ -20,6 +20,7 @@
 #include "command/telling.h"
 #include "command/terminal.h"
 #include "pneuma_client/client.h"
+#include "usage/usage.h"
 
 namespace {
 
@@ -120,6 +121,7 @@ int main(int argc, char** argv) {
   auto* tls = app.add_flag("--tls", flags.connect.tls, "Speak TLS");
   app.add_option("--ca", flags.connect.ca_file, "Trust these certificates (PEM) instead of the system's")->needs(tls);
   add_subcommands(app, task);
+  pneuma::usage::add_generators(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
