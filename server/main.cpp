@@ -25,10 +25,12 @@
 #include "app/web_folder.h"
 #include "app/world_host.h"
 #include "base/address.h"
+#include "base/page_link.h"
 #include "base/version.h"
 #include "config_file.h"
 #include "physics/lanes/isa.h"
 #include "token_command.h"
+#include "usage/usage.h"
 
 namespace {
 
@@ -256,6 +258,8 @@ pneuma::base::Status serve(Options options) {
   if (auto status = read_environment(config); !status.ok()) return status;
   pneuma::app::fit_to_memory(config);
   spdlog::info("descriptors={}", pneuma::app::raise_descriptor_limit());
+  const bool has_page = !config.web_dir.empty() && config.web_dir != "off";
+  const bool has_tls = !config.tls_certificate.empty();
   std::latch ready{1};  // the line that says so comes first
   pneuma::app::Service service(std::move(config), [&ready](const auto& its_config, auto& server, auto& metrics) {
     const auto tell = [&ready](const pneuma::app::WorldHost::Restored& worlds) {
@@ -269,7 +273,8 @@ pneuma::base::Status serve(Options options) {
   const pneuma::base::Status started = service.start();
   if (started.ok()) {
     pneuma::app::flush_log();
-    std::printf("ready tcp=%s http=%s\n", service.tcp_address().c_str(), service.http_address().c_str());
+    const std::string link = has_page ? pneuma::base::page_link(service.http_address(), has_tls) : "";
+    std::puts(pneuma::base::ready_line(service.tcp_address(), service.http_address(), link).c_str());
     std::fflush(stdout);
   }
   ready.count_down();
@@ -289,6 +294,7 @@ int main(int argc, char** argv) {
   add_flags(app, options);
   std::function<pneuma::base::Status()> token_command;
   pneuma::add_token_commands(app, token_command);
+  pneuma::usage::add_generators(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ConfigError& error) {

@@ -20,6 +20,7 @@
 #include "scene_io/set_path.h"
 #include "scene_io/translate.h"
 #include "sim_output.h"
+#include "usage/usage.h"
 
 namespace {
 
@@ -38,7 +39,7 @@ constexpr std::size_t threads_max = 256;
 
 struct Flags {
   std::string scene;
-  double seconds = 0.0;
+  double seconds = 10.0;
   std::optional<v1::Stepping::Integrator> integrator;
   std::optional<std::uint32_t> substeps;
   std::optional<v1::Stepping::Precision> precision;
@@ -86,11 +87,13 @@ void add_flags(CLI::App& app, Flags& flags) {
       ->type_name("NAME|FILE")
       ->check(not_empty);
   // CLI::Range lets NaN pass.
-  app.add_option("--seconds", flags.seconds, "Simulated time")->required()->check([](const std::string& text) {
-    double seconds = -1.0;
-    const bool good = CLI::detail::lexical_cast(text, seconds) && seconds >= 0.0 && seconds <= seconds_max;
-    return good ? std::string() : text + " is not a number of seconds from 0 to 1e9";
-  });
+  app.add_option("--seconds", flags.seconds, "Simulated time")
+      ->capture_default_str()
+      ->check([](const std::string& text) {
+        double seconds = -1.0;
+        const bool good = CLI::detail::lexical_cast(text, seconds) && seconds >= 0.0 && seconds <= seconds_max;
+        return good ? std::string() : text + " is not a number of seconds from 0 to 1e9";
+      });
   add_enum(app, "--integrator", flags.integrator,
            "EXPLICIT_EULER, MIDPOINT, RK4, SYMPLECTIC_EULER, IMPLICIT_EULER, TR_BDF2, XPBD or AUTO");
   app.add_option("--substeps", flags.substeps, "Integration steps a tick; 0: chosen from the scene's stiffness")
@@ -257,6 +260,7 @@ int main(int argc, char** argv) {
   CLI::App app("Steps a scene of soft bodies under pressure and writes what became of it.", "pneuma-sim");
   Flags flags;
   add_flags(app, flags);
+  pneuma::usage::add_generators(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "base/in_file.h"
 #include "base/limits.h"
 #include "scene_io/embedded_files.h"
 #include "scene_io/json.h"
@@ -86,7 +87,7 @@ base::Result<v1::Scene> builtin_scene(const std::string& name) {
 }
 
 base::Status in_scene(const base::Status& status, const std::string& name_or_file) {
-  return {status.code(), status.message(), name_or_file};
+  return base::in_file(status, name_or_file);
 }
 
 base::Result<v1::Scene> load_scene(const std::string& name_or_file) {

@@ -4,7 +4,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,7 +12,7 @@
 #include <boost/json/stream_parser.hpp>
 #include <google/protobuf/descriptor.h>
 
-#include "base/limits.h"
+#include "base/nearest_word.h"
 #include "scene_io/quoted.h"
 
 namespace pneuma::scene_io {
@@ -29,36 +28,11 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-/// The number of single-character changes that turn one word into the other (Levenshtein).
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-/// The nearest name that a slip of the keyboard could have meant; empty where there is none.
+/// The field that a slip of the keyboard could have meant; empty where there is none.
 std::string nearest_field(const Descriptor& descriptor, std::string_view name) {
-  std::string nearest;
-  if (name.size() > base::name_bytes_max) return nearest;
-  std::size_t least = std::max<std::size_t>(2, name.size() / 3) + 1;
-  for (int i = 0; i < descriptor.field_count(); ++i) {
-    const std::string& candidate = descriptor.field(i)->name();
-    const std::size_t distance = edit_distance(name, candidate);
-    if (distance < least) {
-      least = distance;
-      nearest = candidate;
-    }
-  }
-  return nearest;
+  std::vector<std::string> names;
+  for (int i = 0; i < descriptor.field_count(); ++i) names.push_back(descriptor.field(i)->name());
+  return base::nearest_word(name, names);
 }
 
 std::string kind_name(const json::value& value) {

@@ -46,6 +46,22 @@ TEST_F(ServerProgram, VersionAndHelp) {
   }
 }
 
+TEST_F(ServerProgram, TheReadyLineLinksThePageWhereThereIsOne) {
+  const support::TemporaryFolder page;
+  std::ofstream(page / "index.html") << "<!doctype html>";
+  const auto ready = [](const std::string& web_dir) {
+    auto server = support::Program::start(
+        support::program_path("pneuma-server"),
+        {"--listen", "127.0.0.1:0", "--http", "127.0.0.1:0", "--web-dir", web_dir, "--log-level", "off"});
+    EXPECT_TRUE(server.ok());
+    return *server->next_line(patience);
+  };
+  const std::string linked = ready(page.path());
+  const std::string address = linked.substr(linked.find("http=") + 5, linked.find(" page=") - linked.find("http=") - 5);
+  EXPECT_TRUE(linked.ends_with(" page=http://" + address)) << linked;
+  EXPECT_EQ(ready("off").find("page="), std::string::npos);
+}
+
 TEST_F(ServerProgram, BadUsageExitsTwo) {
   for (const std::vector<std::string>& arguments :
        std::vector<std::vector<std::string>>{{"--no-such-flag"},

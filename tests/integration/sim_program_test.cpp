@@ -218,6 +218,12 @@ TEST_F(SimScene, BodiesAtRestSleepUnlessTheSceneSaysOtherwise) {
   EXPECT_EQ(awake.output.find("asleep"), std::string::npos) << awake.output;
 }
 
+TEST(SimProgram, TenSecondsAreSimulatedWhereNobodySaysHowLong) {
+  const Finished finished = sim({"bouncing-ball"});
+  EXPECT_EQ(finished.exit_status, 0) << finished.error_output;
+  EXPECT_NE(finished.output.find("600 ticks, 10 s simulated"), std::string::npos) << finished.output;
+}
+
 TEST(SimProgram, EveryBuiltInSceneRunsAndSumsUp) {
   for (const char* scene :
        {"hero", "five-balls", "hanging-ball", "wind-cloth", "bouncing-ball", "hand", "cost-curve"}) {
@@ -257,7 +263,6 @@ TEST(SimProgram, VersionAndHelp) {
 
 TEST(SimProgram, BadUsageExitsTwo) {
   const std::vector<std::vector<std::string>> bad{{},
-                                                  {"five-balls"},
                                                   {"--seconds", "1"},
                                                   {"five-balls", "--seconds", "-1"},
                                                   {"five-balls", "--seconds", "nan"},

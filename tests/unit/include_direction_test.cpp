@@ -24,6 +24,7 @@ struct Folder {
 
 const std::vector<Folder> folders = {
     {"server/base", {"sys"}},
+    {"server/usage", {"base", "CLI"}},
     {"server/physics", {"base", "Eigen"}},
     {"server/codec", {"base", "openssl"}},
     {"server/net", {"base", "boost", "openssl", "sys", "netinet"}},
@@ -34,8 +35,8 @@ const std::vector<Folder> folders = {
       "prometheus", "spdlog", "sys"}},
     {"server/replay", {"base", "physics", "app", "net", "pneuma", "pneuma_client", "Eigen", "spdlog"}},
     {"client/cpp",
-     {"base", "codec", "command", "formats", "replay", "pneuma", "pneuma_client", "google", "boost", "openssl", "CLI",
-      "sys"}},
+     {"base", "codec", "command", "formats", "replay", "usage", "pneuma", "pneuma_client", "google", "boost", "openssl",
+      "CLI", "sys"}},
 };
 
 /// Rooms of server/physics, the upper ones first, each with those that it may include. "" is physics/ itself.

@@ -39,6 +39,10 @@ v1::Vec3 to_vec3(double x, double y, double z) {
   return vector;
 }
 
+std::string shown_name(const std::string& path) {
+  return path == "-" ? "standard input" : path;
+}
+
 base::Result<std::string> read_text(const std::string& path, std::size_t bytes_max) {
   struct Close {
     void operator()(std::FILE* file) const {
@@ -46,7 +50,7 @@ base::Result<std::string> read_text(const std::string& path, std::size_t bytes_m
     }
   };
   const bool is_standard_input = path == "-";
-  const std::string name = is_standard_input ? "standard input" : path;
+  const std::string name = shown_name(path);
   const std::unique_ptr<std::FILE, Close> file(is_standard_input ? stdin : std::fopen(path.c_str(), "rb"));
   if (!file) return base::not_found(std::strerror(errno), name);
   std::string text;
@@ -68,7 +72,9 @@ base::Result<std::string> read_text(const std::string& path, std::size_t bytes_m
   const auto wrong = utf8::find_invalid(text.begin(), text.end());
   if (wrong == text.end()) return text;
   const auto line = 1 + std::count(text.begin(), wrong, '\n');
-  return base::invalid("is not UTF-8 in line " + std::to_string(line), name);
+  const std::string_view before(text.begin(), wrong);
+  const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1;  // npos + 1 is 0: the first line
+  return base::invalid("is not UTF-8", name + ":" + std::to_string(line) + ":" + std::to_string(column));
 }
 
 base::Result<std::string> read_token(const std::string& file) {

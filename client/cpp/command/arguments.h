@@ -21,6 +21,9 @@ extern template std::optional<std::array<double, 6>> parse_numbers<6>(std::strin
 
 [[nodiscard]] v1::Vec3 to_vec3(double x, double y, double z);
 
+/// As errors name it: a file by its path, "-" as standard input.
+[[nodiscard]] std::string shown_name(const std::string& path);
+
 /// The text of a file, or of standard input for "-", without a byte order mark. Errors name the file; an empty one, one
 /// past `bytes_max`, or one that is not UTF-8 is refused.
 [[nodiscard]] base::Result<std::string> read_text(const std::string& path, std::size_t bytes_max);

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "command/arguments.h"
+#include "command/commands.h"
 #include "pneuma_client/client.h"
 
 namespace pneuma::client {
@@ -14,6 +15,18 @@ CLI::Validator address_check() {
             return split_address(text, host, port) ? "" : "not HOST:PORT: " + text;
           },
           "", "address"};
+}
+
+CLI::Validator awaited_check() {
+  return {[](const std::string& text) -> std::string {
+            if (parse_awaited(text)) return "";
+            std::string names;
+            for (int i = 1; i < v1::Event::Kind_descriptor()->value_count(); ++i) {  // 0 is for unset
+              names += (i == 1 ? "" : ", ") + v1::Event::Kind_descriptor()->value(i)->name();
+            }
+            return "no tick, and none of " + names + ": " + text;
+          },
+          "", "awaited"};
 }
 
 CLI::Validator positive_check() {

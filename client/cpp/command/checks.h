@@ -8,6 +8,8 @@
 namespace pneuma::client {
 
 [[nodiscard]] CLI::Validator address_check();
+/// A tick or an event, as parse_awaited takes it.
+[[nodiscard]] CLI::Validator awaited_check();
 [[nodiscard]] CLI::Validator positive_check();
 [[nodiscard]] CLI::Validator not_negative_check();
 /// `N` numbers with commas between them.

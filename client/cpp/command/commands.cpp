@@ -6,6 +6,7 @@
 
 #include "command/arguments.h"
 #include "command/json.h"
+#include "command/telling.h"
 
 namespace pneuma::client {
 
@@ -15,18 +16,6 @@ std::string vector_text(const v1::Vec3& v) {
   std::array<char, 96> text{};
   std::snprintf(text.data(), text.size(), "(%.6g, %.6g, %.6g)", v.x(), v.y(), v.z());
   return text.data();
-}
-
-/// "running", "running at 0.25", "paused, 2 frozen", "damaged", "restoring".
-std::string state_of(const v1::WorldList::World& world) {
-  if (world.damaged()) return "damaged";
-  if (world.restoring()) return "restoring";
-  std::string state = world.paused() ? "paused" : "running";
-  // A server of before slow motion tells none.
-  if (world.time_scale() > 0.0 && world.time_scale() != 1.0)
-    state.append(" at ").append(number_text(world.time_scale()));
-  if (world.frozen_bodies() > 0) state.append(", ").append(std::to_string(world.frozen_bodies())).append(" frozen");
-  return state;
 }
 
 template <class Body>
@@ -105,6 +94,21 @@ void tell_damage(const Playback& playback) {
                static_cast<unsigned long long>(playback.index().frames()));
 }
 
+std::string world_state(const v1::WorldList::World& world) {
+  if (world.damaged()) return "damaged";
+  if (world.restoring()) return "restoring";
+  std::string state = world.paused() ? "paused" : "running";
+  // A server of before slow motion tells none.
+  if (world.time_scale() > 0.0 && world.time_scale() != 1.0)
+    state.append(" at ").append(number_text(world.time_scale()));
+  if (world.frozen_bodies() > 0) state.append(", ").append(std::to_string(world.frozen_bodies())).append(" frozen");
+  return state;
+}
+
+Style world_style(const v1::WorldList::World& world) {
+  return world.damaged() || world.frozen_bodies() > 0 ? Style::red : Style::plain;
+}
+
 base::Status list_worlds(Session& session) {
   const auto worlds = session.client.list_worlds();
   if (!worlds.ok()) return worlds.status();
@@ -114,10 +118,11 @@ base::Status list_worlds(Session& session) {
       if (base::Status done = session.output.line(reply_json(world).text()); !done.ok()) return done;
       continue;
     }
-    table.add({world.name(), world.scene_name(), std::to_string(world.tick()), number_text(world.time_s()),
-               state_of(world), number_text(world.rate_hz()), std::to_string(world.soft_bodies()),
-               std::to_string(world.rigid_bodies()), std::to_string(world.vertices()),
-               std::to_string(world.subscribers())});
+    table.add(
+        {world.name(), world.scene_name(), std::to_string(world.tick()), number_text(world.time_s()),
+         world_state(world), number_text(world.rate_hz()), std::to_string(world.soft_bodies()),
+         std::to_string(world.rigid_bodies()), std::to_string(world.vertices()), std::to_string(world.subscribers())},
+        world_style(world));
   }
   return session.json ? base::Status() : table.print(session.output);
 }
@@ -136,13 +141,20 @@ base::Status create(Session& session, const CreateArguments& arguments) {
   } else {
     request.set_builtin(source);
   }
-  return report(session, "created", session.client.create_world(request));
+  const auto created = session.client.create_world(request);
+  if (!created.ok() && !session.json && request.has_scene_json()) {
+    return in_users_file(created.status(), "create_world.scene_json", shown_name(source));
+  }
+  if (created.ok() && arguments.name.empty()) note_new_name(session, created->world());
+  return report(session, "created", created);
 }
 
 base::Status edit(Session& session, const std::string& world, const std::string& file) {
   const auto text = read_text(file, request_bytes_max(session.client.welcome()));
   if (!text.ok()) return text.status();
-  return report(session, "edited", session.client.edit_json(world, *text));
+  const auto edited = session.client.edit_json(world, *text);
+  if (!edited.ok() && !session.json) return in_users_file(edited.status(), "edit.edit_json", shown_name(file));
+  return report(session, "edited", edited);
 }
 
 base::Status stats(Session& session, const std::string& world) {

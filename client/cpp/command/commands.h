@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/status.h"
 #include "command/output.h"
+#include "command/terminal.h"
 #include "formats/sampler.h"
 #include "pneuma_client/client.h"
 #include "pneuma_client/playback.h"
@@ -19,6 +21,8 @@ struct Session {
   Client& client;
   Output& output;
   bool json = false;
+  std::string server;  // HOST:PORT
+  bool tls = false;
 };
 
 /// What the subcommands work with that need no server.
@@ -77,7 +81,41 @@ struct RestoreArguments {
   bool paused = false;
 };
 
+struct WaitArguments {
+  std::string world;
+  std::string until;  // as parse_awaited takes it
+  double timeout_s = 60.0;
+};
+
+/// One of the two.
+struct Awaited {
+  std::optional<std::uint64_t> tick;
+  std::optional<v1::Event::Kind> event;
+};
+/// A tick, or an event by its name on the wire in either case, with - for _; nothing where the text is neither.
+[[nodiscard]] std::optional<Awaited> parse_awaited(const std::string& text);
+
+struct GrabArguments {
+  v1::Grab request;          // without its target
+  std::vector<v1::Vec3> to;  // one point or more
+  double seconds = 1.0;      // for the way along all of them
+  double hold_s = 0.0;       // at the last
+};
+
+struct OpenArguments {
+  std::string world;  // empty: the page as it opens
+  std::string http;   // HOST:PORT; empty: the port after the server's
+};
+
 [[nodiscard]] base::Status list_worlds(Session& session);
+/// Waits until a world has done as many ticks, or an event of the kind comes. Fails when the time is over before that.
+[[nodiscard]] base::Status wait(Session& session, const WaitArguments& arguments);
+/// Holds a vertex, moves it along straight lines from where it is, and lets go, then or when the user interrupts.
+[[nodiscard]] base::Status grab(Session& session, const GrabArguments& arguments);
+/// Prints the worlds with what they take: on a terminal once a second over the last, until the user interrupts.
+[[nodiscard]] base::Status top(Session& session, bool once);
+/// Shows the page in a browser, and prints its address.
+[[nodiscard]] base::Status open_page(Session& session, const OpenArguments& arguments);
 [[nodiscard]] base::Status create(Session& session, const CreateArguments& arguments);
 /// Prints frames, gaps and events until enough of them have come or the user interrupts, then a summary. Fails when the
 /// world or the connection ends before that.
@@ -103,6 +141,10 @@ void tell_damage(const Playback& playback);
 [[nodiscard]] base::Status stats(Session& session, const std::string& world);
 /// The scene in its file form, which `create` takes; with --json in one line.
 [[nodiscard]] base::Status scene(Session& session, const std::string& world);
+/// As in "running", "running at 0.25", "paused, 2 frozen", "damaged", "restoring".
+[[nodiscard]] std::string world_state(const v1::WorldList::World& world);
+/// How a world that needs somebody's eye stands out in a table.
+[[nodiscard]] Style world_style(const v1::WorldList::World& world);
 /// Says what a change came to: `deed`, for people, as in "paused".
 [[nodiscard]] base::Status report(Session& session, const std::string& deed, const base::Result<v1::Done>& done);
 

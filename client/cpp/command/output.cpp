@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include <unistd.h>
+
 namespace pneuma::client {
 
 namespace {
@@ -30,12 +32,13 @@ base::Status Output::line(std::string_view text) {
   return failure_;
 }
 
-void Table::add(std::vector<std::string> row) {
+void Table::add(std::vector<std::string> row, Style style) {
   assert(row.size() == rows_.front().size());
   rows_.push_back(std::move(row));
+  styles_.push_back(style);
 }
 
-base::Status Table::print(Output& output) const {
+std::vector<std::string> Table::lines(bool with_colour, std::size_t columns_max) const {
   const std::size_t columns = rows_.front().size();
   std::vector<std::size_t> widths(columns, 0);
   std::vector<bool> numeric(columns, true);
@@ -45,6 +48,7 @@ base::Status Table::print(Output& output) const {
       if (&row != &rows_.front() && !is_number(row[i])) numeric[i] = false;
     }
   }
+  std::vector<std::string> lines;
   for (const auto& row : rows_) {
     std::string text;
     for (std::size_t i = 0; i < columns; ++i) {
@@ -53,7 +57,15 @@ base::Status Table::print(Output& output) const {
       text += numeric[i] ? space + row[i] : row[i] + space;
     }
     text.erase(text.find_last_not_of(' ') + 1);
-    const base::Status written = output.line(text);
+    if (columns_max > 0 && text.size() > columns_max) text.resize(columns_max);
+    lines.push_back(with_colour ? styled(text, styles_[lines.size()]) : text);
+  }
+  return lines;
+}
+
+base::Status Table::print(Output& output) const {
+  for (const std::string& line : lines(takes_colour(STDOUT_FILENO))) {
+    const base::Status written = output.line(line);
     if (!written.ok()) return written;
   }
   return {};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/status.h"
+#include "command/terminal.h"
 
 namespace pneuma::client {
 
@@ -22,16 +23,20 @@ class Output {
   bool closed_ = false;
 };
 
-/// Columns as wide as their widest cell: text to the left, numbers to the right.
+/// Columns as wide as their widest cell: text to the left, numbers to the right. Where the terminal takes colour, the
+/// header is bold and rows have their style.
 class Table {
  public:
   explicit Table(std::vector<std::string> header) : rows_{std::move(header)} {}
   /// As many cells as the header has.
-  void add(std::vector<std::string> row);
+  void add(std::vector<std::string> row, Style style = Style::plain);
+  /// Cut to `columns_max`; 0: as long as they are.
+  [[nodiscard]] std::vector<std::string> lines(bool with_colour, std::size_t columns_max = 0) const;
   [[nodiscard]] base::Status print(Output& output) const;
 
  private:
   std::vector<std::vector<std::string>> rows_;
+  std::vector<Style> styles_{Style::bold};  // of each row
 };
 
 /// Short, for people: six significant digits.

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <ctime>
 
+#include "base/page_link.h"
 #include "command/commands.h"
 #include "command/json.h"
 #include "command/progress.h"
@@ -55,9 +56,12 @@ base::Status play(FileSession& session, const PlayArguments& arguments) {
   if (base::Status started = player.start(); !started.ok()) return started;
   const std::string tcp = player.tcp_address();
   const std::string http = player.http_address();
-  base::Status status =
-      session.output.line(session.json ? JsonObject().add("type", "ready").add("tcp", tcp).add("http", http).text()
-                                       : std::string("ready tcp=").append(tcp).append(" http=").append(http));
+  const bool has_page = !options.web_dir.empty() && options.web_dir != "off";
+  const std::string link = has_page ? base::page_link(http, false) : "";
+  JsonObject ready;
+  ready.add("type", "ready").add("tcp", tcp).add("http", http);
+  if (!link.empty()) ready.add("page", link);
+  base::Status status = session.output.line(session.json ? ready.text() : base::ready_line(tcp, http, link));
 
   Progress progress(session.output, Progress::form_for(session.json), std::chrono::steady_clock::now());
   constexpr timespec tenth{0, 100'000'000};

@@ -5,8 +5,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include <sys/ioctl.h>
 #include <unistd.h>
+
+#include "command/terminal.h"
 
 namespace pneuma::client {
 
@@ -16,14 +17,7 @@ namespace {
 constexpr std::chrono::milliseconds bar_interval{100};
 constexpr std::chrono::seconds line_interval{5};
 
-constexpr std::size_t columns_default = 80;
 constexpr std::size_t bar_cells = 30;
-
-std::size_t terminal_columns() {
-  winsize size{};
-  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return columns_default;
-  return size.ws_col;
-}
 
 std::chrono::steady_clock::duration interval(Progress::Form form) {
   if (form == Progress::Form::bar) return bar_interval;
@@ -67,7 +61,8 @@ base::Status Progress::show(TimePoint now, const State& state) {
       std::fprintf(stderr, "%s\n", bar_text({}, state.text, std::string::npos).c_str());
       return {};
     case Form::bar:
-      std::fprintf(stderr, "\r\033[K%s", bar_text(state.fraction, state.text, terminal_columns()).c_str());
+      std::fprintf(stderr, "\r\033[K%s",
+                   bar_text(state.fraction, state.text, terminal_size(STDERR_FILENO).columns).c_str());
       drawn_ = true;
       return {};
   }

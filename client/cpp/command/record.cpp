@@ -9,6 +9,7 @@
 #include "command/interrupt.h"
 #include "command/json.h"
 #include "command/progress.h"
+#include "command/telling.h"
 #include "pneuma_client/recording.h"
 
 namespace pneuma::client {
@@ -59,6 +60,7 @@ base::Result<v1::RecordingHeader> Record::describe() {
   if (!scene.ok()) return scene.status();
   const auto subscribed = session_.client.subscribe(arguments_.world, arguments_.stream);
   if (!subscribed.ok()) return subscribed.status();
+  note_rounding(session_, arguments_.stream, *subscribed);
   v1::RecordingHeader header;
   header.set_world(arguments_.world);
   *header.mutable_scene() = std::move(*scene->mutable_scene());

@@ -8,8 +8,10 @@
 #include <variant>
 
 #include "command/commands.h"
+#include "command/event_lines.h"
 #include "command/interrupt.h"
 #include "command/json.h"
+#include "command/telling.h"
 #include "formats/exporter.h"
 
 namespace pneuma::client {
@@ -195,6 +197,7 @@ base::Status Watch::run() {
   auto subscribed = session_.client.subscribe(arguments_.world, arguments_.stream);
   if (!subscribed.ok()) return subscribed.status();
   stream_id_ = subscribed->stream_id();
+  note_rounding(session_, arguments_.stream, *subscribed);
   base::Status status = tell_stream(*subscribed);
   while (status.ok() && !is_enough()) {
     auto update = session_.client.next_update(patience());
@@ -246,21 +249,8 @@ base::Status Watch::take(const v1::Event& event) {
   if (event.kind() == v1::Event::STREAM_REPLACED && event.stream_id() == stream_id_) {
     stream_id_ = event.successor().stream_id();
   }
-  const std::string& kind = v1::Event::Kind_Name(event.kind());
-  if (session_.json) {
-    JsonObject told;
-    told.add("type", "event").add("kind", kind).add("world", event.world()).add("body", event.body());
-    if (!event.joint().empty()) told.add("joint", event.joint());
-    told.add("tick", event.tick()).add("detail", event.detail());
-    if (base::Status written = session_.output.line(told.text()); !written.ok()) return written;
-  } else {
-    std::string text = "event: " + kind + " " + event.world();
-    if (!event.body().empty()) text += " " + event.body();
-    if (!event.joint().empty()) text += " " + event.joint();
-    text += " at tick " + std::to_string(event.tick());
-    if (!event.detail().empty()) text += ": " + event.detail();
-    if (base::Status written = session_.output.line(text); !written.ok()) return written;
-  }
+  const std::string line = session_.json ? event_json(event).text() : "event: " + event_text(event);
+  if (base::Status written = session_.output.line(line); !written.ok()) return written;
   if (event.kind() == v1::Event::WORLD_DESTROYED && event.world() == arguments_.world) {
     return base::not_found("the world was destroyed", event.world());
   }

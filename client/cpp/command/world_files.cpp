@@ -7,6 +7,7 @@
 
 #include "command/commands.h"
 #include "command/json.h"
+#include "command/telling.h"
 #include "replay/verification.h"
 
 namespace pneuma::client {
@@ -63,7 +64,9 @@ base::Status restore(Session& session, const RestoreArguments& arguments) {
   request.set_snapshot(std::move(*bytes));
   request.set_name(arguments.name);
   request.set_paused(arguments.paused);
-  return report(session, "restored", session.client.restore_world(request));
+  const auto restored = session.client.restore_world(request);
+  if (restored.ok() && arguments.name.empty()) note_new_name(session, restored->world());
+  return report(session, "restored", restored);
 }
 
 base::Status verify(FileSession& session, const std::string& file) {

@@ -5,7 +5,8 @@ import { dirname, join } from "node:path";
 import { createInterface } from "node:readline";
 
 export const serverProgram =
-  process.env["PNEUMA_SERVER"] ?? join(process.env["PNEUMA_SOURCE"] ?? "../..", "build/release/bin/pneuma-server");
+  process.env["PNEUMA_SERVER_PROGRAM"] ??
+  join(process.env["PNEUMA_SOURCE"] ?? "../..", "build/release/bin/pneuma-server");
 /** `pneuma`, which is beside the server. */
 export const clientProgram = join(dirname(serverProgram), "pneuma");
 
@@ -17,7 +18,7 @@ export class Server {
     readonly http: string,
   ) {}
 
-  /** Starts one with these flags, asking for a token if there is one, and waits for its ready line. PNEUMA_SERVER names the program. */
+  /** Starts one with these flags, asking for a token if there is one, and waits for its ready line. PNEUMA_SERVER_PROGRAM names it. */
   static start(flags: readonly string[], token = ""): Promise<Server> {
     // All who come from here are one client.
     return Server.run(serverProgram, ["--commands-per-s", "1e6", "--commands-burst", "1e6", ...flags], token);

@@ -1,0 +1,79 @@
+// `pneuma open`: the server's page in the browser.
+#include <array>
+#include <chrono>
+#include <cstdlib>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "base/page_link.h"
+#include "command/commands.h"
+#include "command/json.h"
+#include "command/telling.h"
+
+extern "C" {
+#include <sys/pidfd.h>  // glibc 2.36 declares its functions without language linkage
+}
+
+namespace pneuma::client {
+
+namespace {
+
+// A browser that has not failed by then is shown.
+constexpr std::chrono::milliseconds start_patience{3'000};
+
+/// The server's HTTP address where nobody gives another: the port after that of the protocol, as with 7420 and 7421.
+base::Result<std::string> page_address(const std::string& server) {
+  const std::size_t colon = server.rfind(':');
+  const unsigned long port = std::strtoul(server.c_str() + colon + 1, nullptr, 10) + 1;
+  if (port > 65'535) return base::invalid("no port follows that of the server; give --http HOST:PORT", server);
+  return server.substr(0, colon + 1) + std::to_string(port);
+}
+
+/// By the command in BROWSER, or xdg-open. False where it cannot be started or fails at once.
+bool show_in_browser(std::string link) {
+  const char* chosen = std::getenv("BROWSER");
+  const bool is_chosen = chosen != nullptr && *chosen != '\0';
+  // The shell takes BROWSER's words apart; the link is never part of a command.
+  std::string script = is_chosen ? "exec $BROWSER \"$1\"" : "exec xdg-open \"$1\"";
+  std::string shell = "sh";
+  std::string take_script = "-c";
+  std::array<char*, 6> arguments{shell.data(), take_script.data(), script.data(), shell.data(), link.data(), nullptr};
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  const int failed = ::posix_spawn(&child, "/bin/sh", &files, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (failed != 0) return false;
+  const int ended = ::pidfd_open(child, 0);
+  pollfd entry{.fd = ended, .events = POLLIN, .revents = 0};
+  const bool has_ended = ended >= 0 && ::poll(&entry, 1, static_cast<int>(start_patience.count())) > 0;
+  if (ended >= 0) ::close(ended);
+  if (!has_ended) return true;
+  int status = 0;
+  return ::waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+}  // namespace
+
+base::Status open_page(Session& session, const OpenArguments& arguments) {
+  if (!arguments.world.empty()) {
+    if (const auto known = session.client.stats(arguments.world); !known.ok()) return known.status();
+  }
+  auto address = arguments.http.empty() ? page_address(session.server) : base::Result<std::string>(arguments.http);
+  if (!address.ok()) return address.status();
+  std::string link = base::page_link(*address, session.tls);
+  if (!arguments.world.empty()) link += "/#world=" + arguments.world;
+  const bool shown = show_in_browser(link);
+  if (session.json) return session.output.line(JsonObject().add("url", link).add("opened", shown).text());
+  if (!shown) note(session, "no browser could be started; open this address in one");
+  return session.output.line(link);
+}
+
+}  // namespace pneuma::client
