@@ -55,7 +55,7 @@ function names(of: readonly { readonly name: string }[]): string[] {
 
 /** As patient as the first, and small: both are drawn in software. */
 async function anotherPage(): Promise<Page> {
-  const another = await browser.newPage({ viewport: { width: 640, height: 320 } });
+  const another = await browser.newPage({ viewport: { width: 640, height: 320 }, deviceScaleFactor: 0.5 });
   another.setDefaultTimeout(60_000);
   return another;
 }
