@@ -7,6 +7,9 @@ const keys: Record<string, string> = {
   " ": "pause",
   ".": "step",
   r: "reset",
+  "[": "back",
+  "]": "ahead",
+  b: "now",
   w: "wireframe",
   v: "velocities",
   l: "dark",
@@ -25,6 +28,8 @@ const keys: Record<string, string> = {
   p: "show-plots",
   s: "show-plan",
 };
+
+const repeated = new Set(["step", "back", "ahead"]); // while their key is held down
 
 function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: KeyboardEvent): string | undefined {
   // What fills in a field sends events without a key.
@@ -69,7 +74,7 @@ export function listenToKeys(): void {
   element("keys-close").addEventListener("click", () => element<HTMLDialogElement>("keys").close());
   addEventListener("keydown", (event) => {
     const id = controlOf(event);
-    if (!id || (event.repeat && id !== "step")) return;
+    if (!id || (event.repeat && !repeated.has(id))) return;
     event.preventDefault();
     if (isPermitted(element(id))) element(id).click();
   });

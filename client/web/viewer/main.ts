@@ -20,23 +20,25 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
-import { happeningText } from "./happenings.js";
+import { deedText, happeningText } from "./happenings.js";
 import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
 import { tellNotice } from "./notice.js";
 import { PaceTold } from "./pace.js";
-import { mayEdit, permit, turnOffWithout } from "./permitted.js";
+import { mayEdit, permit, permitRecording, turnOffWithout } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
 import { Plots } from "./plots.js";
+import type { Recording } from "./recording.js";
 import { ShownWorld, type Stage } from "./shown_world.js";
 import { SlowMotion } from "./slow_motion.js";
 import { type Measured, StatsFeed } from "./stats_feed.js";
 import { tellStatus } from "./status_line.js";
 import { recall, remember } from "./storage.js";
 import { beginTheme } from "./theme.js";
+import { Timeline } from "./timeline.js";
 import { inWords } from "./words.js";
 import { plain } from "./world_view.js";
 
@@ -46,6 +48,7 @@ const tokenKey = "pneuma-token";
 const worlds = element<HTMLSelectElement>("world");
 const canvas = element<HTMLCanvasElement>("picture");
 const pauseButton = element<HTMLButtonElement>("pause");
+const playButton = element<HTMLButtonElement>("play");
 const stepButton = element<HTMLButtonElement>("step");
 
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
@@ -64,6 +67,7 @@ class Page implements Stage {
   private readonly paceTold = new PaceTold(() => this.world.live);
   private readonly pointer: Pointer;
   private readonly gauge = new Gauge();
+  private readonly timeline: Timeline;
   private shown = plain;
   private client: Client | undefined;
   private decoder: WorkerDecoder | undefined;
@@ -73,6 +77,7 @@ class Page implements Stage {
   private isConnected = false;
   private hasWorld = false;
   private newest: Frame | undefined;
+  private recording: Recording | undefined;
 
   constructor(private readonly picture: Picture) {
     const present = () => {
@@ -86,10 +91,14 @@ class Page implements Stage {
       const { live } = this.world;
       const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
       const massKg = (body: string) => this.controls.massKg(body);
-      const mayTouch = mayEdit();
+      const mayTouch = mayEdit() && !this.timeline.isPast;
       const clicked = (x: number, y: number) => this.controls.clicked(x, y, mayTouch ? tool : "pull");
       return live && { ...live, tool, mayTouch, massKg, clicked, failed: refuse };
     });
+    this.timeline = new Timeline(
+      () => this.world.live?.client,
+      () => this.timeMoved(),
+    );
     this.setPresent(false, false);
     this.listenToLooks();
     this.listenToSheets();
@@ -169,7 +178,17 @@ class Page implements Stage {
       if (this.client) void this.begun(this.client, world);
     }
     const text = happeningText(event);
-    if (text !== "") say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
+    this.timeline.mark("event", text, event.tick);
+    // A recording goes to its beginning where that is asked for.
+    const isBeginning = kind === Event_Kind.WORLD_RESET && Number(event.tick) === this.recording?.firstTick;
+    if (text !== "" && !isBeginning) say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
+  }
+
+  /** The timeline went elsewhere, or a recording came to its end or left it. */
+  private timeMoved(): void {
+    if (this.timeline.isPast) this.pointer.letGo();
+    stepButton.disabled = !this.world.isPaused || this.timeline.isAtEnd;
+    if (this.recording) this.world.refresh().catch(() => {}); // whether it goes on
   }
 
   private listenToLooks(): void {
@@ -206,6 +225,7 @@ class Page implements Stage {
         this.world.isPaused ? client.resume(world, this.slowMotion.wished) : client.pause(world),
       );
     });
+    playButton.addEventListener("click", () => pauseButton.click());
     stepButton.addEventListener("click", () => void this.ask((client, world) => client.step(world)));
     const confirm = element<HTMLDialogElement>("reset-confirm");
     const reset = () => void this.ask((client, world) => client.reset(world));
@@ -245,6 +265,7 @@ class Page implements Stage {
   private async ask(request: (client: Client, world: string) => Promise<unknown>): Promise<void> {
     try {
       if (this.client) await request(this.client, this.world.name);
+      if (this.recording) await this.world.refresh(); // nothing else tells of it
     } catch (error) {
       refuse(error as PneumaError);
     }
@@ -252,7 +273,8 @@ class Page implements Stage {
 
   private draw(nowMs: number): void {
     requestAnimationFrame((nextMs) => this.draw(nextMs));
-    const moment = this.playback.at(nowMs);
+    const now = this.playback.at(nowMs);
+    const moment = this.timeline.moment(now?.resets ?? 0) ?? now;
     const begin = performance.now();
     if (moment) this.picture.update(moment);
     this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
@@ -269,6 +291,7 @@ class Page implements Stage {
     const { frozen, contactCount, hasShadows } = this.picture;
     tellStatus(this.gauge, { asleep: this.asleep, frozen: frozen.size, hasShadows });
     this.picture.tell(this.legend, this.shown.field);
+    this.timeline.tell();
     element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(contactCount) : "";
   }
 
@@ -292,7 +315,7 @@ class Page implements Stage {
   }
 
   turn(view: View | undefined): void {
-    if (wantedWorld() === null) this.dock.open("gallery");
+    if (wantedWorld() === null && worlds.length > 1) this.dock.open("gallery");
     this.newest = undefined;
     this.setPresent(this.isConnected, false);
     unsay("");
@@ -311,15 +334,19 @@ class Page implements Stage {
   paced(isPaused: boolean, timeScale: number | undefined): void {
     worlds.value = this.world.name;
     pauseButton.textContent = isPaused ? "Resume" : "Pause";
-    stepButton.disabled = !isPaused;
+    playButton.textContent = isPaused ? "▶" : "❚❚";
+    playButton.setAttribute("aria-label", isPaused ? "Play" : "Pause");
+    stepButton.disabled = !isPaused || this.timeline.isAtEnd;
     if (timeScale) this.slowMotion.follow(timeScale);
   }
 
   frame(frame: Frame): void {
     // A server that was started again may tell of nothing else.
-    if (this.newest && frame.timeS < this.newest.timeS) say("The world began again", "began");
+    const isBack = this.newest !== undefined && frame.timeS < this.newest.timeS;
+    if (isBack && !this.recording) say("The world began again", "began");
     this.newest = frame;
     this.playback.push(frame);
+    this.timeline.take(frame);
     this.controls.take(frame);
     this.plots.takeFrame(frame);
     this.gauge.add({ frames: 1, bytes: frame.bytes });
@@ -338,7 +365,17 @@ class Page implements Stage {
   }
 
   applied(applied: Applied): void {
+    this.timeline.mark("deed", deedText(applied), applied.tick);
     this.controls.applied(applied);
+  }
+
+  found(recording: Recording | undefined): void {
+    this.recording = recording;
+    permitRecording(recording !== undefined);
+    const velocities = element<HTMLInputElement>("velocities");
+    velocities.disabled = recording?.hasVelocities === false;
+    velocities.parentElement!.title = velocities.disabled ? "It was recorded without them" : "V";
+    this.timeline.begin(recording);
   }
 
   async begun(client: Client, world: string): Promise<void> {
@@ -349,7 +386,7 @@ class Page implements Stage {
     const findFrozen = async () => {
       const { softBodies, timeRatio } = await client.stats(world);
       if (world !== this.world.name) return;
-      if (timeRatio < 1) this.paceTold.late(world);
+      if (timeRatio < 1 && !this.recording) this.paceTold.late(world);
       this.picture.frozen.clear();
       for (const { name, frozen } of softBodies) if (frozen) this.picture.frozen.add(name);
     };
