@@ -22,6 +22,7 @@ const keys: Record<string, string> = {
   u: "upload-open",
   n: "new-world-open",
   c: "record",
+  m: "film",
   delete: "remove",
   g: "show-gallery",
   i: "show-view",
@@ -43,12 +44,12 @@ function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: Keyboard
 }
 
 // What those of the picture and of the page's own do; the others press a control, and are told with its name.
-const others: readonly (readonly [string, string])[] = [
-  ["Ctrl+Z", "Undo"],
-  ["Ctrl+Shift+Z", "Redo"],
+const others: readonly (readonly [key: string, what: string, control?: string])[] = [
+  ["Ctrl+Z", "Undo", "undo"],
+  ["Ctrl+Shift+Z", "Redo", "redo"],
   ["Arrow keys", "Turn the view; with Shift, move it"],
   ["+ and −", "Nearer, away"],
-  ["Enter", "Take hold of what is selected"],
+  ["Enter", "Take hold of what is selected", "tool-pull"],
 ];
 
 function nameOf(control: HTMLElement): string {
@@ -59,7 +60,11 @@ function nameOf(control: HTMLElement): string {
 /** Lists the keys of the controls that are there. */
 function showKeys(): void {
   const pressed = Object.entries(keys).filter(([, id]) => isPermitted(element(id)));
-  const rows = [...pressed.map(([key, id]) => [key === " " ? "Space" : key, nameOf(element(id))] as const), ...others];
+  const possible = others.filter(([, , control]) => !control || isPermitted(element(control)));
+  const rows = [
+    ...pressed.map(([key, id]) => [key === " " ? "Space" : key, nameOf(element(id))] as const),
+    ...possible,
+  ];
   element("key-list").replaceChildren(
     ...rows.flatMap(([key, what]) => [
       Object.assign(document.createElement("dt"), { textContent: key.length === 1 ? key.toUpperCase() : key }),

@@ -6,6 +6,7 @@ import {
   Event_Kind,
   type Frame,
   PneumaError,
+  RecordingPlayer,
   type SubscribeOptions,
   WorkerDecoder,
   type WorldList_World,
@@ -25,8 +26,9 @@ import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
 import { tellNotice } from "./notice.js";
+import { ownRecording } from "./one_file.js";
 import { PaceTold } from "./pace.js";
-import { mayEdit, permit, permitRecording, turnOffWithout } from "./permitted.js";
+import { mayEdit, permit, permitRecording, permitServer, turnOffWithout } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
@@ -44,6 +46,7 @@ import { plain } from "./world_view.js";
 
 const statusIntervalMs = 500;
 const tokenKey = "pneuma-token";
+const fastScales = [2, 4]; // of a recording without a server
 
 const worlds = element<HTMLSelectElement>("world");
 const canvas = element<HTMLCanvasElement>("picture");
@@ -51,6 +54,7 @@ const pauseButton = element<HTMLButtonElement>("pause");
 const playButton = element<HTMLButtonElement>("play");
 const stepButton = element<HTMLButtonElement>("step");
 
+const own = ownRecording();
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
 
 class Page implements Stage {
@@ -99,6 +103,8 @@ class Page implements Stage {
       () => this.world.live?.client,
       () => this.timeMoved(),
     );
+    permitServer(!own);
+    if (own) this.slowMotion.offer(fastScales);
     this.setPresent(false, false);
     this.listenToLooks();
     this.listenToSheets();
@@ -118,13 +124,14 @@ class Page implements Stage {
 
   async connect(token: string): Promise<void> {
     tellNotice("Connecting…");
-    this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
+    if (!own) this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
     this.decodeMs = 0;
     try {
       this.client = await Client.connect(socketUrl, {
         token,
         clientName: "page",
-        decoder: this.decoder,
+        ...(this.decoder ? { decoder: this.decoder } : {}),
+        ...(own ? { openSocket: async () => new RecordingPlayer(own) } : {}),
         stateChanged: (state, reason) => {
           this.setPresent(state === "open", this.hasWorld);
           if (state === "open") {
@@ -306,7 +313,9 @@ class Page implements Stage {
   }
 
   listed(list: readonly WorldList_World[]): void {
-    const options = list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name));
+    const options = list.map(
+      ({ name, vertices }) => new Option(vertices > 0 ? `${name} (${vertices} vertices)` : name, name),
+    );
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
@@ -376,6 +385,7 @@ class Page implements Stage {
     velocities.disabled = recording?.hasVelocities === false;
     velocities.parentElement!.title = velocities.disabled ? "It was recorded without them" : "V";
     this.timeline.begin(recording);
+    if (own) this.timeline.markAll(own);
   }
 
   async begun(client: Client, world: string): Promise<void> {

@@ -14,6 +14,7 @@ const needed: Readonly<Record<string, readonly string[]>> = {
   admin: ["may-admin", "is-live"],
   live: ["is-live"],
   recording: ["may-edit", "is-recording"],
+  server: ["has-server"],
 };
 
 function has(mark: string): boolean {
@@ -32,6 +33,11 @@ export function permitRecording(isRecording: boolean): void {
   document.body.classList.toggle("is-live", !isRecording);
 }
 
+/** A page of one file has none. */
+export function permitServer(hasServer: boolean): void {
+  document.body.classList.toggle("has-server", hasServer);
+}
+
 export function mayEdit(): boolean {
   return needed["edit"]!.every(has);
 }
@@ -42,7 +48,9 @@ export function mayEdit(): boolean {
  */
 export function turnOffWithout({ isConnected, hasWorld }: { isConnected: boolean; hasWorld: boolean }): void {
   const isOff = (control: HTMLElement) => !isConnected || (!hasWorld && control.dataset["needs"] !== "admin");
-  for (const control of document.querySelectorAll<HTMLElement>('[data-needs]:not([data-needs="live"]), [data-live]'))
+  for (const control of document.querySelectorAll<HTMLElement>(
+    '[data-needs]:not([data-needs="live"], [data-needs="server"]), [data-live]',
+  ))
     control.inert = isOff(control);
 }
 

@@ -21,6 +21,11 @@ export class SlowMotion {
     return scale === this.scale_ ? undefined : scale;
   }
 
+  /** Lets these be chosen, too. */
+  offer(scales: readonly number[]): void {
+    for (const scale of scales) this.choice.add(new Option(`${scale} ×`, String(scale)));
+  }
+
   /** What the server says. */
   follow(scale: number): void {
     this.scale_ = scale;

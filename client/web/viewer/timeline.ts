@@ -1,8 +1,9 @@
 // The line of time: of a world that runs its last half minute, to be looked at again, of a recording all of it, to be
 // gone to. What happened is marked on it.
-import type { Client, Frame, PneumaError } from "../src/index.js";
+import type { Client, Frame, PneumaError, RecordingFile } from "../src/index.js";
 import { refuse } from "./effect.js";
 import { element } from "./element.js";
+import { deedText, happeningText } from "./happenings.js";
 import { Latest } from "./latest.js";
 import { type MarkKind, Marks } from "./marks.js";
 import { Past, pastS } from "./past.js";
@@ -89,6 +90,17 @@ export class Timeline {
   mark(kind: MarkKind, text: string, tick: bigint): void {
     if (text === "") return;
     this.marks.add({ atS: this.placeOf(tick), kind, text });
+  }
+
+  /** What a recording holds, which a server would tell of when it comes to it; and its key frames. */
+  markAll({ frames }: RecordingFile): void {
+    for (const { frame, before } of frames) {
+      if (frame.baseTick === undefined) this.marks.add({ atS: this.placeOf(frame.tick), kind: "key", text: "" });
+      for (const { happening } of before) {
+        if (happening.case === "event") this.mark("event", happeningText(happening.value), happening.value.tick);
+        else this.mark("deed", deedText(happening.value), happening.value.tick);
+      }
+    }
   }
 
   /** What is to be seen in the place of what comes. */

@@ -1,7 +1,7 @@
 // What is done with the page's hands, in a real browser: each deed is asked of the server by another client.
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
-import { mkdtemp, readdir, writeFile } from "node:fs/promises";
+import { mkdtemp, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
@@ -15,10 +15,8 @@ import {
   hash,
   open,
   page,
-  pastTick,
   said,
   server,
-  shownTick,
   standStill,
   test,
   unfold,
@@ -344,25 +342,6 @@ test("the address opens the same view, and the scene that is saved makes the sam
   const { tcp } = server;
   await promisify(execFile)(clientProgram, ["--server", tcp, "create", file, "--name", "again"]);
   assert.deepEqual((await client.scene("again")).meshes, meshes);
-});
-
-test("a recording that the page made is played", async () => {
-  await unfold("Share");
-  await page.click("#record");
-  await page.waitForSelector("#record.recording");
-  await pastTick((await shownTick()) + 30);
-  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#record")]);
-  const folder = await mkdtemp(join(tmpdir(), "pneuma-"));
-  const file = join(folder, "page.pneuma");
-  await download.saveAs(file);
-  await promisify(execFile)(clientProgram, ["export", file, "--format", "obj", "--out", join(folder, "frames")]);
-  await said(/recording is saved: [1-9]\d* frames/);
-  const frames = await page.evaluate(() => {
-    const { messages } = globalThis as unknown as { messages: string[] };
-    return Number(/is saved: (\d+) frames/.exec(messages.join())![1]);
-  });
-  // A slow page is sent fewer than there were ticks, and each tick is exported.
-  assert.ok((await readdir(join(folder, "frames"))).length >= frames);
 });
 
 test("a world is made of a built-in scene and of a file, and destroyed when that is confirmed", async () => {
