@@ -14,6 +14,7 @@ import {
 import { isLasting, retryDelayMs } from "../src/retry.js";
 import { noteView, type View, wantedWorld } from "./address.js";
 import { steered, wayOf } from "./camera_keys.js";
+import { BodyCard } from "./body_card.js";
 import { Controls } from "./controls.js";
 import { Dock } from "./dock.js";
 import { refuse, say, unsay } from "./effect.js";
@@ -68,6 +69,10 @@ class Page implements Stage {
   private readonly gallery = new Gallery();
   private readonly world = new ShownWorld(this);
   private readonly statsFeed = new StatsFeed(() => this.world.live);
+  private readonly card = new BodyCard(this.statsFeed, () => {
+    const { selected, scene } = this.controls;
+    return { selected, scene, frame: this.newest, hasContacts: this.options().contacts ?? false };
+  });
   private readonly paceTold = new PaceTold(() => this.world.live);
   private readonly pointer: Pointer;
   private readonly gauge = new Gauge();
@@ -77,6 +82,7 @@ class Page implements Stage {
   private decoder: WorkerDecoder | undefined;
   private decodeMs = 0; // of the decoder, as told last
   private asleep = 0;
+  private others = 0; // who watch this world
   private failures = 0; // to connect for the first time
   private isConnected = false;
   private hasWorld = false;
@@ -296,16 +302,20 @@ class Page implements Stage {
     this.gauge.add({ decodeMs: decodeMs - this.decodeMs });
     this.decodeMs = decodeMs;
     const { frozen, contactCount, hasShadows } = this.picture;
-    tellStatus(this.gauge, { asleep: this.asleep, frozen: frozen.size, hasShadows });
+    tellStatus(this.gauge, { asleep: this.asleep, frozen: frozen.size, hasShadows, others: this.others });
     this.picture.tell(this.legend, this.shown.field);
     this.timeline.tell();
+    this.card.follow();
+    this.world.followOptions(); // a selected body's contacts are wanted
     element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(contactCount) : "";
   }
 
   // Of Stage.
 
   options(): SubscribeOptions {
-    return { maxErrorM, commands: true, ...neededFor(this.shown) };
+    const needed = neededFor(this.shown);
+    const contacts = (needed.contacts || this.controls.selected !== "") && !this.recording;
+    return { maxErrorM, commands: true, ...needed, contacts };
   }
 
   say(text: string): void {
@@ -319,6 +329,9 @@ class Page implements Stage {
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
+    const own = 1 + Number(!element("gallery").hidden) + Number(this.controls.isRecording);
+    const all = list.find(({ name }) => name === this.world.name)?.subscribers ?? 0;
+    this.others = Math.max(0, all - own);
     element("make-first").hidden = list.length > 0;
     if (this.client) this.gallery.update(this.client, list, this.world.name);
   }

@@ -40,6 +40,14 @@ export class Marks {
     return near.map(({ text }) => text).join(", ");
   }
 
+  /** The last ones that say something, the newest first. */
+  latest(count: number): readonly Mark[] {
+    return this.marks
+      .filter(({ text }) => text !== "")
+      .slice(-count)
+      .reverse();
+  }
+
   draw(beginS: number, endS: number): void {
     const within = this.marks.filter(({ atS }) => atS >= beginS && atS <= endS);
     const parts = within.map(({ atS }) => `${((100 * (atS - beginS)) / (endS - beginS)).toFixed(2)}%`);

@@ -6,7 +6,7 @@ import type { Moment } from "./playback.js";
 export const pastS = 30;
 // More are not seen: the picture goes on between two frames.
 const rateMaxHz = 30;
-// Of all frames together. hero takes 13 MB; the largest world has a frame each 0.75 s then.
+// Of all frames together. hero takes 2 MB; the largest world has a frame each 0.7 s then.
 const bytesMax = 64 * 1024 * 1024;
 // Where so much is missing between two frames, nothing is known of what was between them.
 const gapS = 2;

@@ -69,6 +69,10 @@ export class Share {
     });
   }
 
+  get isRecording(): boolean {
+    return this.recorder !== undefined;
+  }
+
   private async sceneText(): Promise<string> {
     return toJsonString(SceneSchema, await this.edits.fresh(), { prettySpaces: 2 });
   }

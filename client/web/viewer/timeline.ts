@@ -11,6 +11,7 @@ import type { Moment } from "./playback.js";
 import type { Recording } from "./recording.js";
 
 const jumpS = 1; // of the buttons and their keys
+const latelyMax = 6; // lines
 
 function seconds(timeS: number): string {
   return timeS.toFixed(1);
@@ -20,12 +21,14 @@ export class Timeline {
   private readonly slider = element<HTMLInputElement>("moment");
   private readonly told = element<HTMLOutputElement>("moment-told");
   private readonly nowButton = element<HTMLButtonElement>("now");
+  private readonly lately = element("lately");
   private readonly past = new Past();
   private readonly marks = new Marks();
   private readonly seeks: Latest<number>;
   private recording: Recording | undefined;
   private tick = 0;
   private lookedAtS: number | undefined; // of the past
+  private stoodAtS = 0; // now, when the past began to be looked at
   private isHeld = false; // by a pointer
 
   /**
@@ -124,6 +127,20 @@ export class Timeline {
     const happened = this.marks.textAt(recording ? place : endS + place);
     this.slider.setAttribute("aria-valuetext", happened === "" ? at : `${at}: ${happened}`);
     this.slider.title = happened;
+    this.tellLately();
+  }
+
+  private tellLately(): void {
+    const { recording, past } = this;
+    const when = (atS: number) => (recording ? `at ${seconds(atS)} s` : `${seconds(past.nowS - atS)} s ago`);
+    this.lately.replaceChildren(
+      ...this.marks
+        .latest(latelyMax)
+        .flatMap(({ atS, text }) => [
+          Object.assign(document.createElement("dt"), { textContent: when(atS) }),
+          Object.assign(document.createElement("dd"), { textContent: text }),
+        ]),
+    );
   }
 
   private placeOf(tick: bigint): number {
@@ -135,9 +152,6 @@ export class Timeline {
     if (this.recording) return this.recording.atS(this.tick);
     return this.lookedAtS === undefined ? 0 : this.lookedAtS - this.stoodAtS;
   }
-
-  /** Now, when the past began to be looked at. */
-  private stoodAtS = 0;
 
   private pastText(place: number): string {
     return this.isPast ? `${seconds(-place)} s ago` : "now";

@@ -203,6 +203,10 @@ test("a click selects a body, whose own gas is another then", async () => {
   await page.click("#frame-all");
   await page.mouse.click(panel.x / 2, 300);
   assert.equal(await page.inputValue("#selected"), "ball");
+  await page.waitForFunction(() => {
+    const card = document.getElementById("card")!.innerText.replaceAll("\n", " ");
+    return /Mass .* kg.* Over-pressure .* Pa.* Speed .* m\/s.* Contacts \d+ State (awake|asleep)/.test(card);
+  });
   await page.waitForSelector("#own-gas:enabled");
   const { moles } = (await client.scene(world)).softBodies[0]!.gas!;
   await page.fill("#own-gas", "1");
@@ -243,6 +247,7 @@ test("two pages see the same world: the sliders of one follow the other's", asyn
     await second.waitForSelector("#gravity:enabled");
     await page.fill("#gravity", "3");
     await second.waitForFunction(() => (document.getElementById("gravity") as HTMLInputElement).value === "3");
+    await page.waitForFunction(() => /1 other watches/.test(document.getElementById("status")!.textContent!));
     await page.keyboard.press("t");
     await second.waitForSelector("#selected option[value=thrown-1]", { state: "attached" });
     await client.reset(world);

@@ -56,6 +56,7 @@ test("the last seconds of a world are looked at, untouched, and left for now", a
     await client.impulse(world, { body: "ball", impulse: { y: 0.2 } });
     return (await page.locator("#marks .deed").count()) > 0;
   });
+  await page.waitForFunction(() => / s ago\s*ball was hit/.test(document.getElementById("lately")!.textContent!));
   await pastTick((await shownTick()) + 90);
   const before = await shownTick();
   await page.keyboard.press("[");
