@@ -19,6 +19,7 @@ import { type FrameDecoder, InlineDecoder } from "./decoder.js";
 import { callUser, PneumaError } from "./errors.js";
 import { Grab } from "./grab.js";
 import { isLasting, retryDelayMs, steadyMs } from "./retry.js";
+import type { Socket } from "./socket.js";
 import { type Feed, MeshStore, Stream, type StreamListener, type SubscribeOptions } from "./stream.js";
 
 /** A message's fields, those left out at their default. */
@@ -42,6 +43,8 @@ export interface ClientOptions {
   readonly reconnect?: boolean;
   /** Unset: frames are decoded on this thread. Closed with the client, or when connecting fails. */
   readonly decoder?: FrameDecoder;
+  /** Unset: a WebSocket. With another one the client speaks to what is no server, as to a `RecordingPlayer`. */
+  readonly openSocket?: (url: string) => Promise<Socket>;
   /** Called with each change of state, and why. */
   readonly stateChanged?: (state: ClientState, reason?: PneumaError) => void;
   /** What happened in the worlds that are subscribed to. */
@@ -229,6 +232,7 @@ export class Client {
       replyTimeoutMs: this.options.replyTimeoutMs ?? 10_000,
       update: (message, bytes) => this.take(message, bytes.length),
       ended: (error) => this.lose(error),
+      ...(this.options.openSocket ? { openSocket: this.options.openSocket } : {}),
     });
     if (this.state_ === "closed") return connection.end(new PneumaError("UNAVAILABLE", "the client was closed"));
     this.connection = connection;

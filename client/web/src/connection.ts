@@ -36,6 +36,7 @@ export interface ConnectionOptions {
   readonly clientName: string;
   readonly connectTimeoutMs: number;
   readonly replyTimeoutMs: number;
+  readonly openSocket?: (url: string) => Promise<Socket>;
   /** Called in the order of arrival, with the message as it was received. */
   readonly update: (message: Update, bytes: Uint8Array) => void;
   /** Called once when the connection has ended, with why. */
@@ -76,7 +77,7 @@ export class Connection {
 
   /** Connects and says hello. Throws PneumaError; `ended` is not called then. */
   static async open(url: string, options: ConnectionOptions): Promise<Connection> {
-    const socket = await openSocket(url);
+    const socket = await (options.openSocket ?? openSocket)(url);
     let timer: ReturnType<typeof setTimeout> | undefined;
     try {
       await new Promise<void>((resolve, reject) => {

@@ -11,16 +11,10 @@ import { Event_Kind, SubscribeSchema } from "../proto/pneuma/v1/session_pb.js";
 import { Connection, type Update } from "./connection.js";
 import { crc32c } from "./crc32c.js";
 import { PneumaError } from "./errors.js";
+import { PlayClock } from "./play_clock.js";
+import { indexMagic, kinds, magic, prefixBytes, version } from "./recording_format.js";
 import type { SubscribeOptions } from "./stream.js";
 
-const magic = "PNEUMARC";
-const indexMagic = "PNEUMAIX";
-const version = 1;
-const kinds = { header: 1, message: 2, index: 3 };
-const prefixBytes = 9; // length, checksum, kind
-
-// The rarest stream has a frame a day; more is no time of ours.
-const frameIntervalMaxS = 86_400;
 // It is held in memory; a tab of a browser has a few times as much.
 const bytesMaxDefault = 512 * 1024 * 1024;
 
@@ -42,9 +36,10 @@ export class RecordingWriter {
   private readonly parts: Uint8Array[] = [];
   private bytes_ = 0;
   private layoutOffset = 0n;
-  private last: { readonly tick: bigint; readonly timeS: number } | undefined;
+  private readonly clock: PlayClock;
 
-  constructor(private readonly header: RecordingHeader) {
+  constructor(header: RecordingHeader) {
+    this.clock = new PlayClock(header.worldRateHz, header.stream?.tickS ?? 0);
     const preamble = new Uint8Array(magic.length + 4);
     preamble.set(ascii.encode(magic));
     new DataView(preamble.buffer).setUint32(magic.length, version, true);
@@ -81,14 +76,8 @@ export class RecordingWriter {
   private indexFrame(frame: Frame, offset: bigint): void {
     const { index } = this;
     const { tick } = frame;
-    const timeS = this.timeOf(frame);
-    if (this.last) {
-      let stepS = timeS - this.last.timeS;
-      // Back to the start, or no time at all: the ticks go on counting.
-      if (!(stepS >= 0)) stepS = Math.max(0, Number(tick - this.last.tick)) / this.header.worldRateHz;
-      index.durationS += Math.min(stepS, frameIntervalMaxS);
-    }
-    this.last = { tick, timeS };
+    this.clock.take(frame);
+    index.durationS = this.clock.durationS;
     if (frame.baseTick === undefined) {
       index.keys.push({
         $typeName: "pneuma.v1.RecordingIndex.Key",
@@ -101,12 +90,6 @@ export class RecordingWriter {
     }
     ++index.frames;
     index.lastTick = tick;
-  }
-
-  /** Where the frame does not tell it, it follows from any frame before as from its base. */
-  private timeOf({ tick, timeS }: Frame): number {
-    if (timeS !== undefined || !this.last) return timeS ?? 0;
-    return this.last.timeS + Number(tick - this.last.tick) * (this.header.stream?.tickS ?? 0);
   }
 
   private add(bytes: Uint8Array): void {

@@ -26,6 +26,7 @@ export class Controls {
   private readonly edits: WorldEdits;
   private readonly sliders: Sliders;
   private readonly selection: Selection;
+  private readonly share: Share;
   private readonly undoButton = element<HTMLButtonElement>("undo");
   private readonly redoButton = element<HTMLButtonElement>("redo");
   private readonly addKind = element<HTMLSelectElement>("add-kind");
@@ -48,7 +49,7 @@ export class Controls {
     this.selection = new Selection(this.edits, (name) => picture.highlight(name));
     const around = () => ({ frame: this.frames.at(-1), centre: picture.orbit.target.clone() });
     new Upload(this.edits, around, (name) => picture.bringIntoView(name));
-    new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
+    this.share = new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
     new WorldsMade(present, open);
     this.listen();
   }
@@ -104,6 +105,14 @@ export class Controls {
   /** The name of what is selected; "": nothing. */
   get selected(): string {
     return this.selection.name;
+  }
+
+  get scene(): Scene | undefined {
+    return this.edits.scene;
+  }
+
+  get isRecording(): boolean {
+    return this.share.isRecording;
   }
 
   massKg(body: string): number {

@@ -1,5 +1,5 @@
 // What the server tells of a world unasked, in words.
-import { type Event, Event_Kind } from "../src/index.js";
+import { type Applied, type Event, Event_Kind } from "../src/index.js";
 
 /** "": nothing that has to be said. */
 export function happeningText({ kind, body, joint, detail }: Event): string {
@@ -9,4 +9,23 @@ export function happeningText({ kind, body, joint, detail }: Event): string {
   if (kind === Event_Kind.JOINT_BROKEN) return `${joint} has broken: ${detail}`;
   if (kind === Event_Kind.WORLD_RESET) return "The world began again";
   return "";
+}
+
+// Of a hand only that it took hold: it moves many times a second.
+const deeds: Readonly<Record<string, string>> = { pause: "paused", resume: "went on", edit: "changed" };
+
+function words(name: string): string {
+  return name.replaceAll(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`);
+}
+
+/** What somebody did to a world; "": nothing that has to be told. */
+export function deedText({ command }: Pick<Applied, "command">): string {
+  const request = command?.request;
+  if (request?.case === "impulse") return `${request.value.body || "a body"} was hit`;
+  if (request?.case === "grab") return `${request.value.body || "a body"} was taken hold of`;
+  if (request?.case === "edit" && request.value.source.case === "edit") {
+    const kinds = new Set(request.value.source.value.changes.map(({ change }) => words(change.case ?? "")));
+    return [...kinds].join(", ");
+  }
+  return deeds[request?.case ?? ""] ?? "";
 }

@@ -7,6 +7,9 @@ const keys: Record<string, string> = {
   " ": "pause",
   ".": "step",
   r: "reset",
+  "[": "back",
+  "]": "ahead",
+  b: "now",
   w: "wireframe",
   v: "velocities",
   l: "dark",
@@ -19,12 +22,15 @@ const keys: Record<string, string> = {
   u: "upload-open",
   n: "new-world-open",
   c: "record",
+  m: "film",
   delete: "remove",
   g: "show-gallery",
   i: "show-view",
   p: "show-plots",
   s: "show-plan",
 };
+
+const repeated = new Set(["step", "back", "ahead"]); // while their key is held down
 
 function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: KeyboardEvent): string | undefined {
   // What fills in a field sends events without a key.
@@ -38,12 +44,12 @@ function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: Keyboard
 }
 
 // What those of the picture and of the page's own do; the others press a control, and are told with its name.
-const others: readonly (readonly [string, string])[] = [
-  ["Ctrl+Z", "Undo"],
-  ["Ctrl+Shift+Z", "Redo"],
+const others: readonly (readonly [key: string, what: string, control?: string])[] = [
+  ["Ctrl+Z", "Undo", "undo"],
+  ["Ctrl+Shift+Z", "Redo", "redo"],
   ["Arrow keys", "Turn the view; with Shift, move it"],
   ["+ and −", "Nearer, away"],
-  ["Enter", "Take hold of what is selected"],
+  ["Enter", "Take hold of what is selected", "tool-pull"],
 ];
 
 function nameOf(control: HTMLElement): string {
@@ -54,7 +60,11 @@ function nameOf(control: HTMLElement): string {
 /** Lists the keys of the controls that are there. */
 function showKeys(): void {
   const pressed = Object.entries(keys).filter(([, id]) => isPermitted(element(id)));
-  const rows = [...pressed.map(([key, id]) => [key === " " ? "Space" : key, nameOf(element(id))] as const), ...others];
+  const possible = others.filter(([, , control]) => !control || isPermitted(element(control)));
+  const rows = [
+    ...pressed.map(([key, id]) => [key === " " ? "Space" : key, nameOf(element(id))] as const),
+    ...possible,
+  ];
   element("key-list").replaceChildren(
     ...rows.flatMap(([key, what]) => [
       Object.assign(document.createElement("dt"), { textContent: key.length === 1 ? key.toUpperCase() : key }),
@@ -69,7 +79,7 @@ export function listenToKeys(): void {
   element("keys-close").addEventListener("click", () => element<HTMLDialogElement>("keys").close());
   addEventListener("keydown", (event) => {
     const id = controlOf(event);
-    if (!id || (event.repeat && id !== "step")) return;
+    if (!id || (event.repeat && !repeated.has(id))) return;
     event.preventDefault();
     if (isPermitted(element(id))) element(id).click();
   });

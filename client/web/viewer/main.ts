@@ -6,6 +6,7 @@ import {
   Event_Kind,
   type Frame,
   PneumaError,
+  RecordingPlayer,
   type SubscribeOptions,
   WorkerDecoder,
   type WorldList_World,
@@ -13,6 +14,7 @@ import {
 import { isLasting, retryDelayMs } from "../src/retry.js";
 import { noteView, type View, wantedWorld } from "./address.js";
 import { steered, wayOf } from "./camera_keys.js";
+import { BodyCard } from "./body_card.js";
 import { Controls } from "./controls.js";
 import { Dock } from "./dock.js";
 import { refuse, say, unsay } from "./effect.js";
@@ -20,34 +22,40 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
-import { happeningText } from "./happenings.js";
+import { deedText, happeningText } from "./happenings.js";
 import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
 import { tellNotice } from "./notice.js";
+import { ownRecording } from "./one_file.js";
 import { PaceTold } from "./pace.js";
-import { mayEdit, permit, turnOffWithout } from "./permitted.js";
+import { mayEdit, permit, permitRecording, permitServer, turnOffWithout } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
 import { Playback } from "./playback.js";
 import { Plots } from "./plots.js";
+import type { Recording } from "./recording.js";
 import { ShownWorld, type Stage } from "./shown_world.js";
 import { SlowMotion } from "./slow_motion.js";
 import { type Measured, StatsFeed } from "./stats_feed.js";
 import { tellStatus } from "./status_line.js";
 import { recall, remember } from "./storage.js";
 import { beginTheme } from "./theme.js";
+import { Timeline } from "./timeline.js";
 import { inWords } from "./words.js";
 import { plain } from "./world_view.js";
 
 const statusIntervalMs = 500;
 const tokenKey = "pneuma-token";
+const fastScales = [2, 4]; // of a recording without a server
 
 const worlds = element<HTMLSelectElement>("world");
 const canvas = element<HTMLCanvasElement>("picture");
 const pauseButton = element<HTMLButtonElement>("pause");
+const playButton = element<HTMLButtonElement>("play");
 const stepButton = element<HTMLButtonElement>("step");
 
+const own = ownRecording();
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
 
 class Page implements Stage {
@@ -61,18 +69,25 @@ class Page implements Stage {
   private readonly gallery = new Gallery();
   private readonly world = new ShownWorld(this);
   private readonly statsFeed = new StatsFeed(() => this.world.live);
+  private readonly card = new BodyCard(this.statsFeed, () => {
+    const { selected, scene } = this.controls;
+    return { selected, scene, frame: this.newest, hasContacts: this.options().contacts ?? false };
+  });
   private readonly paceTold = new PaceTold(() => this.world.live);
   private readonly pointer: Pointer;
   private readonly gauge = new Gauge();
+  private readonly timeline: Timeline;
   private shown = plain;
   private client: Client | undefined;
   private decoder: WorkerDecoder | undefined;
   private decodeMs = 0; // of the decoder, as told last
   private asleep = 0;
+  private others = 0; // who watch this world
   private failures = 0; // to connect for the first time
   private isConnected = false;
   private hasWorld = false;
   private newest: Frame | undefined;
+  private recording: Recording | undefined;
 
   constructor(private readonly picture: Picture) {
     const present = () => {
@@ -86,10 +101,16 @@ class Page implements Stage {
       const { live } = this.world;
       const tool = document.querySelector<HTMLInputElement>("input[name=tool]:checked")!.value as Tool;
       const massKg = (body: string) => this.controls.massKg(body);
-      const mayTouch = mayEdit();
+      const mayTouch = mayEdit() && !this.timeline.isPast;
       const clicked = (x: number, y: number) => this.controls.clicked(x, y, mayTouch ? tool : "pull");
       return live && { ...live, tool, mayTouch, massKg, clicked, failed: refuse };
     });
+    this.timeline = new Timeline(
+      () => this.world.live?.client,
+      () => this.timeMoved(),
+    );
+    permitServer(!own);
+    if (own) this.slowMotion.offer(fastScales);
     this.setPresent(false, false);
     this.listenToLooks();
     this.listenToSheets();
@@ -109,13 +130,14 @@ class Page implements Stage {
 
   async connect(token: string): Promise<void> {
     tellNotice("Connecting…");
-    this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
+    if (!own) this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
     this.decodeMs = 0;
     try {
       this.client = await Client.connect(socketUrl, {
         token,
         clientName: "page",
-        decoder: this.decoder,
+        ...(this.decoder ? { decoder: this.decoder } : {}),
+        ...(own ? { openSocket: async () => new RecordingPlayer(own) } : {}),
         stateChanged: (state, reason) => {
           this.setPresent(state === "open", this.hasWorld);
           if (state === "open") {
@@ -169,7 +191,17 @@ class Page implements Stage {
       if (this.client) void this.begun(this.client, world);
     }
     const text = happeningText(event);
-    if (text !== "") say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
+    this.timeline.mark("event", text, event.tick);
+    // A recording goes to its beginning where that is asked for.
+    const isBeginning = kind === Event_Kind.WORLD_RESET && Number(event.tick) === this.recording?.firstTick;
+    if (text !== "" && !isBeginning) say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
+  }
+
+  /** The timeline went elsewhere, or a recording came to its end or left it. */
+  private timeMoved(): void {
+    if (this.timeline.isPast) this.pointer.letGo();
+    stepButton.disabled = !this.world.isPaused || this.timeline.isAtEnd;
+    if (this.recording) this.world.refresh().catch(() => {}); // whether it goes on
   }
 
   private listenToLooks(): void {
@@ -206,6 +238,7 @@ class Page implements Stage {
         this.world.isPaused ? client.resume(world, this.slowMotion.wished) : client.pause(world),
       );
     });
+    playButton.addEventListener("click", () => pauseButton.click());
     stepButton.addEventListener("click", () => void this.ask((client, world) => client.step(world)));
     const confirm = element<HTMLDialogElement>("reset-confirm");
     const reset = () => void this.ask((client, world) => client.reset(world));
@@ -245,6 +278,7 @@ class Page implements Stage {
   private async ask(request: (client: Client, world: string) => Promise<unknown>): Promise<void> {
     try {
       if (this.client) await request(this.client, this.world.name);
+      if (this.recording) await this.world.refresh(); // nothing else tells of it
     } catch (error) {
       refuse(error as PneumaError);
     }
@@ -252,7 +286,8 @@ class Page implements Stage {
 
   private draw(nowMs: number): void {
     requestAnimationFrame((nextMs) => this.draw(nextMs));
-    const moment = this.playback.at(nowMs);
+    const now = this.playback.at(nowMs);
+    const moment = this.timeline.moment(now?.resets ?? 0) ?? now;
     const begin = performance.now();
     if (moment) this.picture.update(moment);
     this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
@@ -267,15 +302,20 @@ class Page implements Stage {
     this.gauge.add({ decodeMs: decodeMs - this.decodeMs });
     this.decodeMs = decodeMs;
     const { frozen, contactCount, hasShadows } = this.picture;
-    tellStatus(this.gauge, { asleep: this.asleep, frozen: frozen.size, hasShadows });
+    tellStatus(this.gauge, { asleep: this.asleep, frozen: frozen.size, hasShadows, others: this.others });
     this.picture.tell(this.legend, this.shown.field);
+    this.timeline.tell();
+    this.card.follow();
+    this.world.followOptions(); // a selected body's contacts are wanted
     element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(contactCount) : "";
   }
 
   // Of Stage.
 
   options(): SubscribeOptions {
-    return { maxErrorM, commands: true, ...neededFor(this.shown) };
+    const needed = neededFor(this.shown);
+    const contacts = (needed.contacts || this.controls.selected !== "") && !this.recording;
+    return { maxErrorM, commands: true, ...needed, contacts };
   }
 
   say(text: string): void {
@@ -283,16 +323,21 @@ class Page implements Stage {
   }
 
   listed(list: readonly WorldList_World[]): void {
-    const options = list.map(({ name, vertices }) => new Option(`${name} (${vertices} vertices)`, name));
+    const options = list.map(
+      ({ name, vertices }) => new Option(vertices > 0 ? `${name} (${vertices} vertices)` : name, name),
+    );
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
+    const own = 1 + Number(!element("gallery").hidden) + Number(this.controls.isRecording);
+    const all = list.find(({ name }) => name === this.world.name)?.subscribers ?? 0;
+    this.others = Math.max(0, all - own);
     element("make-first").hidden = list.length > 0;
     if (this.client) this.gallery.update(this.client, list, this.world.name);
   }
 
   turn(view: View | undefined): void {
-    if (wantedWorld() === null) this.dock.open("gallery");
+    if (wantedWorld() === null && worlds.length > 1) this.dock.open("gallery");
     this.newest = undefined;
     this.setPresent(this.isConnected, false);
     unsay("");
@@ -311,15 +356,19 @@ class Page implements Stage {
   paced(isPaused: boolean, timeScale: number | undefined): void {
     worlds.value = this.world.name;
     pauseButton.textContent = isPaused ? "Resume" : "Pause";
-    stepButton.disabled = !isPaused;
+    playButton.textContent = isPaused ? "▶" : "❚❚";
+    playButton.setAttribute("aria-label", isPaused ? "Play" : "Pause");
+    stepButton.disabled = !isPaused || this.timeline.isAtEnd;
     if (timeScale) this.slowMotion.follow(timeScale);
   }
 
   frame(frame: Frame): void {
     // A server that was started again may tell of nothing else.
-    if (this.newest && frame.timeS < this.newest.timeS) say("The world began again", "began");
+    const isBack = this.newest !== undefined && frame.timeS < this.newest.timeS;
+    if (isBack && !this.recording) say("The world began again", "began");
     this.newest = frame;
     this.playback.push(frame);
+    this.timeline.take(frame);
     this.controls.take(frame);
     this.plots.takeFrame(frame);
     this.gauge.add({ frames: 1, bytes: frame.bytes });
@@ -338,7 +387,18 @@ class Page implements Stage {
   }
 
   applied(applied: Applied): void {
+    this.timeline.mark("deed", deedText(applied), applied.tick);
     this.controls.applied(applied);
+  }
+
+  found(recording: Recording | undefined): void {
+    this.recording = recording;
+    permitRecording(recording !== undefined);
+    const velocities = element<HTMLInputElement>("velocities");
+    velocities.disabled = recording?.hasVelocities === false;
+    velocities.parentElement!.title = velocities.disabled ? "It was recorded without them" : "V";
+    this.timeline.begin(recording);
+    if (own) this.timeline.markAll(own);
   }
 
   async begun(client: Client, world: string): Promise<void> {
@@ -349,7 +409,7 @@ class Page implements Stage {
     const findFrozen = async () => {
       const { softBodies, timeRatio } = await client.stats(world);
       if (world !== this.world.name) return;
-      if (timeRatio < 1) this.paceTold.late(world);
+      if (timeRatio < 1 && !this.recording) this.paceTold.late(world);
       this.picture.frozen.clear();
       for (const { name, frozen } of softBodies) if (frozen) this.picture.frozen.add(name);
     };

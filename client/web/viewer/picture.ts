@@ -24,6 +24,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { View } from "./address.js";
+import { Film } from "./film.js";
 import { frame, type Framed, type Room } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
@@ -307,6 +308,11 @@ export class Picture {
     return new Promise((resolve, reject) => {
       this.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no picture"))));
     });
+  }
+
+  /** What is seen from now on, as a film. Throws PneumaError UNSUPPORTED where the browser makes none. */
+  film(): Film {
+    return new Film(this.canvas);
   }
 
   private meshAt(ray: Ray): Intersection | undefined {

@@ -20,6 +20,8 @@ const behindMaxS = 0.25;
 // Of the difference to where the picture should be, so much is made good each second; past the largest, at once.
 const catchUpPerS = 2;
 const differenceMaxS = 0.5;
+// A stream that is slower is not one that is watched: what was between was left out, or a recording went elsewhere.
+const leapS = 1.5;
 
 interface Arrival {
   readonly atMs: number;
@@ -37,10 +39,9 @@ export class Playback {
   /** @param nowMs when it arrived, on the clock of `at` */
   push(frame: Frame, nowMs = performance.now()): void {
     const newest = this.frames.at(-1);
-    if (newest && frame.timeS <= newest.timeS) {
-      this.frames = []; // a reset: there is nothing between the two
-      ++this.resets;
-    }
+    const stepS = newest ? frame.timeS - newest.timeS : 0;
+    if (newest && stepS <= 0) ++this.resets;
+    if (newest && (stepS <= 0 || stepS > leapS)) this.frames = []; // there is nothing between the two
     this.frames.push(frame);
     if (this.frames.length > framesMax) this.frames.shift();
     if (this.frames.length === 1) this.shownS = frame.timeS;

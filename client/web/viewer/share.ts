@@ -1,15 +1,19 @@
-// What leaves the page: a link to what is seen, the scene, a picture, a recording.
+// What leaves the page: a link to what is seen, the scene, a picture, a film, a recording, or that as a page of its own.
 import { toJsonString } from "@bufbuild/protobuf";
-import { PneumaError, Recorder, SceneSchema } from "../src/index.js";
+import { PneumaError, readRecording, Recorder, SceneSchema } from "../src/index.js";
 import { noteView } from "./address.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
 import { copy, save } from "./files.js";
+import type { Film } from "./film.js";
 import { maxErrorM } from "./looks.js";
+import { oneFile } from "./one_file.js";
 import type { Picture } from "./picture.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;
+// A seek decodes no more than this, in the world's time.
+const keyIntervalS = 1;
 
 export interface Shared {
   readonly url: string;
@@ -19,6 +23,8 @@ export interface Shared {
 
 export class Share {
   private readonly recordButton = element<HTMLButtonElement>("record");
+  private readonly filmButton = element<HTMLButtonElement>("film");
+  private film: Film | undefined;
   private recorder: Recorder | undefined;
   private recorded = "";
   private isStarting = false;
@@ -27,7 +33,7 @@ export class Share {
   constructor(
     private readonly edits: WorldEdits,
     private readonly shared: () => Shared,
-    picture: Picture,
+    private readonly picture: Picture,
   ) {
     const onClick = (id: string, action: () => Promise<void>) =>
       element(id).addEventListener("click", () => void action().catch(refuse));
@@ -48,11 +54,23 @@ export class Share {
       save(`${world}.png`, [await picture.snapshot()], "image/png");
       say("The picture is saved");
     });
+    onClick("film", async () => (this.film ? this.film.stop() : this.shoot()));
     onClick("record", async () => (this.recorder ? this.stop() : this.start()));
+    const file = element<HTMLInputElement>("one-file");
+    onClick("one-file-open", async () => file.click());
+    file.addEventListener("change", () => {
+      const [recording] = file.files ?? [];
+      file.value = "";
+      if (recording) void this.convert(recording).catch(refuse);
+    });
     setInterval(() => this.tell(), progressIntervalMs);
     addEventListener("beforeunload", (event) => {
       if (this.recorder) event.preventDefault(); // it would be lost
     });
+  }
+
+  get isRecording(): boolean {
+    return this.recorder !== undefined;
   }
 
   private async sceneText(): Promise<string> {
@@ -64,6 +82,37 @@ export class Share {
     say("The scene is saved: pneuma create takes the file");
   }
 
+  private async shoot(): Promise<void> {
+    const { world } = this.shared();
+    this.film = this.picture.film();
+    this.tell();
+    try {
+      const { parts, ending, type } = await this.film.file;
+      save(`${world}.${ending}`, parts, type);
+      say("The film is saved");
+    } finally {
+      this.film = undefined;
+      this.tell();
+    }
+  }
+
+  /** The page with a recording in it. */
+  private async convert(recording: File): Promise<void> {
+    const bytes = new Uint8Array(await recording.arrayBuffer());
+    try {
+      readRecording(bytes);
+    } catch (error) {
+      const { code, what } = error as PneumaError;
+      throw new PneumaError(code, what, recording.name);
+    }
+    await this.savePage(recording.name.replace(/\.pneuma$/, ""), [bytes]);
+  }
+
+  private async savePage(name: string, recording: readonly BlobPart[]): Promise<void> {
+    save(`${name}.html`, [await oneFile(recording)], "text/html");
+    say("The page is saved: it opens without a server", "page");
+  }
+
   private async start(): Promise<void> {
     if (this.isStarting) return;
     this.isStarting = true;
@@ -73,6 +122,8 @@ export class Share {
       this.recorder = await Recorder.start(url, world, {
         token,
         maxErrorM,
+        keyIntervalS,
+        scalars: true,
         ended: (why) => {
           end = why; // maybe with what came before it was begun
           this.stop(why);
@@ -92,15 +143,27 @@ export class Share {
     if (!recorder) return;
     this.recorder = undefined;
     const { frames, durationS } = recorder.progress;
-    save(`${recorded}.pneuma`, recorder.stop() as readonly BlobPart[], "application/octet-stream");
-    const saved = `is saved: ${frames} frames, ${durationS.toFixed(1)} s. pneuma play shows it`;
-    if (why)
-      refuse(new PneumaError(why.code, `The recording of ${recorded} ended: ${why.message}. What came ${saved}`));
-    else say(`The recording ${saved}`);
+    const file = recorder.stop() as readonly BlobPart[];
+    const came = `${frames} frames, ${durationS.toFixed(1)} s`;
+    if (element<HTMLSelectElement>("record-as").value === "html" && frames > 0) {
+      void this.savePage(recorded, file).catch(refuse);
+      if (why) this.broke(why, came);
+    } else {
+      save(`${recorded}.pneuma`, file, "application/octet-stream");
+      const saved = `is saved: ${came}. pneuma play shows it`;
+      if (why) this.broke(why, saved);
+      else say(`The recording ${saved}`);
+    }
     this.tell();
   }
 
+  private broke({ code, message }: PneumaError, came: string): void {
+    refuse(new PneumaError(code, `The recording of ${this.recorded} ended: ${message}. What came: ${came}`));
+  }
+
   private tell(): void {
+    this.filmButton.classList.toggle("recording", this.film !== undefined);
+    this.filmButton.textContent = this.film ? `Filming · ${Math.ceil(this.film.leftS)} s` : "Film 6 s";
     const progress = this.recorder?.progress;
     this.recordButton.classList.toggle("recording", progress !== undefined);
     this.recordButton.textContent = progress

@@ -8,6 +8,7 @@ import {
   type SubscribeOptions,
   type WorldList_World,
 } from "../src/index.js";
+import { findRecording, type Recording } from "./recording.js";
 import { type View, wantedView, wantedWorld } from "./address.js";
 import { subscribeAsFarAsCanBe } from "./subscribing.js";
 import { inWords } from "./words.js";
@@ -30,6 +31,8 @@ export interface Stage {
   /** Its vertices went wrong; it goes on with a key frame. */
   fault(error: PneumaError): void;
   applied(applied: Applied): void;
+  /** A world that was not shown before comes: a recording, or one that runs. */
+  found(recording: Recording | undefined): void;
   /** The world is there, maybe another one than before. */
   begun(client: Client, world: string): Promise<void>;
   gone(why: string): void;
@@ -50,6 +53,7 @@ export class ShownWorld {
   private name_ = "";
   private ended = ""; // the world that was shown and is gone
   private isPaused_ = false;
+  private recording: Recording | undefined;
   // Worlds are opened one after the other, and of those that wait only the last.
   private opening: Promise<void> = Promise.resolve();
   private openings = 0;
@@ -143,7 +147,8 @@ export class ShownWorld {
       if (!isSame) stage.turn(view);
       if (world === undefined) return stage.say("This server has no worlds.");
       this.name_ = world;
-      this.tell(list);
+      if (!isSame) stage.found((this.recording = await findRecording(client, world)));
+      this.tell(isSame || !this.recording ? list : await this.list.refresh());
       this.wanted = JSON.stringify(stage.options());
       this.stream = await subscribeAsFarAsCanBe(client, world, stage.options(), {
         frame: (frame) => stage.frame(frame),
@@ -199,6 +204,8 @@ export class ShownWorld {
 
   private listChanged(list: readonly WorldList_World[]): void {
     this.stage.listed(list);
+    // Of one that runs, Applied tells it sooner; of a recording nothing does.
+    if (this.recording && this.stream) this.tell(list);
     const wanted = wantedWorld() ?? liveliest(list);
     const isIdle = this.client !== undefined && !this.stream && this.opened === this.openings;
     if (isIdle && list.some(({ name }) => name === wanted)) void this.open(); // it has come

@@ -15,16 +15,26 @@ export class SlowMotion {
     this.choice.addEventListener("change", () => void this.choose().catch(refuse));
   }
 
-  /** What a paused world is to go on with. */
-  get wished(): number {
-    return Number(this.choice.value);
+  /** What a paused world is to go on with; undefined: as it was. */
+  get wished(): number | undefined {
+    const scale = Number(this.choice.value);
+    return scale === this.scale_ ? undefined : scale;
+  }
+
+  /** Lets these be chosen, too. */
+  offer(scales: readonly number[]): void {
+    for (const scale of scales) this.choice.add(new Option(`${scale} ×`, String(scale)));
   }
 
   /** What the server says. */
   follow(scale: number): void {
     this.scale_ = scale;
+    // The speed that a recording began with may be past what the server takes: it is left, and not chosen.
+    for (const option of [...this.choice.options]) if (option.dataset["isFast"]) option.remove();
     if (![...this.choice.options].some(({ value }) => Number(value) === scale)) {
-      this.choice.add(new Option(`${scale} ×`, String(scale)));
+      const option = new Option(`${scale} ×`, String(scale));
+      option.dataset["isFast"] = "true";
+      this.choice.add(option);
     }
     this.choice.value = String(scale);
     this.changed(scale);

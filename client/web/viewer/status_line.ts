@@ -6,10 +6,12 @@ export interface State {
   readonly asleep: number;
   readonly frozen: number;
   readonly hasShadows: boolean;
+  /** Streams of the world that are not this page's. */
+  readonly others: number;
 }
 
 /** Also as numbers in its data, over the page's life: for those who measure the page. */
-export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows }: State): void {
+export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows, others }: State): void {
   const status = element("status");
   const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
   const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
@@ -22,6 +24,7 @@ export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows }: State):
     { text: `${Math.round(pictures / passedS)} drawn/s` },
     ...(aFrame > 0 ? [{ text: `${aFrame.toFixed(1)} ms a frame`, isDetail: true }] : []),
     ...(hasShadows ? [] : [{ text: "no shadows: they are slow here", isDetail: true }]),
+    ...(others > 0 ? [{ text: others === 1 ? "1 other watches" : `${others} others watch` }] : []),
     ...(asleep > 0 ? [{ text: `${asleep} asleep` }] : []),
     ...(frozen > 0 ? [{ text: `${frozen} frozen` }] : []),
   ];

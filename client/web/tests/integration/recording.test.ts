@@ -7,7 +7,15 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { promisify } from "node:util";
-import { type Applied, Client, type Frame, PneumaError, Recorder } from "../../src/index.js";
+import {
+  type Applied,
+  Client,
+  type Frame,
+  PneumaError,
+  readRecording,
+  Recorder,
+  RecordingPlayer,
+} from "../../src/index.js";
 import { Frames } from "../frames.js";
 import { clientProgram, Server } from "../server.js";
 
@@ -82,6 +90,83 @@ test("a recording is played frame by frame, with what was done, and exported", a
   const out = join(folder, "frames");
   await promisify(execFile)(clientProgram, ["export", file, "--format", "obj", "--out", out]);
   assert.ok((await readdir(out)).length >= frames);
+});
+
+test("a recording is played without a server as pneuma play plays it: the same frames after a seek, the same refusals", async () => {
+  const recorder = await Recorder.start(server.url, world, { maxErrorM: 0.001, keyIntervalS: 0.25 });
+  await recorded(recorder, framesWanted);
+  await client.impulse(world, { body: "ball-1", impulse: { y: 2 } });
+  await recorded(recorder, framesWanted + 20);
+  const bytes = Buffer.concat(recorder.stop());
+  const file = join(folder, "own.pneuma");
+  await writeFile(file, bytes);
+  const player = await Server.play(file, ["--paused"]);
+  const own = readRecording(bytes);
+  const viewers: Client[] = [];
+  const refusal = (asked: Promise<unknown>) =>
+    asked.then(
+      () => "taken",
+      ({ code, what, where }: PneumaError) => [code, where.split(".").at(-1), /ends/.test(what)],
+    );
+  try {
+    viewers.push(await Client.connect(player.url));
+    viewers.push(await Client.connect("", { openSocket: async () => new RecordingPlayer(own) }));
+    const shown: Frame[][] = [];
+    const refused: unknown[] = [];
+    for (const viewer of viewers) {
+      await viewer.pause(world);
+      let last: Frame | undefined;
+      let came = () => {};
+      const frame = (each: Frame) => {
+        last = each;
+        came();
+      };
+      await viewer.subscribe(world, {}, { frame });
+      const at = async (tick: bigint) => {
+        while (last?.tick !== Number(tick)) await new Promise<void>((resolve) => (came = resolve));
+        return last;
+      };
+      const frames: Frame[] = [];
+      for (const timeS of [0.5, 0.1, 0.8, 0]) frames.push(await at((await viewer.seek(world, timeS)).tick));
+      frames.push(await at((await viewer.step(world, 3)).tick));
+      shown.push(frames);
+      refused.push(
+        await Promise.all(
+          [
+            viewer.seek(world, 1e300),
+            viewer.seek(world, -1),
+            viewer.impulse(world, { body: "ball-1", impulse: { y: 2 } }),
+            viewer.step(world, 1000),
+            viewer.resume(world, 0.01),
+          ].map(refusal),
+        ),
+      );
+    }
+    assert.deepEqual(refused[1], refused[0]);
+    const [theirs, ours] = shown as [Frame[], Frame[]];
+    theirs.forEach(({ tick, positions }, i) => {
+      assert.equal(ours[i]!.tick, tick);
+      positions.forEach((points, body) =>
+        // Theirs are encoded anew, within a quarter of a millimetre.
+        points.forEach((place, j) => assert.ok(Math.abs(ours[i]!.positions[body]![j]! - place) < 0.0003)),
+      );
+    });
+  } finally {
+    for (const viewer of viewers) viewer.close();
+    await player.kill();
+  }
+});
+
+test("what is no recording is refused, and one that was cut off is read up to there", async () => {
+  const recorder = await Recorder.start(server.url, world, {});
+  await recorded(recorder, 10);
+  const bytes = Buffer.concat(recorder.stop());
+  const whole = readRecording(bytes).frames.length;
+  const cut = readRecording(bytes.subarray(0, bytes.length / 2)).frames.length;
+  assert.ok(cut > 0 && cut < whole, `${cut} of ${whole} frames`);
+  for (const wrong of [Buffer.from("no recording at all"), bytes.subarray(0, 40)]) {
+    assert.throws(() => readRecording(wrong), { code: "MALFORMED" });
+  }
 });
 
 test("a recording that is full ends, and what came is kept", async () => {

@@ -1,10 +1,10 @@
 // What the server tells of a world, in words.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { create } from "@bufbuild/protobuf";
-import { EventSchema } from "../../proto/pneuma/v1/session_pb.js";
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
+import { ClientMessageSchema, EventSchema } from "../../proto/pneuma/v1/session_pb.js";
 import { Event_Kind } from "../../src/index.js";
-import { happeningText } from "../../viewer/happenings.js";
+import { deedText, happeningText } from "../../viewer/happenings.js";
 
 test("what happens to a body is said with its name and the server's reason", () => {
   for (const kind of [Event_Kind.BODY_BURST, Event_Kind.BODY_INVERTED, Event_Kind.BODY_FROZEN]) {
@@ -24,4 +24,17 @@ test("a world that began again is told of, and what the page shows otherwise is 
   for (const kind of [Event_Kind.WORLD_SLOWED, Event_Kind.WORLD_DESTROYED, Event_Kind.STREAM_RATE_CHANGED]) {
     assert.equal(text(kind), "");
   }
+});
+
+test("what somebody did is told in words, and what a hand does many times a second is not", () => {
+  const text = (request: MessageInitShape<typeof ClientMessageSchema>["request"]) =>
+    deedText({ command: create(ClientMessageSchema, { request: request! }) });
+  const change = { change: { case: "setGravity", value: { y: -1 } } } as const;
+  assert.equal(
+    text({ case: "edit", value: { source: { case: "edit", value: { changes: [change, change] } } } }),
+    "set gravity",
+  );
+  assert.equal(text({ case: "edit", value: { source: { case: "editJson", value: "{}" } } }), "changed");
+  assert.equal(text({ case: "impulse", value: { body: "ball" } }), "ball was hit");
+  assert.equal(text({ case: "moveGrab", value: {} }), "");
 });
