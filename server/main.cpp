@@ -303,7 +303,7 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::fprintf(stderr, "pneuma-server: %s\n", error.what());
+    std::fprintf(stderr, "pneuma-server: %s\n", pneuma::usage::usage_error(app, error).c_str());
     return 2;
   }
   std::signal(SIGPIPE, SIG_IGN);

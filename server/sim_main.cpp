@@ -266,7 +266,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "pneuma-sim: %s\n", error.what());
+    std::fprintf(stderr, "pneuma-sim: %s\n", pneuma::usage::usage_error(app, error).c_str());
     return exit_usage;
   }
   const Status status = run(flags);

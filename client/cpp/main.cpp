@@ -128,7 +128,7 @@ int main(int argc, char** argv) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
     const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
-    return fail(pneuma::client::usage_error(app, error), json, exit_usage);
+    return fail(pneuma::base::invalid(pneuma::usage::usage_error(app, error)), json, exit_usage);
   }
   if (!task.with_server && !task.alone) {
     return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);

@@ -1,5 +1,5 @@
-// What a program's command table says beside --help: completion for shells, and the manual page. Both are made from the
-// same CLI::App, so that neither can say anything else.
+// What a program's command table says beside --help: completion for shells, the manual page, and what a wrong word may
+// have meant. All are made from the same CLI::App, so that none can say anything else.
 #pragma once
 
 #include <string>
@@ -15,6 +15,8 @@ void add_generators(CLI::App& app);
 [[nodiscard]] std::string bash_completion(const CLI::App& app);
 [[nodiscard]] std::string zsh_completion(const CLI::App& app);
 [[nodiscard]] std::string fish_completion(const CLI::App& app);
+/// What is wrong with a command line, in one line: with the nearest subcommand or flag where one is not known.
+[[nodiscard]] std::string usage_error(const CLI::App& app, const CLI::ParseError& error);
 /// A page of section 1, in the man macros.
 [[nodiscard]] std::string manual_page(const CLI::App& app);
 

@@ -228,6 +228,10 @@ TEST_F(ClientLive, WhatCameOutOtherwiseIsSaidOnStandardError) {
   EXPECT_EQ(pneuma({"watch", "bouncing-ball", "--rate", "30", "--frames", "1"}).error_output, "");
   EXPECT_EQ(pneuma({"watch", "bouncing-ball", "--max-error", "0.0007", "--frames", "1"}).error_output, "");
 
+  const Finished for_scripts = pneuma({"--json", "watch", "bouncing-ball", "--rate", "1000", "--frames", "1"});
+  EXPECT_TRUE(for_scripts.error_output.starts_with(R"({"note":"60 frames a second, not 1000: )"))
+      << for_scripts.error_output;
+
   const Finished renamed = pneuma({"create", "bouncing-ball"});
   EXPECT_EQ(renamed.error_output, "pneuma: the new world is bouncing-ball-2: there is a world bouncing-ball already\n");
   EXPECT_EQ(pneuma({"create", "five-balls"}).error_output, "");

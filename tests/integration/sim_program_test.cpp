@@ -303,7 +303,6 @@ TEST_F(SimScene, BadScenesExitOneWithTheFieldFaceOrVertex) {
   };
   refused(R"({"gravty": {}})", "gravty: unknown field; did you mean gravity?");
   refused(R"({"name": 1})", "name: is a number");
-  refused("{", "line 1");
   refused("{" + body + "}]}", "soft_bodies[0].mesh: no mesh is named \"m\"");
   refused(ball + R"(, "mass_kg": -1}]})", "soft_bodies[0].mass_kg");
   refused(ball + R"(, "velocity": {"x": "NaN"}}]})", "soft_bodies[0].velocity.x: is not finite");
@@ -317,6 +316,8 @@ TEST_F(SimScene, BadScenesExitOneWithTheFieldFaceOrVertex) {
 }
 
 TEST_F(SimScene, WhatCannotBeReadOrWrittenExitsOneAndIsNamed) {
+  const std::string no_json = file("no.json", "{\n  \"name\" 1}");
+  expect_failure({no_json, "--seconds", "1"}, no_json + ":2:10: no valid JSON");
   expect_failure({"five-bals", "--seconds", "1"}, "five-bals: no such scene file");
   expect_failure({"five-bals", "--seconds", "1"}, "five-balls");
   expect_failure({"five-balls", "--seconds", "1", "--csv", "/no/such/folder/out.csv"},

@@ -66,6 +66,19 @@ TEST(Usage, WhatHelpListsIsInTheManualPageAndInEachCompletion) {
   }
 }
 
+TEST(Usage, EachProgramSaysWhatAWrongWordMayHaveMeant) {
+  const auto told = [](const std::string& program, const std::vector<std::string>& arguments) {
+    const auto finished = run_program(program, arguments);
+    EXPECT_EQ(finished.exit_status, 2);
+    return finished.error_output;
+  };
+  EXPECT_EQ(told("pneuma-server", {"--lsten", "x"}), "pneuma-server: no flag --lsten; did you mean --listen?\n");
+  EXPECT_EQ(told("pneuma-server", {"tokne"}), "pneuma-server: no command tokne; did you mean token?\n");
+  EXPECT_EQ(told("pneuma-server", {"token", "list", "--tokesn", "x"}),
+            "pneuma-server: no flag --tokesn; did you mean --tokens?\n");
+  EXPECT_EQ(told("pneuma-sim", {"hand", "--secnods", "1"}), "pneuma-sim: no flag --secnods; did you mean --seconds?\n");
+}
+
 class Completion : public Served {
  protected:
   /// What bash offers for the last of the words.

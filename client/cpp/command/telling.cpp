@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <vector>
 
 #include "base/in_file.h"
 #include "base/nearest_word.h"
@@ -45,14 +44,6 @@ std::string nearest_or_all(std::string_view word, std::span<const std::string> w
   list += words.size() == 1 ? "is " : "are ";
   for (std::size_t i = 0; i < std::min(words.size(), names_listed_max); ++i) list.append(i > 0 ? ", " : "") += words[i];
   return words.size() > names_listed_max ? list + "..." : list;
-}
-
-std::vector<std::string> flags_of(const CLI::App& app) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
-  }
-  return flags;
 }
 
 }  // namespace
@@ -103,33 +94,6 @@ void note_new_name(Session& session, const std::string& world) {
   if (std::ranges::any_of(list->worlds(), is_taken)) {
     note(session, "the new world is " + world + ": there is a world " + name + " already");
   }
-}
-
-base::Status usage_error(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<std::string> unknown = app.remaining(true);
-  if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ExtrasError) || unknown.empty())
-    return base::invalid(error.what());
-  const std::string& word = unknown.front();
-  const auto chosen = app.get_subcommands();
-  if (word.starts_with('-')) {
-    std::vector<std::string> flags = flags_of(app);
-    for (const CLI::App* command : chosen) {
-      for (std::string& flag : flags_of(*command)) flags.push_back(std::move(flag));
-    }
-    const std::string nearest = base::nearest_word(word, flags);
-    const std::string command = chosen.empty() ? "" : " " + chosen.front()->get_name();
-    return base::invalid(
-        "no flag " + word +
-        (nearest.empty() ? "; pneuma" + command + " --help lists them" : "; did you mean " + nearest + "?"));
-  }
-  if (!chosen.empty()) return base::invalid(error.what());
-  std::vector<std::string> commands;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    commands.push_back(command->get_name());
-  }
-  const std::string nearest = base::nearest_word(word, commands);
-  return base::invalid("no command " + word +
-                       (nearest.empty() ? "; pneuma --help lists them" : "; did you mean " + nearest + "?"));
 }
 
 }  // namespace pneuma::client

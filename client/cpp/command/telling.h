@@ -5,8 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
-
 #include "base/status.h"
 #include "command/commands.h"
 
@@ -31,8 +29,5 @@ void note_rounding(const Session& session, const SubscribeOptions& asked, const 
 
 /// Where a world that was given no name has one with a number behind it, because another has the name itself.
 void note_new_name(Session& session, const std::string& world);
-
-/// What is wrong with the command line, with the nearest subcommand or flag where one is not known.
-[[nodiscard]] base::Status usage_error(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace pneuma::client
