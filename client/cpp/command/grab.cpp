@@ -42,7 +42,6 @@ base::Result<std::optional<v1::Vec3>> position_of(Client& client, const v1::Grab
 
 /// Whether nobody interrupted before the moment came. Pings are answered meanwhile.
 base::Result<bool> wait_until(Client& client, Clock::time_point moment) {
-  constexpr std::chrono::milliseconds interrupt_patience{100};
   for (auto now = Clock::now(); now < moment; now = Clock::now()) {
     if (interrupted()) return false;
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(moment - now);

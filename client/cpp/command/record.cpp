@@ -18,8 +18,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Short enough to notice an interrupt soon.
-constexpr std::chrono::milliseconds patience{100};
 // What a crash of this program may lose.
 constexpr std::chrono::milliseconds flush_interval{200};
 
@@ -80,7 +78,7 @@ bool Record::is_enough() const {
 base::Status Record::take_updates() {
   Clock::time_point flushed = start_;
   while (!is_enough()) {
-    const auto update = session_.client.next_update(patience);
+    const auto update = session_.client.next_update(interrupt_patience);
     if (!written_.ok()) return written_;
     if (!update.ok()) return update.status();
     if (*update && std::holds_alternative<v1::Event>(**update) &&

@@ -108,7 +108,6 @@ base::Status top(Session& session, bool once) {
     const auto due = Clock::now() + redraw_interval;
     for (auto now = Clock::now(); now < due; now = Clock::now()) {
       if (interrupted()) return {};
-      constexpr std::chrono::milliseconds interrupt_patience{100};
       if (const auto update = session.client.next_update(interrupt_patience); !update.ok()) return update.status();
     }
   }

@@ -14,9 +14,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Short enough to notice an interrupt soon.
-constexpr std::chrono::milliseconds patience{100};
-
 class Wait {
  public:
   Wait(Session& session, const WaitArguments& arguments, const Awaited& awaited)
@@ -52,7 +49,7 @@ base::Status Wait::run() {
     const auto now = Clock::now();
     if (now >= deadline || interrupted()) return not_in_time();
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - now);
-    const auto update = session_.client.next_update(std::min(left, patience));
+    const auto update = session_.client.next_update(std::min(left, interrupt_patience));
     if (!update.ok()) return update.status();
     if (*update) status = std::visit([this](const auto& one) { return take(one); }, **update);
   }
