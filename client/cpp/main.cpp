@@ -89,7 +89,7 @@ Status run_with_server(Flags& flags, const CLI::App& command, const Task& task, 
   Session session{*client, output, flags.json, flags.server, flags.connect.tls};
   const Status status = task.with_server(session);
   const CLI::Option* world = command.get_option_no_throw("WORLD");
-  return world == nullptr ? status : suggest_world(status, world->as<std::string>(), *client);
+  return world == nullptr || flags.json ? status : suggest_world(status, world->as<std::string>(), *client);
 }
 
 Status run_alone(Flags& flags, const Task& task, pneuma::client::Output& output) {

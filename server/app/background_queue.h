@@ -28,7 +28,7 @@ class BackgroundQueue {
 
   /// For `taker`; empty: the server itself.
   void post(std::function<void()> job, const std::string& taker = {});
-  /// What may wait, in all. More than one job of a taker may hold half of it.
+  /// What may wait, in all. One taker's jobs may hold half of it, unless there is only one.
   struct Room {
     std::size_t jobs_max = std::numeric_limits<std::size_t>::max();
     std::size_t bytes_max = std::numeric_limits<std::size_t>::max();

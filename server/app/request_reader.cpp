@@ -62,17 +62,17 @@ base::Result<ReadMessage> read_request(const Unread& unread, const base::MemoryB
   const auto size =
       measure_message(unread.message.bytes, *v1::ClientMessage::descriptor(), most_of(unread.message.bytes.size()));
   if (!size.ok()) return Status(size.status().code(), "what the message holds " + size.status().what(), where);
-  const Status no_room(StatusCode::unavailable, "too many requests wait", where);
+  const auto no_room = [&] { return Status(StatusCode::unavailable, "too many requests wait", where); };
   auto share = budget.take(size->bytes);
   const bool has_room = share.has_value();
-  if (!has_room && size->bytes > small_request_bytes) return no_room;
+  if (!has_room && size->bytes > small_request_bytes) return no_room();
   if (!has_room) share = budget.take_anyway(size->bytes);
   const auto held = std::make_shared<HeldMessage>(std::move(*share));
   if (!held->message->ParseFromArray(unread.message.bytes.data(), static_cast<int>(unread.message.bytes.size()))) {
     if (unread.came_in_parts) return base::invalid("all parts together are no ClientMessage", "part");
     return Status(StatusCode::malformed, "not a ClientMessage");
   }
-  if (!has_room && !is_answered_at_once(*held->message)) return no_room;
+  if (!has_room && !is_answered_at_once(*held->message)) return no_room();
   if (unread.came_in_parts) {
     if (Status wrong = check_whole(*held->message, unread.request_id); !wrong.ok()) return wrong;
   }

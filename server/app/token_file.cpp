@@ -161,6 +161,15 @@ Status write_all(int file, std::string_view text, const std::string& name) {
   return ::fsync(file) == 0 ? Status() : failed("cannot be written", name);
 }
 
+/// Root changes the file for a server that runs as another user, and has to read it: it stays that user's, and a new
+/// one is the folder's owner's.
+Status give_to_owner(int changed, const std::string& file, const OpenDescriptor& folder) {
+  if (::geteuid() != 0) return {};
+  struct stat owned{};
+  if (::stat(file.c_str(), &owned) != 0 && ::fstat(folder.number(), &owned) != 0) return failed("has no owner", file);
+  return ::fchown(changed, owned.st_uid, owned.st_gid) == 0 ? Status() : failed("cannot be given to its owner", file);
+}
+
 /// Only who holds the folder's lock changes files in it, so none loses another's token.
 Status replace_file(const std::string& file, const OpenDescriptor& folder, std::string_view text) {
   const std::string temporary = file + ".new";
@@ -168,7 +177,9 @@ Status replace_file(const std::string& file, const OpenDescriptor& folder, std::
   {
     const OpenDescriptor out(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR));
     if (!out.ok()) return failed("cannot be made", temporary);
-    if (Status written = write_all(out.number(), text, temporary); !written.ok()) {
+    Status written = write_all(out.number(), text, temporary);
+    if (written.ok()) written = give_to_owner(out.number(), file, folder);
+    if (!written.ok()) {
       ::unlink(temporary.c_str());
       return written;
     }

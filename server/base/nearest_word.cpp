@@ -42,4 +42,9 @@ std::string nearest_word(std::string_view word, std::span<const std::string> can
   return nearest;
 }
 
+std::string did_you_mean(std::string_view word, std::span<const std::string> candidates) {
+  const std::string nearest = nearest_word(word, candidates);
+  return nearest.empty() ? "" : std::string("; did you mean ").append(nearest).append("?");
+}
+
 }  // namespace pneuma::base

@@ -211,9 +211,11 @@ void Server::Impl::make_room() {
     if (!session->closing()) replies_of[session->client()] += session->reply_bytes();
   }
   const auto most = std::ranges::max_element(replies_of, {}, [](const auto& of) { return of.second; });
-  const bool is_full = queued_memory.bytes() >= queued_memory.bytes_max();
-  const std::size_t many = is_full ? 1 : queued_memory.bytes_max() / 8;
-  if (most == replies_of.end() || most->second < many) return;
+  std::size_t replies = 0;
+  for (const auto& [client, bytes] : replies_of) replies += bytes;
+  const std::size_t room = queued_memory.bytes_max();
+  const bool many_wait = queued_memory.bytes() >= room || replies >= room / 2;
+  if (replies == 0 || (!many_wait && most->second < room / 8)) return;
   const auto longest = std::ranges::max_element(sessions, {}, [&](const auto& of) {
     return of.second->closing() || of.second->client() != most->first ? 0 : of.second->reply_bytes();
   });

@@ -28,11 +28,10 @@ using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
 using google::protobuf::Reflection;
 
-/// The field that a slip of the keyboard could have meant; empty where there is none.
-std::string nearest_field(const Descriptor& descriptor, std::string_view name) {
+std::vector<std::string> names_of_fields(const Descriptor& descriptor) {
   std::vector<std::string> names;
   for (int i = 0; i < descriptor.field_count(); ++i) names.push_back(descriptor.field(i)->name());
-  return base::nearest_word(name, names);
+  return names;
 }
 
 std::string kind_name(const json::value& value) {
@@ -166,9 +165,7 @@ Result<const FieldDescriptor*> find_field(const Descriptor& descriptor, std::str
     if (descriptor.field(i)->json_name() == name) field = descriptor.field(i);
   }
   if (field != nullptr) return field;
-  const std::string nearest = nearest_field(descriptor, name);
-  return base::invalid(nearest.empty() ? "unknown field" : "unknown field; did you mean " + nearest + "?",
-                       escaped(name));
+  return base::invalid("unknown field" + base::did_you_mean(name, names_of_fields(descriptor)), escaped(name));
 }
 
 Status read_field(const json::value& value, Message& message, const FieldDescriptor& field) {

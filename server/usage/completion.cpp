@@ -101,8 +101,12 @@ std::string bash_completion(const CLI::App& app) {
   script += "  case $path in\n" + words + "  esac\n";
   script += "  if [[ -n $choices ]]; then\n    :\n";
   script += "  elif [[ $word == -* ]]; then\n    choices=$flags\n";
+  // compgen expands what it is given: of a server's names only those are taken that a good one gives. A server that is
+  // named on the line may be another than the one that would be asked here.
   script += "  elif [[ -n $worlds ]]; then\n";
-  script += "    choices=$(" + program + " worlds 2>/dev/null | sed '1d; s/ .*//')\n";
+  script += "    [[ \" ${COMP_WORDS[*]}\" == *' --server'* ]] ||\n";
+  script +=
+      "      choices=$(" + program + " worlds 2>/dev/null | sed -n '1d; s/^\\([A-Za-z0-9._-]\\{1,\\}\\) .*/\\1/p')\n";
   script += "  else\n    choices=$names\n  fi\n";
   script += "  mapfile -t COMPREPLY < <(compgen -W \"$choices\" -- \"$word\")\n}\n";
   return script + "complete -o default -F " + identifier(program) + " " + program + "\n";

@@ -6,11 +6,10 @@ namespace pneuma::usage {
 
 namespace {
 
-std::string told(const std::string& kind, const std::string& word, const std::vector<std::string>& known,
-                 const std::string& command) {
-  const std::string nearest = base::nearest_word(word, known);
-  return "no " + kind + " " + word +
-         (nearest.empty() ? "; " + command + " --help lists them" : "; did you mean " + nearest + "?");
+std::string unknown_word(const std::string& kind, const std::string& word, const std::vector<std::string>& known,
+                         const std::string& command) {
+  const std::string meant = base::did_you_mean(word, known);
+  return "no " + kind + " " + word + (meant.empty() ? "; " + command + " --help lists them" : meant);
 }
 
 }  // namespace
@@ -34,10 +33,10 @@ std::string usage_error(const CLI::App& app, const CLI::ParseError& error) {
     command += " " + last->get_name();
   }
   const std::string& word = unknown.front();
-  if (word.starts_with('-')) return told("flag", word, flags, command);
+  if (word.starts_with('-')) return unknown_word("flag", word, flags, command);
   std::vector<std::string> names;
   for (const CLI::App* one : subcommands_of(*last)) names.push_back(one->get_name());
-  return names.empty() ? error.what() : told("command", word, names, command);
+  return names.empty() ? error.what() : unknown_word("command", word, names, command);
 }
 
 }  // namespace pneuma::usage

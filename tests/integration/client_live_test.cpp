@@ -2,6 +2,7 @@
 // colour, and what came out otherwise than it was asked for.
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include <sys/stat.h>
@@ -75,9 +76,9 @@ TEST_F(ClientLive, WaitEndsAtItsEventAndFailsWithTheWorldOrInTime) {
   EXPECT_TRUE(line->starts_with("WORLD_RESET w at tick ")) << *line;
   EXPECT_EQ(*waiting->wait(patience), 0);
 
-  const Finished late = pneuma({"wait", "w", "--until", "100000", "--timeout", "0.2"});
+  const Finished late = pneuma({"wait", "w", "--until", "100000", "--timeout", "2"});
   EXPECT_EQ(late.exit_status, 1);
-  EXPECT_EQ(late.error_output, "pneuma: w: not within 0.2 s (--until 100000); it is at tick 0\n");
+  EXPECT_EQ(late.error_output, "pneuma: w: not within 2 s (--until 100000); it is at tick 0\n");
   const Finished wrong = pneuma({"wait", "w", "--until", "sunset"});
   EXPECT_EQ(wrong.exit_status, 2);
   EXPECT_NE(wrong.error_output.find("BODY_BURST"), std::string::npos) << wrong.error_output;
@@ -186,6 +187,15 @@ TEST_F(ClientLive, OpenShowsThePageOfAWorldAndPrintsItsAddress) {
   std::ifstream read_shown(shown);
   std::getline(read_shown, line);
   EXPECT_EQ(line, link);
+  for (const std::string& browsers :
+       {"no-such-browser:" + browser, browser + " %s", "no-such-browser %s:" + browser + " %s"}) {
+    std::filesystem::remove(shown);
+    ::setenv("BROWSER", browsers.c_str(), 1);
+    EXPECT_EQ(pneuma({"open", "lab-1", "--http", server_->http_address()}).error_output, "") << browsers;
+    std::ifstream again(shown);
+    std::getline(again, line);
+    EXPECT_EQ(line, link) << browsers;
+  }
   const Finished unknown = pneuma({"open", "lab-2"});
   EXPECT_EQ(unknown.exit_status, 1);
   EXPECT_NE(unknown.error_output.find("did you mean lab-1?"), std::string::npos) << unknown.error_output;

@@ -2,8 +2,11 @@
 // bash completes by them.
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <regex>
+
+#include <sys/stat.h>
 
 #include "served.h"
 #include "support/temporary_folder.h"
@@ -82,14 +85,14 @@ TEST(Usage, EachProgramSaysWhatAWrongWordMayHaveMeant) {
 class Completion : public Served {
  protected:
   /// What bash offers for the last of the words.
-  std::string completed(std::vector<std::string> words) {
+  std::string completed(std::vector<std::string> words, const std::string& programs_in = folder_of_programs()) {
     const std::string script = folder_ / "script";
     std::ofstream(script) << printed(words.front(), {"--completion", "bash"});
     std::vector<std::string> arguments{
         "-c",
         "PATH=$1:$PATH; source \"$2\"; shift 2; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1)); \"_${1//-/_}\"; "
         "echo \"${COMPREPLY[*]}\"",
-        "bash", folder_of_programs(), script};
+        "bash", programs_in, script};
     arguments.insert(arguments.end(), words.begin(), words.end());
     auto bash = support::Program::start("/bin/bash", arguments);
     EXPECT_TRUE(bash.ok());
@@ -114,7 +117,19 @@ TEST_F(Completion, BashAsksTheServerForTheNamesOfItsWorlds) {
   ::setenv("PNEUMA_SERVER", server_->tcp_address().c_str(), 1);
   EXPECT_EQ(completed({"pneuma", "stats", "fi"}), "five-balls");
   EXPECT_EQ(completed({"pneuma", "stats", ""}), "five-balls hand");
+  EXPECT_EQ(completed({"pneuma", "--server", "elsewhere", "stats", ""}), "") << "they may be another server's";
   ::unsetenv("PNEUMA_SERVER");
+}
+
+// Bash carries out what stands in $() in words that it completes by.
+TEST_F(Completion, AServersNamesAreNoCommands) {
+  const std::string made = folder_ / "made";
+  const std::string program = folder_ / "pneuma";
+  std::ofstream(program) << "#!/bin/sh\nprintf 'world tick\\n$(touch " << made << ") 1\\ngood 2\\n`touch " << made
+                         << "` 3\\n'\n";
+  ASSERT_EQ(::chmod(program.c_str(), 0700), 0);
+  EXPECT_EQ(completed({"pneuma", "stats", ""}, folder_.path()), "good");
+  EXPECT_FALSE(std::filesystem::exists(made));
 }
 
 }  // namespace

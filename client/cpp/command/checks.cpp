@@ -17,6 +17,16 @@ CLI::Validator address_check() {
           "", "address"};
 }
 
+CLI::Validator seconds_check() {
+  constexpr double seconds_max = 1e9;
+  return {[](const std::string& text) -> std::string {
+            const auto number = parse_numbers<1>(text);
+            const bool good = number && (*number)[0] >= 0.0 && (*number)[0] <= seconds_max;
+            return good ? "" : "must be a number of seconds from 0 to 1e9: " + text;
+          },
+          "", "seconds"};
+}
+
 CLI::Validator awaited_check() {
   return {[](const std::string& text) -> std::string {
             if (parse_awaited(text)) return "";

@@ -8,6 +8,8 @@
 namespace pneuma::client {
 
 [[nodiscard]] CLI::Validator address_check();
+/// From 0 to 1e9: a clock takes them.
+[[nodiscard]] CLI::Validator seconds_check();
 /// A tick or an event, as parse_awaited takes it.
 [[nodiscard]] CLI::Validator awaited_check();
 [[nodiscard]] CLI::Validator positive_check();

@@ -1,4 +1,5 @@
 // `pneuma open`: the server's page in the browser.
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstdlib>
@@ -37,8 +38,18 @@ base::Result<std::string> page_address(const std::string& server) {
 bool show_in_browser(std::string link) {
   const char* chosen = std::getenv("BROWSER");
   const bool is_chosen = chosen != nullptr && *chosen != '\0';
-  // The shell takes BROWSER's words apart; the link is never part of a command.
-  std::string script = is_chosen ? "exec $BROWSER \"$1\"" : "exec xdg-open \"$1\"";
+  // As is the custom, BROWSER is a list of commands with : between them, each with %s for the link or the link behind
+  // it. The shell takes a command's words apart; the link is never part of a script.
+  std::string script = is_chosen ? R"(IFS=:; set -f; for command in $BROWSER; do
+      IFS=' '; set -- "$1"; found=
+      for word in $command; do
+        if [ "$word" = %s ]; then set -- "$@" "$1"; found=yes; else set -- "$@" "$word"; fi
+      done
+      link=$1; shift; [ $found ] || set -- "$@" "$link"
+      if command -v "$1" >/dev/null; then exec "$@"; fi
+      set -- "$link"
+    done; exit 127)"
+                                 : R"(exec xdg-open "$1")";
   std::string shell = "sh";
   std::string take_script = "-c";
   std::array<char*, 6> arguments{shell.data(), take_script.data(), script.data(), shell.data(), link.data(), nullptr};
@@ -64,7 +75,11 @@ bool show_in_browser(std::string link) {
 
 base::Status open_page(Session& session, const OpenArguments& arguments) {
   if (!arguments.world.empty()) {
-    if (const auto known = session.client.stats(arguments.world); !known.ok()) return known.status();
+    const auto list = session.client.list_worlds();
+    if (!list.ok()) return list.status();
+    const bool is_there = std::ranges::any_of(
+        list->worlds(), [&](const v1::WorldList::World& world) { return world.name() == arguments.world; });
+    if (!is_there) return base::not_found("no world " + arguments.world, "get_stats.world");
   }
   auto address = arguments.http.empty() ? page_address(session.server) : base::Result<std::string>(arguments.http);
   if (!address.ok()) return address.status();

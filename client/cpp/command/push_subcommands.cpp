@@ -90,10 +90,9 @@ void add_grab(CLI::App& app, Task& task) {
       ->allow_extra_args(false)
       ->check(numbers_check<3>());
   command->add_option("--seconds", arguments->seconds, "Time for the whole way")
-      ->check(positive_check())
+      ->check(seconds_check())
       ->capture_default_str();
-  command->add_option("--hold", arguments->hold_s, "Hold it at the end for so many seconds")
-      ->check(not_negative_check());
+  command->add_option("--hold", arguments->hold_s, "Hold it at the end for so many seconds")->check(seconds_check());
   command
       ->add_option_function<double>(
           "--stiffness", [arguments](double n_m) { arguments->request.set_stiffness_n_m(n_m); },

@@ -51,7 +51,7 @@ void add_wait(CLI::App& app, Task& task) {
       ->required()
       ->check(awaited_check());
   command->add_option("--timeout", arguments->timeout_s, "Fail after so many seconds")
-      ->check(positive_check())
+      ->check(seconds_check())
       ->capture_default_str();
   command->callback(
       [&task, arguments] { task.with_server = [arguments](Session& session) { return wait(session, *arguments); }; });

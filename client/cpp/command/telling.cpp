@@ -37,8 +37,7 @@ bool lacks_subject(const std::string& what) {
 }
 
 std::string nearest_or_all(std::string_view word, std::span<const std::string> words) {
-  const std::string nearest = base::nearest_word(word, words);
-  if (!nearest.empty()) return "; did you mean " + nearest + "?";
+  if (std::string meant = base::did_you_mean(word, words); !meant.empty()) return meant;
   if (words.empty()) return "; there are none";
   std::string list = "; there ";
   list += words.size() == 1 ? "is " : "are ";

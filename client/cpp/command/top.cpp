@@ -60,7 +60,8 @@ Style style_of(const v1::WorldList::World& world, const base::Result<v1::Stats>&
 }
 
 /// The table's lines, cut to the terminal.
-base::Result<std::vector<std::string>> draw(Session& session, std::size_t worlds_max) {
+base::Result<std::vector<std::string>> draw(Session& session, std::size_t worlds_max, std::set<std::string>& silent) {
+  const base::Status unknown(base::StatusCode::unavailable, "not asked");
   const auto list = session.client.list_worlds();
   if (!list.ok()) return list.status();
   Table table(
@@ -69,12 +70,10 @@ base::Result<std::vector<std::string>> draw(Session& session, std::size_t worlds
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < count; ++i) {
     const auto& world = list->worlds(static_cast<int>(i));
-    const auto stats = session.client.stats(world.name());
-    const auto code = stats.status().code();
-    // Of those that end the table, none; of a world that is restored or was destroyed, no figures.
-    if (!stats.ok() && code != base::StatusCode::not_found && !world.restoring() && !world.damaged()) {
-      return stats.status();
-    }
+    // Of a world that is being restored, was destroyed, or takes long for a tick, no figures; that one is asked once.
+    const bool is_asked = !world.restoring() && !world.damaged() && !silent.contains(world.name());
+    const auto stats = is_asked ? session.client.stats(world.name()) : base::Result<v1::Stats>(unknown);
+    if (is_asked && stats.status().code() == base::StatusCode::unavailable) silent.insert(world.name());
     if (!session.json) table.add(row_of(world, stats), style_of(world, stats));
     if (session.json && stats.ok()) lines.push_back(json_of(world, *stats).text());
   }
@@ -92,11 +91,12 @@ base::Status top(Session& session, bool once) {
   catch_interrupts();
   const bool is_live = !once && !session.json && ::isatty(STDOUT_FILENO) != 0;
   std::string over;  // what was drawn before
+  std::set<std::string> silent;
   for (;;) {
     // Room for the header, for how many more there are, and for the line that the cursor is on.
     const std::size_t rows = terminal_size(STDOUT_FILENO).rows;
     const std::size_t room = is_live ? std::max<std::size_t>(rows, 4) - 3 : worlds_shown_max;
-    const auto lines = draw(session, std::min(room, worlds_shown_max));
+    const auto lines = draw(session, std::min(room, worlds_shown_max), silent);
     if (!lines.ok()) return lines.status();
     std::string text = over;
     for (const std::string& line : *lines) text += (&line == &lines->front() ? "" : "\n") + line;

@@ -6,6 +6,8 @@
 #include <iterator>
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "support/temporary_folder.h"
 
@@ -54,6 +56,24 @@ TEST(TokenFile, OnlyItsOwnerMayReadIt) {
   ASSERT_TRUE(add_token(file, grant_of(Role::view, "*")).ok());
   EXPECT_EQ(mode(), perms::owner_read | perms::owner_write);
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "nothing is left beside it";
+}
+
+TEST(TokenFile, WhatRootChangesStaysItsOwners) {
+  if (::geteuid() != 0) GTEST_SKIP() << "root alone gives files away";
+  constexpr uid_t server = 4'321;
+  const support::TemporaryFolder folder;
+  const std::string file = folder / "tokens";
+  const auto owner = [&] {
+    struct stat found{};
+    EXPECT_EQ(::stat(file.c_str(), &found), 0);
+    return found.st_uid;
+  };
+  ASSERT_EQ(::chown(folder.path().c_str(), server, server), 0);
+  const auto first = add_token(file, grant_of(Role::view, "*"));
+  ASSERT_TRUE(first.ok());
+  EXPECT_EQ(owner(), server);
+  ASSERT_TRUE(revoke_token(file, first->id).ok());
+  EXPECT_EQ(owner(), server);
 }
 
 TEST(TokenFile, ALinkToItIsFollowed) {
