@@ -298,6 +298,17 @@ void ReplayedWorld::close(const Status& why, app::Outbox& outbox) {
   }
 }
 
+/// Of one that has a frame: begin() fails otherwise.
+v1::WorldList::Recording ReplayedWorld::recording() const {
+  const v1::RecordingIndex& index = playback_.index();
+  v1::WorldList::Recording recording;
+  recording.set_duration_s(duration_s_);
+  recording.set_first_tick(index.keys(0).tick());
+  recording.set_last_tick(index.last_tick());
+  recording.set_velocities(playback_.header().stream().velocity_grid_step_m_s() > 0.0);
+  return recording;
+}
+
 void ReplayedWorld::publish_status(TimePoint now) {
   const client::DecodedFrame& frame = shown_.frame();
   app::WorldStatus status;
@@ -316,6 +327,7 @@ void ReplayedWorld::publish_status(TimePoint now) {
       static_cast<std::uint32_t>(std::ranges::count_if(frame.solids, &client::SolidFrame::dynamic)));
   listing.set_rate_hz(playback_.header().world_rate_hz());
   listing.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
+  *listing.mutable_recording() = recording();
   status.last_active = now;
   const std::lock_guard lock(status_mutex_);
   status_ = std::move(status);

@@ -75,6 +75,7 @@ class ReplayedWorld {
   [[nodiscard]] base::Status go_to(double at_s, TimePoint now);
   [[nodiscard]] v1::ServerMessage done(const v1::ClientMessage& message) const;
   [[nodiscard]] v1::ServerMessage stats(const app::Request& request) const;
+  [[nodiscard]] v1::WorldList::Recording recording() const;
 
   /// Reads on to the next frame; `next_` is empty at the end.
   void read_on();

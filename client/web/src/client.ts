@@ -43,7 +43,7 @@ export interface ClientOptions {
   readonly reconnect?: boolean;
   /** Unset: frames are decoded on this thread. Closed with the client, or when connecting fails. */
   readonly decoder?: FrameDecoder;
-  /** Unset: a WebSocket. With another one the client speaks to what is no server, as to a `RecordingPlayer`. */
+  /** Unset: a WebSocket. With another one the client speaks to what is no server, as with `RecordingPlayer.open`. */
   readonly openSocket?: (url: string) => Promise<Socket>;
   /** Called with each change of state, and why. */
   readonly stateChanged?: (state: ClientState, reason?: PneumaError) => void;

@@ -33,5 +33,6 @@ export type {
   Stats_Body,
   Subscribed,
   Welcome,
+  WorldList_Recording,
   WorldList_World,
 } from "../proto/pneuma/v1/session_pb.js";

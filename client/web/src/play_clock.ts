@@ -22,6 +22,11 @@ export class PlayClock {
     return this.durationS_;
   }
 
+  /** The world's time, of the last frame that came. */
+  get timeS(): number {
+    return this.last?.timeS ?? 0;
+  }
+
   take(frame: Frame): void {
     const { tick } = frame;
     const timeS = this.timeOf(frame);

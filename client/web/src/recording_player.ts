@@ -1,6 +1,7 @@
 // Plays a recording to a client in the same program, without a server: it answers as `pneuma play` does. proto/WIRE.md,
 // "Recordings".
 import { create, fromBinary, type MessageInitShape, toBinary } from "@bufbuild/protobuf";
+import type { Layout } from "../proto/pneuma/v1/frame_pb.js";
 import {
   type ClientMessage,
   ClientMessageSchema,
@@ -12,6 +13,8 @@ import {
   Welcome_Role,
 } from "../proto/pneuma/v1/session_pb.js";
 import { protocolVersion } from "./connection.js";
+import { PneumaError } from "./errors.js";
+import { checkSubscribe, Refusal } from "./played_stream.js";
 import type { RecordedFrame, RecordingFile } from "./recording_reader.js";
 import type { Socket } from "./socket.js";
 
@@ -21,44 +24,88 @@ const speedMin = 0.125;
 const messageBytes = 1 << 20;
 // As a timer has it: further behind, after a sleep, it goes on from where it is.
 const lateMaxS = 0.5;
+// As a server: a client takes a longer silence for a connection that broke.
+const pingIntervalMs = 15_000;
+// Frames' times are sums: one that is meant to be at the time sought may be this much behind it.
+const roundingS = 1e-6;
+const stepTicksMax = 36_000; // as a server
 
 type Answer = NonNullable<MessageInitShape<typeof ServerMessageSchema>["message"]>;
 
-class Refusal extends Error {
-  constructor(
-    readonly code: Error_Code,
-    what: string,
-    readonly where: string,
-  ) {
-    super(what);
-  }
+function bytesOf(message: MessageInitShape<typeof ServerMessageSchema>): Uint8Array {
+  return toBinary(ServerMessageSchema, create(ServerMessageSchema, message) as ServerMessage);
 }
 
-/** One client's connection to a recording. It has one stream at a time. */
-export class RecordingPlayer implements Socket {
+/** A client's connection. */
+class PlayedSocket implements Socket {
   binaryType = "arraybuffer";
   onopen: (() => void) | null = null;
   onmessage: ((event: { data: unknown }) => void) | null = null;
   onclose: ((event: { code: number; reason: string }) => void) | null = null;
   onerror: (() => void) | null = null;
+  private isClosed = false;
+  private readonly pings: ReturnType<typeof setInterval>;
+
+  constructor(
+    private readonly take: (data: Uint8Array) => void,
+    private readonly closed: () => void,
+  ) {
+    setTimeout(() => this.onopen?.()); // whoever asked for it listens by then
+    this.pings = setInterval(() => this.post(bytesOf({ message: { case: "ping", value: {} } })), pingIntervalMs);
+  }
+
+  send(data: Uint8Array): void {
+    if (!this.isClosed) this.take(data);
+  }
+
+  close(): void {
+    if (this.isClosed) return;
+    this.isClosed = true;
+    clearInterval(this.pings);
+    this.closed();
+  }
+
+  /** In the turn of whoever hears it, as a socket's message does. */
+  post(bytes: Uint8Array): void {
+    const data = new Uint8Array(bytes).buffer;
+    queueMicrotask(() => this.isClosed || this.onmessage?.({ data }));
+  }
+}
+
+/** A recording that is played. Its place, pause and speed outlive a connection; it has one at a time, with one stream. */
+export class RecordingPlayer {
+  private socket: PlayedSocket | undefined;
   /** The place of the frame that is shown. */
   private at = 0;
   private isPaused = false;
   private speed = 1;
   private isSubscribed = false;
+  private tellsCommands = false; // Subscribe.commands
   private dueAtMs = 0; // the frame that is shown was
   private timer: ReturnType<typeof setTimeout> | undefined;
-  private isClosed = false;
 
-  constructor(private readonly file: RecordingFile) {
-    setTimeout(() => this.onopen?.()); // whoever made it listens by then
+  constructor(private readonly file: RecordingFile) {}
+
+  /** For `ClientOptions.openSocket`. Throws PneumaError FAILED_PRECONDITION while another client is connected. */
+  readonly open = async (): Promise<Socket> => {
+    if (this.socket) throw new PneumaError("FAILED_PRECONDITION", "the recording is played to another client");
+    const take = (data: Uint8Array) => this.take(data);
+    this.socket = new PlayedSocket(take, () => this.closed());
+    return this.socket;
+  };
+
+  private closed(): void {
+    this.socket = undefined;
+    this.isSubscribed = false;
+    clearTimeout(this.timer);
   }
 
-  send(data: Uint8Array): void {
+  private take(data: Uint8Array): void {
     const { requestId, request } = fromBinary(ClientMessageSchema, data);
     if (request.case === "pong") return;
     let shows = false;
     try {
+      this.checkWorld(request);
       const [message, isShown = false] = this.answer(request);
       shows = isShown;
       this.post({ requestId, message });
@@ -69,11 +116,6 @@ export class RecordingPlayer implements Socket {
     }
     if (shows) this.show();
     this.wait();
-  }
-
-  close(): void {
-    this.isClosed = true;
-    clearTimeout(this.timer);
   }
 
   private get frames(): readonly RecordedFrame[] {
@@ -88,8 +130,19 @@ export class RecordingPlayer implements Socket {
     return this.frames.at(-1)!.atS;
   }
 
-  private get isAtRest(): boolean {
-    return this.isPaused || this.at + 1 === this.frames.length;
+  private get isAtEnd(): boolean {
+    return this.at + 1 === this.frames.length;
+  }
+
+  private get layout(): Layout {
+    return fromBinary(ServerMessageSchema, this.shown.layout).message.value as Layout;
+  }
+
+  /** Refuses what is asked of another world. */
+  private checkWorld({ case: kind, value }: ClientMessage["request"]): void {
+    if (!value || !("world" in value) || value.world === this.file.header.world) return;
+    const field = ClientMessageSchema.fields.find(({ localName }) => localName === kind)!.name;
+    throw new Refusal(Error_Code.NOT_FOUND, `no world ${value.world}`, `${field}.world`);
   }
 
   /** And whether the frame that is shown is another one by that. */
@@ -105,9 +158,11 @@ export class RecordingPlayer implements Socket {
       case "subscribe":
         return [this.subscribe(request.value), true];
       case "unsubscribe":
+        this.checkStream(request.value.streamId, "unsubscribe");
         this.isSubscribed = false;
         return [this.done()];
       case "requestKey":
+        this.checkStream(request.value.streamId, "request_key");
         return [this.done(), true];
       case "pause":
         this.isPaused = true;
@@ -115,10 +170,9 @@ export class RecordingPlayer implements Socket {
       case "resume":
         return this.resume(request.value.timeScale);
       case "step":
-        return this.step(request.value.ticks || 1);
+        return this.step(request.value.ticks);
       case "reset":
-        this.goTo(0);
-        return [this.done(), true];
+        return this.reset();
       case "seek":
         return this.seek(request.value.timeS);
       case "getStats": {
@@ -141,57 +195,100 @@ export class RecordingPlayer implements Socket {
   }
 
   private listing() {
-    const { world, worldRateHz: rateHz, scene } = this.file.header;
-    const { tick, timeS = 0 } = this.shown.frame;
-    const softBodies = scene?.softBodies.length ?? 0;
-    const own = { name: world, sceneName: scene?.name ?? "", tick, timeS, softBodies, rateHz };
-    return { ...own, paused: this.isAtRest, timeScale: this.speed, subscribers: this.isSubscribed ? 1 : 0 };
+    const { world, worldRateHz: rateHz, scene, stream } = this.file.header;
+    const { timeS, frame } = this.shown;
+    const { softBodies, solids } = this.layout;
+    const recording = {
+      durationS: this.durationS,
+      firstTick: this.frames[0]!.frame.tick,
+      lastTick: this.frames.at(-1)!.frame.tick,
+      velocities: stream!.velocityGridStepMS > 0,
+    };
+    return {
+      name: world,
+      sceneName: scene?.name ?? "",
+      tick: frame.tick,
+      timeS,
+      softBodies: softBodies.length,
+      rigidBodies: solids.filter(({ dynamic }) => dynamic).length,
+      rateHz,
+      paused: this.isPaused || this.isAtEnd,
+      timeScale: this.speed,
+      subscribers: this.isSubscribed ? 1 : 0,
+      recording,
+    };
   }
 
   private done(): Answer {
     return { case: "done", value: { tick: this.shown.frame.tick, world: this.file.header.world } };
   }
 
-  private subscribe({ velocities, scalars, contacts }: Subscribe): Answer {
-    const stream = this.file.header.stream!;
-    const lacks = (what: string) =>
-      new Refusal(Error_Code.FAILED_PRECONDITION, "was not recorded", `subscribe.${what}`);
-    if (velocities && !stream.velocityGridStepMS) throw lacks("velocities");
-    if (scalars && !this.frames[0]!.frame.scalars) throw lacks("scalars");
-    if (contacts) throw lacks("contacts");
+  private checkStream(streamId: number, request: string): void {
+    if (this.isSubscribed && streamId === this.file.header.stream!.streamId) return;
+    throw new Refusal(Error_Code.NOT_FOUND, "this session has no such stream", `${request}.stream_id`);
+  }
+
+  private subscribe(asked: Subscribe): Answer {
+    checkSubscribe(
+      asked,
+      this.file,
+      this.layout.softBodies.map(({ name }) => name),
+    );
     if (this.isSubscribed) throw new Refusal(Error_Code.LIMIT_EXCEEDED, "one stream at a time", "subscribe.world");
     this.isSubscribed = true;
-    return { case: "subscribed", value: stream };
+    this.tellsCommands = asked.commands;
+    this.dueAtMs = performance.now(); // it stood still until now
+    return { case: "subscribed", value: this.file.header.stream! };
   }
 
   private resume(timeScale: number | undefined): [Answer, boolean] {
     if (timeScale !== undefined && !(timeScale >= speedMin && timeScale <= speedMax)) {
-      const what = `must be ${speedMin} to ${speedMax}`;
-      throw new Refusal(Error_Code.LIMIT_EXCEEDED, what, "resume.time_scale");
+      const isPace = timeScale > 0 && Number.isFinite(timeScale);
+      const code = isPace ? Error_Code.LIMIT_EXCEEDED : Error_Code.INVALID_ARGUMENT;
+      throw new Refusal(code, `is ${timeScale}; may be ${speedMin} to ${speedMax}`, "resume.time_scale");
     }
-    const isOver = this.at + 1 === this.frames.length;
+    const speed = timeScale ?? this.speed;
+    const isOver = this.isAtEnd;
+    const nowMs = performance.now();
+    // Between two frames it goes on from where it is: many changes of speed in a row would stop it otherwise.
+    const passedMs = this.isPaused || isOver ? 0 : ((nowMs - this.dueAtMs) * this.speed) / speed;
+    this.dueAtMs = nowMs - passedMs;
     if (isOver) this.at = 0; // from the end, to the start
-    this.speed = timeScale ?? this.speed;
+    this.speed = speed;
     this.isPaused = false;
-    this.dueAtMs = performance.now();
     return [this.done(), isOver];
   }
 
   private step(ticks: number): [Answer] {
+    const refusal = (code: Error_Code, what: string, field: string) => new Refusal(code, what, `step.${field}`);
+    if (!this.isPaused) {
+      throw refusal(Error_Code.FAILED_PRECONDITION, "the recording plays; pause it first", "world");
+    }
+    if (ticks === 0) throw refusal(Error_Code.INVALID_ARGUMENT, "must be 1 or more", "ticks");
+    if (ticks > stepTicksMax) {
+      throw refusal(Error_Code.LIMIT_EXCEEDED, `is ${ticks}; may be at most ${stepTicksMax}`, "ticks");
+    }
     const until = this.shown.frame.tick + BigInt(ticks);
-    while (this.at + 1 < this.frames.length && this.frames[this.at + 1]!.frame.tick <= until) this.advance();
-    if (this.shown.frame.tick < until && this.at + 1 === this.frames.length) {
+    while (!this.isAtEnd && this.frames[this.at + 1]!.frame.tick <= until) this.advance();
+    if (this.shown.frame.tick < until && this.isAtEnd) {
       const what = `the recording ends at tick ${this.shown.frame.tick}`;
-      throw new Refusal(Error_Code.FAILED_PRECONDITION, what, "step.ticks");
+      throw refusal(Error_Code.FAILED_PRECONDITION, what, "ticks");
     }
     return [this.done()];
+  }
+
+  private reset(): [Answer, boolean] {
+    this.goTo(0);
+    const value = { kind: Event_Kind.WORLD_RESET, world: this.file.header.world, tick: this.shown.frame.tick };
+    if (this.isSubscribed) this.post({ message: { case: "event", value } });
+    return [this.done(), true];
   }
 
   private seek(timeS: number): [Answer, boolean] {
     const wrong = (what: string) => new Refusal(Error_Code.INVALID_ARGUMENT, what, "seek.time_s");
     if (!(timeS >= 0)) throw wrong("must be 0 or more");
     if (timeS > this.durationS) throw wrong(`the recording ends at ${this.durationS} s`);
-    const past = this.frames.findIndex(({ atS }) => atS > timeS);
+    const past = this.frames.findIndex(({ atS }) => atS > timeS + roundingS);
     this.goTo((past < 0 ? this.frames.length : past) - 1);
     return [this.done(), true];
   }
@@ -214,13 +311,15 @@ export class RecordingPlayer implements Socket {
 
   private advance(): void {
     ++this.at;
+    if (!this.isSubscribed) return;
     for (const { happening, bytes } of this.shown.before) {
-      const isOfWorld =
-        happening.case === "applied" ||
-        (happening.value.streamId === 0 && happening.value.kind !== Event_Kind.WORLD_DESTROYED);
-      if (isOfWorld) this.postBytes(bytes);
+      const isTold =
+        happening.case === "applied"
+          ? this.tellsCommands
+          : happening.value.streamId === 0 && happening.value.kind !== Event_Kind.WORLD_DESTROYED;
+      if (isTold) this.postBytes(bytes);
     }
-    if (this.isSubscribed) this.postFrame(this.at);
+    this.postFrame(this.at);
   }
 
   private postFrame(at: number): void {
@@ -231,7 +330,7 @@ export class RecordingPlayer implements Socket {
 
   private wait(): void {
     clearTimeout(this.timer);
-    if (this.isAtRest || !this.isSubscribed || this.isClosed) return;
+    if (this.isPaused || this.isAtEnd || !this.isSubscribed) return;
     const stepMs = (1000 * (this.frames[this.at + 1]!.atS - this.shown.atS)) / this.speed;
     this.timer = setTimeout(() => this.play(stepMs), this.dueAtMs + stepMs - performance.now());
   }
@@ -243,12 +342,10 @@ export class RecordingPlayer implements Socket {
   }
 
   private post(message: MessageInitShape<typeof ServerMessageSchema>): void {
-    this.postBytes(toBinary(ServerMessageSchema, create(ServerMessageSchema, message) as ServerMessage));
+    this.postBytes(bytesOf(message));
   }
 
-  /** In the turn of whoever hears it, as a socket's message does. */
   private postBytes(bytes: Uint8Array): void {
-    const data = new Uint8Array(bytes).buffer;
-    queueMicrotask(() => this.isClosed || this.onmessage?.({ data }));
+    this.socket?.post(bytes);
   }
 }

@@ -14,6 +14,8 @@ export interface RecordedFrame {
   readonly bytes: Uint8Array;
   /** Play time. */
   readonly atS: number;
+  /** The world's time, also where the frame does not tell its own. */
+  readonly timeS: number;
   /** The message of the layout that it follows. */
   readonly layout: Uint8Array;
   /** What happened since the frame before: events, and what was applied. */
@@ -80,7 +82,7 @@ export function readRecording(file: Uint8Array): RecordingFile {
       if (!layout || (frames.length === 0 && frame.baseTick !== undefined))
         throw malformed("frames before a key frame");
       clock.take(frame);
-      frames.push({ frame, bytes, atS: clock.durationS, layout, before });
+      frames.push({ frame, bytes, atS: clock.durationS, timeS: clock.timeS, layout, before });
       before = [];
     }
   } catch (error) {

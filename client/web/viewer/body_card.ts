@@ -1,8 +1,11 @@
-// The selected body's card: what is known of it, a few times a second.
+// The selected body's card: what is known of it, once a second.
 import type { Frame, Scene } from "../src/index.js";
 import { factsOf } from "./body_facts.js";
 import { element } from "./element.js";
 import type { Measured, StatsFeed } from "./stats_feed.js";
+
+// The server measures the whole world for it.
+const wish = { intervalMs: 1000, hasRoundTrip: false };
 
 export interface Shown {
   /** "": nothing is selected. */
@@ -14,6 +17,7 @@ export interface Shown {
 
 export class BodyCard {
   private readonly place = element("card");
+  private followed = "";
   private readonly watcher = (measured: Measured) => this.take(measured);
 
   constructor(
@@ -21,10 +25,13 @@ export class BodyCard {
     private readonly shown: () => Shown,
   ) {}
 
-  /** Asks for what there is to know as long as something is selected. */
+  /** Asks for what there is to know as long as something is selected, and the panel and the card's group are open. */
   follow(): void {
     const { selected } = this.shown();
-    this.feed.watch(this.watcher, selected !== "");
+    const isOpen = this.place.closest("details:not([open])") === null;
+    if (selected !== this.followed) this.feed.watch(this.watcher, false, wish); // of another one it asks at once
+    this.followed = selected;
+    this.feed.watch(this.watcher, selected !== "" && isOpen, wish);
     if (selected === "") this.place.replaceChildren();
   }
 

@@ -37,7 +37,7 @@ import { Plots } from "./plots.js";
 import type { Recording } from "./recording.js";
 import { ShownWorld, type Stage } from "./shown_world.js";
 import { SlowMotion } from "./slow_motion.js";
-import { type Measured, StatsFeed } from "./stats_feed.js";
+import { type Measured, often, StatsFeed } from "./stats_feed.js";
 import { tellStatus } from "./status_line.js";
 import { recall, remember } from "./storage.js";
 import { beginTheme } from "./theme.js";
@@ -55,7 +55,8 @@ const pauseButton = element<HTMLButtonElement>("pause");
 const playButton = element<HTMLButtonElement>("play");
 const stepButton = element<HTMLButtonElement>("step");
 
-const own = ownRecording();
+const ofThisPage = ownRecording();
+const player = ofThisPage && new RecordingPlayer(ofThisPage);
 const socketUrl = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`;
 
 class Page implements Stage {
@@ -109,8 +110,8 @@ class Page implements Stage {
       () => this.world.live?.client,
       () => this.timeMoved(),
     );
-    permitServer(!own);
-    if (own) this.slowMotion.offer(fastScales);
+    permitServer(!player);
+    if (player) this.slowMotion.offer(fastScales);
     this.setPresent(false, false);
     this.listenToLooks();
     this.listenToSheets();
@@ -130,14 +131,14 @@ class Page implements Stage {
 
   async connect(token: string): Promise<void> {
     tellNotice("Connecting…");
-    if (!own) this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
+    if (!player) this.decoder = new WorkerDecoder(new Worker("decode-worker.js", { type: "module" }));
     this.decodeMs = 0;
     try {
       this.client = await Client.connect(socketUrl, {
         token,
         clientName: "page",
         ...(this.decoder ? { decoder: this.decoder } : {}),
-        ...(own ? { openSocket: async () => new RecordingPlayer(own) } : {}),
+        ...(player ? { openSocket: player.open } : {}),
         stateChanged: (state, reason) => {
           this.setPresent(state === "open", this.hasWorld);
           if (state === "open") {
@@ -190,11 +191,12 @@ class Page implements Stage {
       this.pointer.letGo(); // and so has the server
       if (this.client) void this.begun(this.client, world);
     }
-    const text = happeningText(event);
-    this.timeline.mark("event", text, event.tick);
     // A recording goes to its beginning where that is asked for.
     const isBeginning = kind === Event_Kind.WORLD_RESET && Number(event.tick) === this.recording?.firstTick;
-    if (text !== "" && !isBeginning) say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
+    const text = happeningText(event);
+    if (text === "" || isBeginning) return;
+    this.timeline.mark("event", text, event.tick);
+    say(text, kind === Event_Kind.WORLD_RESET ? "began" : "");
   }
 
   /** The timeline went elsewhere, or a recording came to its end or left it. */
@@ -224,11 +226,11 @@ class Page implements Stage {
     const toPlan = (measured: Measured) => this.plan.take(measured);
     this.dock.on("plots", (isOpen) => {
       this.plots.open(isOpen);
-      this.statsFeed.watch(toPlots, isOpen);
+      this.statsFeed.watch(toPlots, isOpen, { ...often, hasRoundTrip: true });
     });
     this.dock.on("plan", (isOpen) => {
       this.plan.clear();
-      this.statsFeed.watch(toPlan, isOpen);
+      this.statsFeed.watch(toPlan, isOpen, often);
     });
   }
 
@@ -329,9 +331,9 @@ class Page implements Stage {
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
-    const own = 1 + Number(!element("gallery").hidden) + Number(this.controls.isRecording);
+    const ours = 1 + Number(!element("gallery").hidden) + Number(this.controls.isRecording);
     const all = list.find(({ name }) => name === this.world.name)?.subscribers ?? 0;
-    this.others = Math.max(0, all - own);
+    this.others = Math.max(0, all - ours);
     element("make-first").hidden = list.length > 0;
     if (this.client) this.gallery.update(this.client, list, this.world.name);
   }
@@ -343,6 +345,7 @@ class Page implements Stage {
     unsay("");
     this.paceTold.end();
     this.playback.clear();
+    this.slowMotion.forget();
     this.pointer.letGo();
     this.picture.forget(view);
     this.plots.clear();
@@ -359,7 +362,7 @@ class Page implements Stage {
     playButton.textContent = isPaused ? "▶" : "❚❚";
     playButton.setAttribute("aria-label", isPaused ? "Play" : "Pause");
     stepButton.disabled = !isPaused || this.timeline.isAtEnd;
-    if (timeScale) this.slowMotion.follow(timeScale);
+    if (timeScale) this.slowMotion.follow(timeScale, isPaused);
   }
 
   frame(frame: Frame): void {
@@ -398,7 +401,7 @@ class Page implements Stage {
     velocities.disabled = recording?.hasVelocities === false;
     velocities.parentElement!.title = velocities.disabled ? "It was recorded without them" : "V";
     this.timeline.begin(recording);
-    if (own) this.timeline.markAll(own);
+    if (ofThisPage) this.timeline.markAll(ofThisPage);
   }
 
   async begun(client: Client, world: string): Promise<void> {

@@ -8,19 +8,27 @@ const script = "viewer.js";
 const imported = /(from|import)\s*"\.\/([\w-]+\.js)"/g;
 
 async function textOf(name: string): Promise<string> {
-  const reply = await fetch(name);
+  const reply = await fetch(name).catch((error: Error) => {
+    throw new PneumaError("UNAVAILABLE", error.message, name);
+  });
   if (!reply.ok) throw new PneumaError("UNAVAILABLE", `the server answers ${reply.status}`, name);
   return reply.text();
 }
 
+/** Throws PneumaError LIMIT_EXCEEDED for more than the browser puts into a text. */
 async function base64(parts: readonly BlobPart[]): Promise<string> {
+  const blob = new Blob([...parts]);
   const url = await new Promise<string>((resolve, reject) => {
     const reader = new FileReader();
-    reader.onload = () => resolve(reader.result as string);
+    reader.onload = () => resolve((reader.result as string | null) ?? "");
     reader.onerror = () => reject(reader.error!);
-    reader.readAsDataURL(new Blob([...parts]));
+    reader.readAsDataURL(blob);
   });
-  return url.slice(url.indexOf(",") + 1);
+  const text = url.slice(url.indexOf(",") + 1);
+  if (text.length < (4 * blob.size) / 3) {
+    throw new PneumaError("LIMIT_EXCEEDED", `${Math.ceil(blob.size / 2 ** 20)} MiB are more than a page can hold`);
+  }
+  return text;
 }
 
 /** The page's modules by name, each with those that it is made of. What is loaded later is not among them. */

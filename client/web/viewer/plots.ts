@@ -56,7 +56,7 @@ function rowOf({ stats, roundTripMs }: Measured, body: string): number[] {
     stats.stepTimeMaxMs,
     1000 / stats.rateHz,
     stream?.bitsPerVertex ?? NaN,
-    roundTripMs,
+    roundTripMs ?? NaN,
     stream?.queueAgeMs ?? NaN,
   ];
 }

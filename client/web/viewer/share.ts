@@ -21,6 +21,10 @@ export interface Shared {
   readonly world: string;
 }
 
+function saveRecording(name: string, recording: readonly BlobPart[]): void {
+  save(`${name}.pneuma`, recording, "application/octet-stream");
+}
+
 export class Share {
   private readonly recordButton = element<HTMLButtonElement>("record");
   private readonly filmButton = element<HTMLButtonElement>("film");
@@ -28,6 +32,7 @@ export class Share {
   private recorder: Recorder | undefined;
   private recorded = "";
   private isStarting = false;
+  private isMakingPage = false;
 
   /** @param shared what is shown at the moment */
   constructor(
@@ -65,7 +70,7 @@ export class Share {
     });
     setInterval(() => this.tell(), progressIntervalMs);
     addEventListener("beforeunload", (event) => {
-      if (this.recorder) event.preventDefault(); // it would be lost
+      if (this.recorder || this.isMakingPage) event.preventDefault(); // it would be lost
     });
   }
 
@@ -108,8 +113,27 @@ export class Share {
     await this.savePage(recording.name.replace(/\.pneuma$/, ""), [bytes]);
   }
 
+  /** The recording itself, where the page that it was to become cannot be made. */
+  private async savePageOrRecording(name: string, recording: readonly BlobPart[]): Promise<void> {
+    this.isMakingPage = true;
+    try {
+      await this.savePage(name, recording);
+    } catch (error) {
+      saveRecording(name, recording);
+      const why = (error as PneumaError).message;
+      // Whether or not the connection is lost: what was saved is not what was chosen.
+      const told = `The page cannot be made: ${why}. The recording itself is saved instead`;
+      refuse(new PneumaError("FAILED_PRECONDITION", told));
+    } finally {
+      this.isMakingPage = false;
+    }
+  }
+
   private async savePage(name: string, recording: readonly BlobPart[]): Promise<void> {
-    save(`${name}.html`, [await oneFile(recording)], "text/html");
+    const page = await oneFile(recording).catch((error: Error) => {
+      throw error instanceof PneumaError ? error : new PneumaError("LIMIT_EXCEEDED", error.message); // of a text's length
+    });
+    save(`${name}.html`, [page], "text/html");
     say("The page is saved: it opens without a server", "page");
   }
 
@@ -146,10 +170,10 @@ export class Share {
     const file = recorder.stop() as readonly BlobPart[];
     const came = `${frames} frames, ${durationS.toFixed(1)} s`;
     if (element<HTMLSelectElement>("record-as").value === "html" && frames > 0) {
-      void this.savePage(recorded, file).catch(refuse);
+      void this.savePageOrRecording(recorded, file);
       if (why) this.broke(why, came);
     } else {
-      save(`${recorded}.pneuma`, file, "application/octet-stream");
+      saveRecording(recorded, file);
       const saved = `is saved: ${came}. pneuma play shows it`;
       if (why) this.broke(why, saved);
       else say(`The recording ${saved}`);

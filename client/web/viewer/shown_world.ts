@@ -8,7 +8,7 @@ import {
   type SubscribeOptions,
   type WorldList_World,
 } from "../src/index.js";
-import { findRecording, type Recording } from "./recording.js";
+import { Recording } from "./recording.js";
 import { type View, wantedView, wantedWorld } from "./address.js";
 import { subscribeAsFarAsCanBe } from "./subscribing.js";
 import { inWords } from "./words.js";
@@ -147,8 +147,8 @@ export class ShownWorld {
       if (!isSame) stage.turn(view);
       if (world === undefined) return stage.say("This server has no worlds.");
       this.name_ = world;
-      if (!isSame) stage.found((this.recording = await findRecording(client, world)));
-      this.tell(isSame || !this.recording ? list : await this.list.refresh());
+      if (!isSame) stage.found((this.recording = Recording.among(list, world)));
+      this.tell(list);
       this.wanted = JSON.stringify(stage.options());
       this.stream = await subscribeAsFarAsCanBe(client, world, stage.options(), {
         frame: (frame) => stage.frame(frame),

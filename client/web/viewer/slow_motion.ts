@@ -26,14 +26,24 @@ export class SlowMotion {
     for (const scale of scales) this.choice.add(new Option(`${scale} ×`, String(scale)));
   }
 
-  /** What the server says. */
-  follow(scale: number): void {
+  /** What the server says. Of a world that stands still, what was chosen to go on with stays chosen. */
+  follow(scale: number, isPaused: boolean): void {
+    if (isPaused && scale === this.scale_) return;
+    this.show(scale);
+  }
+
+  /** What was chosen was for a world that is not shown any more. */
+  forget(): void {
+    this.show(1);
+  }
+
+  private show(scale: number): void {
     this.scale_ = scale;
     // The speed that a recording began with may be past what the server takes: it is left, and not chosen.
-    for (const option of [...this.choice.options]) if (option.dataset["isFast"]) option.remove();
+    for (const option of [...this.choice.options]) if (option.dataset["isUnlisted"]) option.remove();
     if (![...this.choice.options].some(({ value }) => Number(value) === scale)) {
       const option = new Option(`${scale} ×`, String(scale));
-      option.dataset["isFast"] = "true";
+      option.dataset["isUnlisted"] = "true";
       this.choice.add(option);
     }
     this.choice.value = String(scale);
@@ -52,7 +62,7 @@ export class SlowMotion {
       say(`Time goes at ${this.choice.selectedOptions[0]!.text} from tick ${done.tick} on`, "time");
       return done;
     } catch (error) {
-      this.follow(this.scale_);
+      this.show(this.scale_);
       throw error;
     }
   }

@@ -74,7 +74,7 @@ export class Timeline {
   begin(recording: Recording | undefined): void {
     this.recording = recording;
     this.past.clear();
-    this.marks.clear();
+    this.marks.begin(recording === undefined);
     this.seeks.drop();
     this.tick = recording?.firstTick ?? 0;
     this.slider.min = recording ? "0" : String(-pastS);
@@ -97,8 +97,9 @@ export class Timeline {
 
   /** What a recording holds, which a server would tell of when it comes to it; and its key frames. */
   markAll({ frames }: RecordingFile): void {
-    for (const { frame, before } of frames) {
-      if (frame.baseTick === undefined) this.marks.add({ atS: this.placeOf(frame.tick), kind: "key", text: "" });
+    const keys = frames.filter(({ frame }) => frame.baseTick === undefined);
+    this.marks.setKeys(keys.map(({ frame }) => this.placeOf(frame.tick)));
+    for (const { before } of frames) {
       for (const { happening } of before) {
         if (happening.case === "event") this.mark("event", happeningText(happening.value), happening.value.tick);
         else this.mark("deed", deedText(happening.value), happening.value.tick);
@@ -122,7 +123,7 @@ export class Timeline {
     const beginS = recording ? 0 : endS - pastS;
     if (!recording && !this.isPast) this.marks.forgetBefore(beginS);
     this.marks.draw(beginS, endS);
-    const at = recording ? `${seconds(place)} / ${seconds(recording.durationS)} s` : this.pastText(place);
+    const at = recording ? `${seconds(place)} / ${seconds(recording.durationS)} s` : this.pastText();
     this.told.value = at;
     const happened = this.marks.textAt(recording ? place : endS + place);
     this.slider.setAttribute("aria-valuetext", happened === "" ? at : `${at}: ${happened}`);
@@ -132,10 +133,11 @@ export class Timeline {
 
   private tellLately(): void {
     const { recording, past } = this;
+    const untilS = recording ? this.place : past.nowS;
     const when = (atS: number) => (recording ? `at ${seconds(atS)} s` : `${seconds(past.nowS - atS)} s ago`);
     this.lately.replaceChildren(
       ...this.marks
-        .latest(latelyMax)
+        .latest(latelyMax, untilS)
         .flatMap(({ atS, text }) => [
           Object.assign(document.createElement("dt"), { textContent: when(atS) }),
           Object.assign(document.createElement("dd"), { textContent: text }),
@@ -153,8 +155,8 @@ export class Timeline {
     return this.lookedAtS === undefined ? 0 : this.lookedAtS - this.stoodAtS;
   }
 
-  private pastText(place: number): string {
-    return this.isPast ? `${seconds(-place)} s ago` : "now";
+  private pastText(): string {
+    return this.lookedAtS === undefined ? "now" : `${seconds(this.past.nowS - this.lookedAtS)} s ago`;
   }
 
   private goTo(place: number): void {

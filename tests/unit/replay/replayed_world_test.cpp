@@ -313,6 +313,21 @@ TEST_F(ReplayedWorldTest, ASeekShowsTheFrameOfThatTimeAtOnce) {
   }
 }
 
+TEST_F(ReplayedWorldTest, ItsListingTellsWhereItBeginsAndEndsWhereverItIs) {
+  for (const double start_s : {0.0, 0.5, 1.0}) {
+    play({.start_s = start_s, .paused = true});
+    const v1::WorldList::World listing = world_->status().listing;
+    ASSERT_TRUE(listing.has_recording());
+    EXPECT_NEAR(listing.recording().duration_s(), 1.0, 1e-9);
+    EXPECT_EQ(listing.recording().first_tick(), 0U);
+    EXPECT_EQ(listing.recording().last_tick(), recorded_ticks);
+    EXPECT_FALSE(listing.recording().velocities());
+  }
+  record([](v1::Subscribe& request) { request.set_velocities(true); });
+  play();
+  EXPECT_TRUE(world_->status().listing.recording().velocities());
+}
+
 TEST_F(ReplayedWorldTest, AResetGoesToTheStartAndAResumeAtTheEndToo) {
   play({.start_s = 0.5});
   subscribe();

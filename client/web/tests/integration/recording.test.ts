@@ -110,9 +110,10 @@ test("a recording is played without a server as pneuma play plays it: the same f
     );
   try {
     viewers.push(await Client.connect(player.url));
-    viewers.push(await Client.connect("", { openSocket: async () => new RecordingPlayer(own) }));
+    viewers.push(await Client.connect("", { openSocket: new RecordingPlayer(own).open }));
     const shown: Frame[][] = [];
     const refused: unknown[] = [];
+    const listed: unknown[] = [];
     for (const viewer of viewers) {
       await viewer.pause(world);
       let last: Frame | undefined;
@@ -130,19 +131,28 @@ test("a recording is played without a server as pneuma play plays it: the same f
       for (const timeS of [0.5, 0.1, 0.8, 0]) frames.push(await at((await viewer.seek(world, timeS)).tick));
       frames.push(await at((await viewer.step(world, 3)).tick));
       shown.push(frames);
+      const { tick, timeS, softBodies, rigidBodies, recording } = (await viewer.worlds())[0]!;
+      listed.push({ tick, timeS, softBodies, rigidBodies, recording });
       refused.push(
         await Promise.all(
           [
             viewer.seek(world, 1e300),
             viewer.seek(world, -1),
             viewer.impulse(world, { body: "ball-1", impulse: { y: 2 } }),
+            viewer.step(world, 0),
+            viewer.step(world, 36_001),
             viewer.step(world, 1000),
+            viewer.subscribe(world, { bodies: ["nobody"] }, { frame: () => {} }),
+            viewer.subscribe(world, { contacts: true }, { frame: () => {} }),
+            viewer.subscribe(world, { maxErrorM: 1e-5 }, { frame: () => {} }),
+            viewer.pause("nowhere"),
             viewer.resume(world, 0.01),
           ].map(refusal),
         ),
       );
     }
     assert.deepEqual(refused[1], refused[0]);
+    assert.deepEqual(listed[1], listed[0]);
     const [theirs, ours] = shown as [Frame[], Frame[]];
     theirs.forEach(({ tick, positions }, i) => {
       assert.equal(ours[i]!.tick, tick);

@@ -9,6 +9,7 @@ import type { Page } from "playwright-core";
 import { type Applied, type Client, type Scene } from "../../src/index.js";
 import { clientProgram } from "../server.js";
 import {
+  asked,
   browser,
   client,
   complaints,
@@ -207,6 +208,7 @@ test("a click selects a body, whose own gas is another then", async () => {
     const card = document.getElementById("card")!.innerText.replaceAll("\n", " ");
     return /Mass .* kg.* Over-pressure .* Pa.* Speed .* m\/s.* Contacts \d+ State (awake|asleep)/.test(card);
   });
+  assert.ok(!asked.some(({ case: kind }) => kind === "ping"), "the card does not tell how long an answer takes");
   await page.waitForSelector("#own-gas:enabled");
   const { moles } = (await client.scene(world)).softBodies[0]!.gas!;
   await page.fill("#own-gas", "1");

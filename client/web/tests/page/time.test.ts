@@ -5,7 +5,7 @@ import { mkdtemp, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
-import { Client, Recorder } from "../../src/index.js";
+import { Client, readRecording, Recorder } from "../../src/index.js";
 import { Frames } from "../frames.js";
 import { clientProgram, Server } from "../server.js";
 import {
@@ -39,6 +39,13 @@ async function told(pattern: RegExp): Promise<void> {
   );
 }
 
+/** Waits until so many pictures have begun to be drawn. */
+async function pictures(count: number): Promise<void> {
+  await page.evaluate(async (wanted) => {
+    for (let i = 0; i < wanted; ++i) await new Promise((resolve) => requestAnimationFrame(resolve));
+  }, count);
+}
+
 /** Of the first second of `world` and a little more, and what was done to it. */
 async function record(): Promise<Buffer> {
   await client.reset(world);
@@ -58,18 +65,28 @@ test("the last seconds of a world are looked at, untouched, and left for now", a
   });
   await page.waitForFunction(() => / s ago\s*ball was hit/.test(document.getElementById("lately")!.textContent!));
   await pastTick((await shownTick()) + 90);
-  const before = await shownTick();
+  // Of the moment of the key: a lagging page goes on for a while before it.
+  const tickAtKey = await page.evaluateHandle(() => {
+    const noted = { tick: NaN };
+    const note = () => (noted.tick = Number(document.getElementById("status")!.dataset["tick"]));
+    addEventListener("keydown", note, { once: true, capture: true });
+    return noted;
+  });
   await page.keyboard.press("[");
-  await told(/^1\.0 s ago$/);
+  const before = await tickAtKey.evaluate(({ tick }) => tick);
+  await told(/^\d+\.\d s ago$/);
+  await pictures(2);
   await until(async () => (await drawnTick()) < before - 30);
   const drawn = await drawnTick();
   await pastTick((await shownTick()) + 30);
   assert.equal(await drawnTick(), drawn, "it stands still while the world goes on");
+  await told(/^([2-9]|\d\d+)\.\d s ago$/); // and is longer ago
   await page.mouse.move(260, 300);
   await page.mouse.down();
   await page.mouse.move(300, 260);
   await page.mouse.up();
   assert.ok(!asked.some(({ case: kind }) => kind === "grab"), "the past was pulled at");
+  assert.ok(!asked.some(({ case: kind }) => kind === "seek"), "a world that runs was taken for a recording");
   await page.focus("#moment");
   await page.keyboard.press("Home"); // as far back as there is something
   await until(async () => (await drawnTick()) < drawn);
@@ -86,9 +103,12 @@ test("a recording is gone through by its timeline, and has no control that it re
   const player = await Server.play(file, ["--speed", "2", "--paused"]);
   const viewer = await Client.connect(player.url);
   try {
+    await viewer.seek(world, 0.7);
     await page.goto("about:blank");
     await page.goto(`http://${player.http}/`);
     await page.waitForSelector('#play[aria-label="Play"]');
+    await told(/^0\.7 \//); // it is left where it was
+    assert.ok(!asked.some(({ case: kind }) => kind === "seek"));
     await page.fill("#moment", "0.5");
     await told(/^0\.5 \//);
     await page.fill("#moment", "0");
@@ -98,6 +118,7 @@ test("a recording is gone through by its timeline, and has no control that it re
     await page.waitForSelector('#play[aria-label="Play"]');
     assert.ok(await page.isDisabled("#step"), "there is nothing behind the end");
     await page.selectOption("#time-scale", "0.125");
+    await page.waitForTimeout(2500); // it stays chosen, however often the page asks how fast it goes
     await page.click("#play");
     await page.waitForSelector('#play[aria-label="Pause"]');
     await page.waitForFunction(() => !document.querySelector('#time-scale option[value="2"]'));
@@ -125,6 +146,10 @@ test("a recording is gone through by its timeline, and has no control that it re
     await rm(folder, { recursive: true });
   }
 });
+
+function lately(): Promise<string> {
+  return page.$eval("#lately", ({ textContent }) => textContent ?? "");
+}
 
 /** What the browser saves by an action, in `folder`. */
 async function saved(folder: string, action: () => Promise<unknown>): Promise<string> {
@@ -165,14 +190,32 @@ test("what the page recorded is exported, filmed, and a page of its own that ope
   assert.equal(await page.locator("#marks .deed").count(), 1);
   await page.selectOption("#time-scale", "4");
   await page.waitForSelector('#play[aria-label="Play"]'); // it is over
+  assert.match(await lately(), /ball was hit/);
   const last = await drawnTick();
+  await page.keyboard.press("Space");
+  await page.keyboard.press("Space");
   await page.fill("#moment", "0");
   await until(async () => (await drawnTick()) < last - 60);
+  await page.waitForFunction(() => document.getElementById("lately")!.textContent === ""); // it is not there yet
   assert.ok(!(await page.isVisible("#gravity")) && !(await page.isVisible("#show-gallery")));
   assert.deepEqual(
     requests.filter((url) => !/^(file|data|blob):/.test(url)),
     [],
   );
   assert.deepEqual(complaints, []);
+  await rm(folder, { recursive: true });
+});
+
+test("a recording whose page cannot be made, since the server is gone, is saved as it is", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "pneuma-page-"));
+  await unfold("Share");
+  await page.selectOption("#record-as", "html");
+  await page.click("#record");
+  await page.waitForSelector("#record.recording");
+  await pastTick((await shownTick()) + 30);
+  const recording = await saved(folder, () => server.kill()); // which has the page's parts
+  assert.match(recording, /\.pneuma$/);
+  assert.ok(readRecording(await readFile(recording)).frames.length > 0);
+  await said(/page cannot be made: .* The recording itself is saved/);
   await rm(folder, { recursive: true });
 });
