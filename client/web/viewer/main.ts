@@ -308,7 +308,6 @@ class Page implements Stage {
     this.picture.tell(this.legend, this.shown.field);
     this.timeline.tell();
     this.card.follow();
-    this.world.followOptions(); // a selected body's contacts are wanted
     element<HTMLOutputElement>("contact-count").value = this.shown.contacts ? String(contactCount) : "";
   }
 
@@ -316,7 +315,7 @@ class Page implements Stage {
 
   options(): SubscribeOptions {
     const needed = neededFor(this.shown);
-    const contacts = (needed.contacts || this.controls.selected !== "") && !this.recording;
+    const contacts = (needed.contacts ?? false) && !this.recording;
     return { maxErrorM, commands: true, ...needed, contacts };
   }
 
