@@ -52,6 +52,15 @@ int fail(const Status& status, bool json, int exit_code) {
   return exit_code;
 }
 
+/// Of the environment, where --server gives none. What is wrong there stops no --help, and nothing that asks no server.
+Status find_server(const CLI::App& app, std::string& server) {
+  const char* variable = std::getenv("PNEUMA_SERVER");
+  if (variable == nullptr || *variable == '\0' || app.count("--server") > 0) return {};
+  server = variable;
+  const std::string wrong = address_check()(server);
+  return wrong.empty() ? Status() : pneuma::base::invalid(wrong, "PNEUMA_SERVER");
+}
+
 /// From the file or the environment where --token gives none.
 Status find_token(const Flags& flags, std::string& token) {
   if (!flags.token_file.empty()) {
@@ -111,7 +120,6 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.require_subcommand(0, 1);
   app.add_option("--server", flags.server, "HOST:PORT; otherwise PNEUMA_SERVER's value")
-      ->envname("PNEUMA_SERVER")
       ->capture_default_str()
       ->check(address_check());
   auto* token =
@@ -132,6 +140,9 @@ int main(int argc, char** argv) {
   }
   if (!task.with_server && !task.alone) {
     return fail(pneuma::base::invalid("a subcommand is needed; pneuma --help lists them"), flags.json, exit_usage);
+  }
+  if (const Status wrong = find_server(app, flags.server); task.with_server && !wrong.ok()) {
+    return fail(wrong, flags.json, exit_usage);
   }
   pneuma::client::Output output;
   const Status status = task.alone ? run_alone(flags, task, output)

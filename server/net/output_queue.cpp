@@ -93,7 +93,10 @@ std::vector<SharedBytes> OutputQueue::take(std::size_t bytes, TimePoint now) {
     const std::size_t size = bytes_of(entry);
     bytes_ -= size;
     writing_bytes_ += size;
-    if (!entry.stream_id) reply_bytes_ -= size;
+    if (!entry.stream_id) {
+      reply_bytes_ -= size;
+      writing_reply_bytes_ += size;
+    }
     if (entry.counts_as_frame) count_sent(entry, now);
     messages.push_back(std::move(entry.message));
     entries_.pop_front();
@@ -109,6 +112,7 @@ void OutputQueue::clear() {
 
 void OutputQueue::written() {
   writing_bytes_ = 0;
+  writing_reply_bytes_ = 0;
   for (auto& [stream_id, stream] : streams_) stream.writing_from.reset();
 }
 

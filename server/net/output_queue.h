@@ -67,6 +67,8 @@ class OutputQueue {
   [[nodiscard]] std::size_t bytes() const { return bytes_ + writing_bytes_; }
   /// Of the replies that wait.
   [[nodiscard]] std::size_t reply_bytes() const { return reply_bytes_; }
+  /// And of those that are being written: they are in memory until the client has taken them.
+  [[nodiscard]] std::size_t unread_reply_bytes() const { return reply_bytes_ + writing_reply_bytes_; }
   /// Of all streams, those that ended included.
   [[nodiscard]] const FrameTotals& totals() const { return totals_; }
   [[nodiscard]] const QueueAges& ages() const { return ages_; }
@@ -122,6 +124,7 @@ class OutputQueue {
   std::size_t bytes_ = 0;
   std::size_t reply_bytes_ = 0;
   std::size_t writing_bytes_ = 0;
+  std::size_t writing_reply_bytes_ = 0;  // of these
   FrameTotals totals_;
   QueueAges ages_;
 };

@@ -208,7 +208,7 @@ void Server::Impl::make_room() {
   if (frames_have_room()) return;
   std::unordered_map<std::string_view, std::size_t> replies_of;
   for (const auto& [id, session] : sessions) {
-    if (!session->closing()) replies_of[session->client()] += session->reply_bytes();
+    if (!session->closing()) replies_of[session->client()] += session->unread_reply_bytes();
   }
   const auto most = std::ranges::max_element(replies_of, {}, [](const auto& of) { return of.second; });
   std::size_t replies = 0;
@@ -217,7 +217,7 @@ void Server::Impl::make_room() {
   const bool many_wait = queued_memory.bytes() >= room || replies >= room / 2;
   if (replies == 0 || (!many_wait && most->second < room / 8)) return;
   const auto longest = std::ranges::max_element(sessions, {}, [&](const auto& of) {
-    return of.second->closing() || of.second->client() != most->first ? 0 : of.second->reply_bytes();
+    return of.second->closing() || of.second->client() != most->first ? 0 : of.second->unread_reply_bytes();
   });
   const std::shared_ptr<Session> session = longest->second;
   session->close({base::StatusCode::unavailable, "the server has no room for the replies that wait for you"});

@@ -45,8 +45,8 @@ class Session : public std::enable_shared_from_this<Session> {
   [[nodiscard]] bool closing() const { return closing_; }
   /// As what it takes is counted.
   [[nodiscard]] const std::string& client() const { return peer_.counted_as; }
-  /// Of the replies that wait.
-  [[nodiscard]] std::size_t reply_bytes() const { return queue_.reply_bytes(); }
+  /// Of the replies that the client has not taken.
+  [[nodiscard]] std::size_t unread_reply_bytes() const { return queue_.unread_reply_bytes(); }
   [[nodiscard]] SessionStats stats() const;
   [[nodiscard]] ReaderStats reader_stats() const;
 

@@ -30,6 +30,18 @@ bool is_goodbye_that_says(const std::optional<std::string>& message, const std::
   return message && message->starts_with("goodbye ") && message->find(words) != std::string::npos;
 }
 
+/// Who said hello and reads nothing from then on, from so many hosts in turn.
+std::vector<std::unique_ptr<RawClient>> deaf_clients(const EchoServer& server, std::size_t count,
+                                                     std::uint8_t hosts = 1) {
+  std::vector<std::unique_ptr<RawClient>> deaf;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto host = static_cast<std::uint8_t>(1 + i % hosts);
+    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096, host));
+    EXPECT_TRUE(say_hello(*deaf.back()));
+  }
+  return deaf;
+}
+
 TEST(NetMemory, MessagesThatDoNotEndAreBoundedTogether) {
   base::Limits limits = patient_limits();
   limits.received_bytes_max = 100'000;
@@ -133,22 +145,20 @@ TEST(NetMemory, PastTheLimitForAllQueuesTheLongestIsClosed) {
 }
 
 // Short of the limit for all, where each queue is within its own.
-TEST(NetMemory, RepliesThatNobodyReadsLeaveFramesTheirRoom) {
+void replies_that_nobody_reads_leave_frames_their_room(std::size_t sessions, std::uint8_t hosts) {
   base::Limits limits = patient_limits();
   limits.queued_bytes_max = 2'000'000;
   EchoServer server(limits);
-  std::vector<std::unique_ptr<RawClient>> deaf;
-  for (std::size_t i = 0; i < 6; ++i) {
-    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096));
-    ASSERT_TRUE(say_hello(*deaf.back()));
-  }
+  const auto deaf = deaf_clients(server, sessions, hosts);
   const std::vector<SessionId> opened = server.wait_opened(deaf.size());
   RawClient watcher(server.tcp_port());
   ASSERT_TRUE(say_hello(watcher));
   const SessionId watching = server.wait_opened(deaf.size() + 1).back();
-  // More than the sockets take, until frames find no room: were none closed, that is how it would stay.
-  for (std::size_t sent = 0; sent < 400 && server.server().memory().queued < limits.queued_bytes_max * 7 / 8; ++sent) {
-    server.server().send(opened[sent % opened.size()], std::make_shared<const std::string>(100'000, 'x'));
+  // More than the sockets take (some megabytes each), until frames find no room: were none closed, that is how it would
+  // stay.
+  for (std::size_t sent = 0; sent < 4'000 && server.server().memory().queued < limits.queued_bytes_max * 7 / 8;
+       ++sent) {
+    server.server().send(opened[sent % opened.size()], std::make_shared<const std::string>(50'000, 'x'));
     ASSERT_TRUE(watcher.send_message("still here"));  // what was sent has been queued when it is answered
     ASSERT_EQ(watcher.read_message(), "still here");
   }
@@ -159,15 +169,20 @@ TEST(NetMemory, RepliesThatNobodyReadsLeaveFramesTheirRoom) {
   EXPECT_EQ(watcher.read_message(), "a frame");
 }
 
+TEST(NetMemory, RepliesThatNobodyReadsLeaveFramesTheirRoom) {
+  replies_that_nobody_reads_leave_frames_their_room(6, 1);
+}
+
+// Of twenty clients, none of which has much: a reply or two each, of them one being written.
+TEST(NetMemory, RepliesThatManyClientsDoNotReadLeaveFramesTheirRoom) {
+  replies_that_nobody_reads_leave_frames_their_room(20, 20);
+}
+
 TEST(NetMemory, PastTheLimitForAllQueuesFramesAreLeftOut) {
   base::Limits limits = patient_limits();
   limits.queued_bytes_max = 1'000'000;
   EchoServer server(limits);
-  std::vector<std::unique_ptr<RawClient>> deaf;
-  for (std::size_t i = 0; i < 8; ++i) {
-    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096));
-    ASSERT_TRUE(say_hello(*deaf.back()));
-  }
+  const auto deaf = deaf_clients(server, 8);
   // A stream each, so that nothing is shared.
   const std::vector<SessionId> opened = server.wait_opened(deaf.size());
   std::size_t most = 0;
@@ -192,11 +207,7 @@ TEST(NetMemory, WhereFramesFillTheRoomNobodyIsClosedForAReply) {
   base::Limits limits = patient_limits();
   limits.queued_bytes_max = 1'000'000;
   EchoServer server(limits);
-  std::vector<std::unique_ptr<RawClient>> deaf;
-  for (std::size_t i = 0; i < 16; ++i) {
-    deaf.push_back(std::make_unique<RawClient>(server.tcp_port(), 4'096));
-    ASSERT_TRUE(say_hello(*deaf.back()));
-  }
+  const auto deaf = deaf_clients(server, 16);
   const std::vector<SessionId> opened = server.wait_opened(deaf.size());
   RawClient bystander(server.tcp_port());
   ASSERT_TRUE(say_hello(bystander));

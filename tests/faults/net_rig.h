@@ -71,8 +71,8 @@ class EchoServer {
 /// A blocking TCP connection that sends whatever bytes it is told to.
 class RawClient {
  public:
-  /// `receive_buffer_bytes` 0: the system's choice.
-  explicit RawClient(std::uint16_t port, int receive_buffer_bytes = 0);
+  /// `receive_buffer_bytes` 0: the system's choice. From 127.0.0.`host`: another host is another client.
+  explicit RawClient(std::uint16_t port, int receive_buffer_bytes = 0, std::uint8_t host = 1);
   ~RawClient();
   RawClient(const RawClient&) = delete;
   RawClient& operator=(const RawClient&) = delete;

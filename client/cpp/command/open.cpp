@@ -3,6 +3,8 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
+#include <string>
+#include <vector>
 
 #include <fcntl.h>
 #include <poll.h>
@@ -77,9 +79,12 @@ base::Status open_page(Session& session, const OpenArguments& arguments) {
   if (!arguments.world.empty()) {
     const auto list = session.client.list_worlds();
     if (!list.ok()) return list.status();
-    const bool is_there = std::ranges::any_of(
-        list->worlds(), [&](const v1::WorldList::World& world) { return world.name() == arguments.world; });
-    if (!is_there) return base::not_found("no world " + arguments.world, "get_stats.world");
+    std::vector<std::string> names;
+    for (const auto& world : list->worlds()) names.push_back(world.name());
+    if (std::ranges::find(names, arguments.world) == names.end()) {
+      const base::Status unknown = base::not_found("no world " + arguments.world);
+      return session.json ? unknown : with_suggestion(unknown, arguments.world, names);
+    }
   }
   auto address = arguments.http.empty() ? page_address(session.server) : base::Result<std::string>(arguments.http);
   if (!address.ok()) return address.status();

@@ -47,6 +47,7 @@ export class Past {
     this.bytes_ = 0;
     this.nowS_ = 0;
     this.last = undefined;
+    this.isBroken = false;
   }
 
   /** @param isKept whether what is kept goes on: not while it is looked at */

@@ -91,6 +91,7 @@ TEST(CommandFailure, TheServerOfTheEnvironmentIsAskedWhereNoFlagNamesOne) {
   const Finished flag = run_program("pneuma", {"--server", nobody_either.address(), "worlds"});
   ::setenv("PNEUMA_SERVER", "nowhere", 1);
   const Finished wrong = run_program("pneuma", {"worlds"});
+  EXPECT_EQ(run_program("pneuma", {"--help"}).exit_status, 0) << "that is not asked of a server";
   ::unsetenv("PNEUMA_SERVER");
   EXPECT_EQ(told.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
   EXPECT_EQ(flag.error_output, "pneuma: " + nobody_either.address() + ": cannot connect: Connection refused\n");
@@ -155,18 +156,21 @@ TEST(CommandFailure, AWorldThatIsNotThereIsToldWithTheNearestOrAllThatAre) {
   EXPECT_LT(many.size(), 300U) << many;
 }
 
-TEST(CommandFailure, WhatIsWrongInAFileIsToldByItsPlaceThere) {
-  const auto told = [](const std::string& what, const std::string& where, const std::vector<std::string>& arguments) {
-    const FakeServer server([&](FakeSession& session) {
-      session.welcome();
-      session.reply([&](const auto&, auto& message) {
-        message.mutable_error()->set_code(v1::Error::INVALID_ARGUMENT);
-        message.mutable_error()->set_what(what);
-        message.mutable_error()->set_where(where);
-      });
+/// What is said where the server refuses.
+std::string told(const std::string& what, const std::string& where,
+                 const std::vector<std::string>& arguments = {"pause", "w"}) {
+  const FakeServer server([&](FakeSession& session) {
+    session.welcome();
+    session.reply([&](const auto&, auto& message) {
+      message.mutable_error()->set_code(v1::Error::INVALID_ARGUMENT);
+      message.mutable_error()->set_what(what);
+      message.mutable_error()->set_where(where);
     });
-    return run(server, arguments, "{").error_output;
-  };
+  });
+  return run(server, arguments, "{").error_output;
+}
+
+TEST(CommandFailure, WhatIsWrongInAFileIsToldByItsPlaceThere) {
   const support::TemporaryFolder folder;
   const std::string file = folder / "bad.json";
   std::ofstream(file) << "{";
@@ -184,17 +188,6 @@ TEST(CommandFailure, WhatIsWrongInAFileIsToldByItsPlaceThere) {
 }
 
 TEST(CommandFailure, WordsComeFirstAndWhatTheyAreSaidOfIsNamed) {
-  const auto told = [](const std::string& what, const std::string& where) {
-    const FakeServer server([&](FakeSession& session) {
-      session.welcome();
-      session.reply([&](const auto&, auto& message) {
-        message.mutable_error()->set_code(v1::Error::INVALID_ARGUMENT);
-        message.mutable_error()->set_what(what);
-        message.mutable_error()->set_where(where);
-      });
-    });
-    return run(server, {"pause", "w"}).error_output;
-  };
   EXPECT_EQ(told("is not finite", "impulse.impulse.x"), "pneuma: x is not finite (impulse.impulse.x)\n");
   EXPECT_EQ(told("the world runs; pause it first", "step.world"),
             "pneuma: the world runs; pause it first (step.world)\n");
