@@ -41,7 +41,7 @@ async function open(browser: Browser, server: Server, { size, colorScheme }: Loo
   return page;
 }
 
-/** Where a body is drawn, near the middle of the canvas: the first point that is no grey, nor are those around it. */
+/** Where a body is drawn, near the middle of the canvas: the first point whose neighbours are of the same body. */
 async function bodyPoint(page: Page): Promise<{ x: number; y: number; reach: number }> {
   const picture = (await page.screenshot()).toString("base64");
   return page.evaluate(async (base64) => {
@@ -51,16 +51,19 @@ async function bodyPoint(page: Page): Promise<{ x: number; y: number; reach: num
     context.drawImage(image, 0, 0);
     const { left, top, width, height } = document.querySelector("canvas")!.getBoundingClientRect();
     const reach = Math.min(width, height) / 4;
-    const isBody = (x: number, y: number) => {
+    /** What tells the colours of two bodies apart; NaN: a grey, as of walls and paper. */
+    const hue = (x: number, y: number) => {
       const [red, green, blue] = context.getImageData(x, y, 1, 1).data as unknown as [number, number, number];
-      return Math.max(red, green, blue) - Math.min(red, green, blue) > 90;
+      const range = Math.max(red, green, blue) - Math.min(red, green, blue);
+      return range > 90 ? (green - blue) / range : NaN;
     };
+    const isLike = (x: number, y: number, wanted: number) => Math.abs(hue(x, y) - wanted) < 0.3;
     const around = [-20, 0, 20];
     for (let far = 0; far < 2 * reach; far += 4) {
       for (let turn = 0; turn < 2 * Math.PI; turn += 0.3) {
         const x = left + width / 2 + far * Math.cos(turn);
         const y = top + height / 2 + far * Math.sin(turn);
-        if (around.every((dx) => around.every((dy) => isBody(x + dx, y + dy)))) return { x, y, reach };
+        if (around.every((dx) => around.every((dy) => isLike(x + dx, y + dy, hue(x, y))))) return { x, y, reach };
       }
     }
     throw new Error("no body is near the middle");

@@ -441,5 +441,5 @@ function pictureOf(covers: readonly HTMLElement[]): Picture | undefined {
   }
 }
 
-const picture = pictureOf([element("header"), element("panel"), element("sheets")]);
+const picture = pictureOf(["header", "panel", "sheets", "timeline"].map((id) => element(id)));
 if (picture) void new Page(picture).connect(recall("sessionStorage", tokenKey) ?? "");

@@ -50,7 +50,9 @@ export interface Hit {
 const followPastPart = 0.4;
 // Of the free height: what bodies take of it, or the room that they are in. One that turns goes a half beyond.
 const subjectPart = 2 / 3;
+// Of what nothing lies over: some two thirds of the window, between the header and the line of time.
 const widthPart = 0.9;
+const heightPart = 0.85;
 // The ground fades to the paper between these, in distances from the eye to what it looks at.
 const fogBegin = 2;
 const fogEnd = 8;
@@ -251,7 +253,7 @@ export class Picture {
   private room(): Room {
     const { width, height } = this.free();
     const wholePx = Math.max(this.canvas.clientHeight, 1);
-    return { width: (widthPart * Math.max(width, 1)) / wholePx, height: (subjectPart * Math.max(height, 1)) / wholePx };
+    return { width: (widthPart * Math.max(width, 1)) / wholePx, height: (heightPart * Math.max(height, 1)) / wholePx };
   }
 
   private placeLight(): void {
