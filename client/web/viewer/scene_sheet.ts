@@ -16,13 +16,12 @@ const restMs = 500;
 const namedMax = 3;
 const says = "Change the scene";
 
-/** The text of a world's scene, maybe changed by hand. */
+/** The text of a world's scene, as it was before anybody wrote in it. */
 interface Draft {
   readonly world: string;
   readonly scene: Scene;
   readonly written: string;
   readonly kept: readonly JsonValue[];
-  text: string;
 }
 
 type Read = Extract<Reading, { scene: Scene }>;
@@ -48,7 +47,7 @@ export class SceneSheet {
   private readonly list = element("scene-problems");
   private draft: Draft | undefined;
   /** What was written for other worlds, by their names. */
-  private readonly aside = new Map<string, Draft>();
+  private readonly aside = new Map<string, { draft: Draft; text: string }>();
   private world = "";
   private isOpen = false;
   private isBusy = false;
@@ -102,17 +101,18 @@ export class SceneSheet {
   /** Puts what was written for the last world aside, and takes what was written for this one. */
   private turn(): void {
     const { draft } = this;
-    if (draft && this.isEdited) this.aside.set(draft.world, { ...draft, text: this.editor.text });
-    this.draft = this.aside.get(this.world);
-    this.isOld = false;
+    if (draft && this.isEdited) this.aside.set(draft.world, { draft, text: this.editor.text });
+    const again = this.aside.get(this.world);
     this.aside.delete(this.world);
-    this.editor.text = this.draft?.text ?? "";
+    this.draft = again?.draft;
+    this.isOld = false;
+    this.editor.text = again?.text ?? "";
     this.look();
   }
 
   private show(world: string, scene: Scene): void {
     const { text, kept } = sceneText(scene);
-    this.draft = { world, scene, kept, written: text, text };
+    this.draft = { world, scene, kept, written: text };
     this.isOld = false;
     this.editor.text = text;
     this.tellProblems([]);
@@ -154,14 +154,14 @@ export class SceneSheet {
   /** The scene that is written; undefined: what is wrong is told, and has the focus. */
   private read(): Read | undefined {
     clearTimeout(this.rest);
-    const read = readScene(this.editor.text, this.draft?.kept ?? []);
+    const read = readScene(this.editor.text, this.draft!.kept);
     if (!("problems" in read)) return read;
     this.showProblems(read.problems);
     return undefined;
   }
 
   private async apply(): Promise<void> {
-    const { draft, world } = this;
+    const { draft } = this;
     const read = draft && this.read();
     if (!read) return;
     const { changes, anew, problems } = difference(draft.scene, read.scene);
@@ -174,30 +174,32 @@ export class SceneSheet {
       const made = await this.edits.make(() => ({ says, changes: changes.map(({ change }) => change) }));
       if (made) say(`The scene is as written from tick ${made.reply.tick} on${begunAnew(anew)}`, "scene");
     } catch (error) {
-      return this.refused(error as PneumaError, read, refusalOfEdit(changes, error as PneumaError));
+      return this.refused(error as PneumaError, draft, read, refusalOfEdit(changes, error as PneumaError));
     }
-    const scene = await this.edits.read();
-    if (world === this.world) this.show(world, scene);
+    if (this.draft === draft) await this.load();
+    else this.aside.delete(draft.world); // it is done, though another world is shown by now
   }
 
   private async makeWorld(): Promise<void> {
     const client = this.client();
-    const read = this.read();
+    const { draft } = this;
+    const read = draft && this.read();
     if (!client || !read) return;
     const taken = (await client.worlds()).map(({ name }) => name);
     const name = freeName(read.scene.name || "world", taken);
     try {
       const { world } = await client.createWorld({ name, source: { case: "scene", value: read.scene } });
       say(`${world} is made`);
-      if (this.draft) this.show(this.draft.world, this.draft.scene); // what was written is that world's now
+      if (this.draft === draft) this.show(draft.world, draft.scene); // what was written is the new world's now
       this.turnTo(world);
     } catch (error) {
-      this.refused(error as PneumaError, read, refusalOfWorld(error as PneumaError));
+      this.refused(error as PneumaError, draft, read, refusalOfWorld(error as PneumaError));
     }
   }
 
-  private refused(error: PneumaError, read: Read, { at, what }: Refusal): void {
-    if (at.length === 0) throw error;
+  /** Tells it at its line, if it has one and the text is still shown. */
+  private refused(error: PneumaError, draft: Draft, read: Read, { at, what }: Refusal): void {
+    if (at.length === 0 || this.draft !== draft) throw error;
     this.showProblems([{ at: read.at(at), what }]);
   }
 
