@@ -2,8 +2,9 @@
 import { create } from "@bufbuild/protobuf";
 import { Vector3 } from "three";
 import { type Frame, PneumaError, type Scene, SoftBodySchema, type Vec3, Vec3Schema } from "../src/index.js";
-import { type Change, temperatureUnsetK } from "./inverse_edit.js";
+import type { Change } from "./inverse_edit.js";
 import { freePlace, newName, places, radiusOf } from "./surroundings.js";
+import { temperatureUnsetK } from "./unset.js";
 import type { Wish } from "./world_edits.js";
 
 /** What is to be added. */

@@ -9,6 +9,7 @@ import type { Tool } from "./hands.js";
 import type { Change } from "./inverse_edit.js";
 import type { Picture } from "./picture.js";
 import { short } from "./quantities.js";
+import { SceneSheet } from "./scene_sheet.js";
 import { Selection } from "./selection.js";
 import { Share, type Shared } from "./share.js";
 import { Sliders } from "./sliders.js";
@@ -27,6 +28,7 @@ export class Controls {
   private readonly sliders: Sliders;
   private readonly selection: Selection;
   private readonly share: Share;
+  private readonly sceneSheet: SceneSheet;
   private readonly undoButton = element<HTMLButtonElement>("undo");
   private readonly redoButton = element<HTMLButtonElement>("redo");
   private readonly addKind = element<HTMLSelectElement>("add-kind");
@@ -51,6 +53,7 @@ export class Controls {
     new Upload(this.edits, around, (name) => picture.bringIntoView(name));
     this.share = new Share(this.edits, () => present() ?? { url: "", token: "", world: "" }, picture);
     new WorldsMade(present, open);
+    this.sceneSheet = new SceneSheet(this.edits, () => present()?.client, open);
     this.listen();
   }
 
@@ -109,6 +112,10 @@ export class Controls {
 
   get scene(): Scene | undefined {
     return this.edits.scene;
+  }
+
+  openScene(isOpen: boolean): void {
+    this.sceneSheet.open(isOpen);
   }
 
   get isRecording(): boolean {
@@ -184,6 +191,7 @@ export class Controls {
   private follow(): void {
     this.sliders.follow();
     this.selection.follow();
+    this.sceneSheet.follow(this.world);
     this.listKinds();
     const { toUndo, toRedo } = this.edits;
     this.undoButton.disabled = toUndo === undefined;

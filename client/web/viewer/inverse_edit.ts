@@ -1,6 +1,15 @@
 // What takes an edit back: the changes that make a scene again what it was.
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
-import { type Gas, Gas_Law, type Scene, type SceneChange, SceneChangeSchema } from "../src/index.js";
+import {
+  type Gas,
+  Gas_Law,
+  type Scene,
+  type SceneChange,
+  SceneChangeSchema,
+  type SoftBody,
+  type SoftBodyChange,
+} from "../src/index.js";
+import { meaningOfUnset } from "./unset.js";
 
 /** A change as it is written down, fields left out at their default. */
 export type Change = MessageInitShape<typeof SceneChangeSchema>;
@@ -10,14 +19,11 @@ interface Named {
 }
 type Fields = Record<string, unknown>;
 
-/** Of a gas that says none. */
-export const temperatureUnsetK = 293.15;
+// Fields where 0 is no value to set.
+const zero: Fields = { onUnstable: meaningOfUnset["onUnstable"], integrator: meaningOfUnset["integrator"] };
 
-// What a field that a scene leaves unset means, where it is not 0. A change can set a field but not unset it.
-const unset: Fields = { massKg: 1, restScale: 1, temperatureK: temperatureUnsetK, heatCapacityRatio: 1.4, rateHz: 60 };
-
-// And of those where 0 is no value to set: REFUSE, AUTO.
-const zero: Fields = { onUnstable: 1, integrator: 8 };
+// What never bursts is told by no value: a pressure that no gas comes to.
+const unset: Fields = { ...meaningOfUnset, burstPressurePa: 1e30 };
 
 function find<Item extends Named>(items: readonly Item[], name: string): Item | undefined {
   return items.find((item) => item.name === name);
@@ -33,13 +39,23 @@ function previous(now: object | undefined, change: object): Fields {
     if (key === "name") fields[key] = value;
     else if (key === "locked")
       fields[key] = held ?? {}; // is replaced as a whole
-    else if (Array.isArray(value)) fields[key] = held ?? [];
+    else if (Array.isArray(value))
+      fields[key] = (held as unknown[] | undefined)?.length ? held : value.map(() => 1); // of an empty one nothing is changed
     else if (typeof value === "object" && value !== null && "case" in value) fields[key] = held;
     else if (typeof value === "object") fields[key] = previous(held as object | undefined, value as object);
     else if (key in zero) fields[key] = held || zero[key];
     else fields[key] = held ?? unset[key] ?? (typeof value === "boolean" ? false : 0);
   }
   return fields;
+}
+
+/** Lists of a soft body that a change has as messages. */
+function previousLists(body: SoftBody | undefined, change: Pick<SoftBodyChange, "pins" | "vertexMassScale">): Fields {
+  const { pins: vertices = [], pinBoundary: boundary = false, vertexMassScale: scale = [] } = body ?? {};
+  return {
+    ...(change.pins ? { pins: { vertices, boundary } } : {}),
+    ...(change.vertexMassScale ? { vertexMassScale: { scale } } : {}),
+  };
 }
 
 function inverseOfOne(scene: Scene, { change }: SceneChange): Change[] {
@@ -68,8 +84,8 @@ function inverseOfOne(scene: Scene, { change }: SceneChange): Change[] {
       return restored("addCollider", find(scene.colliders, change.value));
     case "changeSoftBody": {
       const body = find(scene.softBodies, change.value.name);
-      const { removeGas, ...rest } = change.value;
-      const back = previous(body, rest);
+      const { removeGas, pins: _, vertexMassScale: __, ...rest } = change.value;
+      const back = { ...previous(body, rest), ...previousLists(body, change.value) };
       if (removeGas) return one(change.case, { ...back, gas: body?.gas });
       if (!rest.gas || body?.gas) return one(change.case, back);
       delete back["gas"];
@@ -147,6 +163,15 @@ function has(now: object | undefined, set: object): boolean {
   );
 }
 
+function hasLists(
+  body: SoftBody,
+  { pins, vertexMassScale }: Pick<SoftBodyChange, "pins" | "vertexMassScale">,
+): boolean {
+  const isList = (held: readonly number[], set: readonly number[]) => held.length === set.length && same(held, set);
+  const hasPins = !pins || (isList(body.pins, pins.vertices) && body.pinBoundary === pins.boundary);
+  return hasPins && (!vertexMassScale || isList(body.vertexMassScale, vertexMassScale.scale));
+}
+
 function same(held: unknown, set: unknown): boolean {
   if (set === undefined || (Array.isArray(set) && set.length === 0)) return true;
   if (typeof set !== "object" || set === null) return held === set;
@@ -156,7 +181,7 @@ function same(held: unknown, set: unknown): boolean {
 }
 
 /** Gas that changes by itself. */
-function isLive(gas: Gas | undefined): boolean {
+export function isLive(gas: Gas | undefined): boolean {
   return gas !== undefined && (!!gas.flowMolS || !!gas.leakMolSPa || gas.law === Gas_Law.ADIABATIC);
 }
 
@@ -192,8 +217,8 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
       return !find(scene.colliders, change.value);
     case "changeSoftBody": {
       const body = find(scene.softBodies, change.value.name);
-      const { removeGas, gas, ...rest } = change.value;
-      if (!has(body, rest)) return false;
+      const { removeGas, gas, pins: _, vertexMassScale: __, ...rest } = change.value;
+      if (!has(body, rest) || !hasLists(body!, change.value)) return false;
       if (removeGas || !gas) return !removeGas || !body?.gas;
       const { moles, temperatureK, ...steady } = gas;
       return has(body?.gas, isLive(body?.gas) ? steady : { moles, temperatureK, ...steady });
@@ -217,4 +242,20 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
     case undefined:
       return false;
   }
+}
+
+/**
+ * The steps that the scene is still as they left it. What was removed to begin anew is there again: what was added in its
+ * place tells.
+ */
+export function heldOf(scene: Scene, steps: readonly Step[]): Step[] {
+  return steps.filter((step, i) => {
+    const { change } = step.change;
+    const addition = change.case?.replace("remove", "add");
+    const again = steps.slice(i + 1).find(({ change: { change: later } }) => {
+      const name = typeof later.value === "object" && "name" in later.value ? later.value.name : undefined;
+      return later.case === addition && addition !== change.case && name === change.value;
+    });
+    return holds(scene, (again ?? step).change);
+  });
 }

@@ -28,6 +28,7 @@ const keys: Record<string, string> = {
   i: "show-view",
   p: "show-plots",
   s: "show-plan",
+  e: "show-scene",
 };
 
 const repeated = new Set(["step", "back", "ahead"]); // while their key is held down
@@ -36,7 +37,7 @@ function controlOf({ key, target, ctrlKey, metaKey, shiftKey, altKey }: Keyboard
   // What fills in a field sends events without a key.
   if (!key || altKey || document.querySelector("dialog[open]")) return undefined;
   const isOn = (controls: string) => target instanceof HTMLElement && target.matches(controls);
-  const isText = isOn("#token, input[type=text], input[type=number]");
+  const isText = isOn("#token, textarea, input[type=text], input[type=number]");
   const letter = key.toLowerCase();
   if (ctrlKey || metaKey) return letter === "z" && !isText ? (shiftKey ? "redo" : "undo") : undefined;
   const isTaken = isText || isOn("select") || (key === " " && isOn("button, summary, input"));
@@ -49,6 +50,7 @@ const others: readonly (readonly [key: string, what: string, control?: string])[
   ["Ctrl+Shift+Z", "Redo", "redo"],
   ["Arrow keys", "Turn the view; with Shift, move it"],
   ["+ and −", "Nearer, away"],
+  ["Ctrl+Enter", "Apply the scene's text", "scene-apply"],
   ["Enter", "Take hold of what is selected", "tool-pull"],
 ];
 

@@ -222,6 +222,7 @@ class Page implements Stage {
 
   private listenToSheets(): void {
     this.dock.on("gallery", (isOpen) => this.gallery.open(isOpen));
+    this.dock.on("scene", (isOpen) => this.controls.openScene(isOpen));
     const toPlots = (measured: Measured) => this.plots.takeStats(measured);
     const toPlan = (measured: Measured) => this.plan.take(measured);
     this.dock.on("plots", (isOpen) => {

@@ -42,6 +42,12 @@ export function mayEdit(): boolean {
   return needed["edit"]!.every(has);
 }
 
+/** Why the world that is shown cannot be changed here, for people; "": it can. */
+export function whyNotEdit(): string {
+  if (mayEdit()) return "";
+  return has("is-live") ? "Your token may look at this world, not change it." : "A recording cannot be changed.";
+}
+
 /**
  * Turns off the controls that have nobody to ask: without a connection all that change or ask for something, without a
  * world those that are about it.

@@ -1,7 +1,8 @@
 // What the sliders are about: of the whole world, or of some of its soft bodies.
 import type { Scene, SoftBody } from "../src/index.js";
-import { type Change, temperatureUnsetK } from "./inverse_edit.js";
+import type { Change } from "./inverse_edit.js";
 import type { Quantity } from "./slider.js";
+import { temperatureUnsetK } from "./unset.js";
 
 /** The bodies that a slider is for. */
 export type Bodies = (scene: Scene) => SoftBody[];

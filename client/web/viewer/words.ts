@@ -8,14 +8,19 @@ const requests = new Set(ClientMessageSchema.fields.map(({ name }) => name));
 const ownFile = /^create_world\.scene_json\./;
 const unit = /_(n_m|n_s_m|n_m_rad|kg|kg_m3|m|m_s|k|pa|mol_s|mol_s_pa|hz|s|n|m_n)$/;
 // "is -1; must be greater than 0", "1 are too few": what, the path alone says.
-const withoutSubject = /^(is|are|may|must|has|holds|\d)\b/;
+const withoutSubject = /^(is|are|may|must|has|holds|\d+)\b/;
+
+/** "mass" of "mass_kg". */
+export function withoutUnit(field: string): string {
+  return field.replace(unit, "");
+}
 
 /** The last field of a path: "mass" of "edit.changes[0].change_soft_body.mass_kg". */
 function fieldOf(path: string): string {
   const fields = path.split(".").map((part) => part.replace(/\[\d+\]$/, ""));
   const last = fields.at(-1)!;
   const isAxis = last.length === 1 && fields.length > 1;
-  const words = (isAxis ? fields.at(-2)! : last).replace(unit, "").replaceAll("_", " ");
+  const words = withoutUnit(isAxis ? fields.at(-2)! : last).replaceAll("_", " ");
   return isAxis ? `${words} ${last}` : words;
 }
 

@@ -1,6 +1,6 @@
 // The scene of the world that is shown, as it holds now, and the edits made to it here, which can be taken back.
 import { type Client, type Done, type ErrorCode, PneumaError, type Scene } from "../src/index.js";
-import { type Change, holds, inverseOfSteps, joined, type Step } from "./inverse_edit.js";
+import { type Change, heldOf, inverseOfSteps, joined, type Step } from "./inverse_edit.js";
 import { numbersIn, SceneFeed } from "./scene_feed.js";
 
 const deedsMax = 100;
@@ -99,6 +99,11 @@ export class WorldEdits {
     if ((await opened.feed.settled()) && this.opened === opened) await opened.feed.read().catch(this.failed);
   }
 
+  /** The scene as the server has it, with what moves by itself. */
+  async read(): Promise<Scene> {
+    return this.current().feed.read();
+  }
+
   /** The scene as it is now, to what is known. */
   async fresh(): Promise<Scene> {
     return this.current().feed.fresh();
@@ -138,7 +143,7 @@ export class WorldEdits {
       const { says } = deed;
       return this.orBack(feed, deeds.done, deed, async () => {
         const scene = await feed.read();
-        const held = deed.steps.filter(({ change }) => holds(scene, change));
+        const held = heldOf(scene, deed.steps);
         if (held.length === 0) return { says, tick: undefined, isWhole: false };
         const { tick } = await this.send(feed, inverseOfSteps(held));
         deeds.undone.push(deed);

@@ -346,9 +346,11 @@ for (const colorScheme of ["light", "dark"] as const) {
     await page.$$eval("#panel details", (groups) => {
       for (const group of groups) (group as HTMLDetailsElement).open = true;
     });
-    for (const sheet of ["gallery", "view", "plots", "plan"]) {
+    for (const sheet of ["gallery", "view", "plots", "plan", "scene"]) {
       await page.click(`#show-${sheet}`);
       await page.waitForSelector(`#${sheet}`);
+      if (sheet === "scene") await page.fill("#scene-text", '{"name": "bouncing-ball", "colour": 1}');
+      if (sheet === "scene") await page.waitForSelector("#scene-problems button");
       assert.deepEqual(await violations(), [], sheet);
     }
     for (const dialog of ["keys", "new-world"]) {

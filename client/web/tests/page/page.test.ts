@@ -188,6 +188,14 @@ test("who may only look gets no controls that change anything", async () => {
   assert.ok(!(await page.isVisible("#new-world-open")));
   await unfold("Share");
   assert.ok(await page.isVisible("#record"));
+  await page.click("#show-scene");
+  await page.waitForFunction(() =>
+    (document.getElementById("scene-text") as HTMLTextAreaElement).value.includes("ball"),
+  );
+  assert.ok(await page.$eval("#scene-text", (text) => (text as HTMLTextAreaElement).readOnly));
+  assert.match(await page.innerText("#scene-note"), /^Your token may look at this world/);
+  assert.ok(!(await page.isVisible("#scene-apply")) && !(await page.isVisible("#scene-new")));
+  await page.click("#show-scene");
   asked.length = 0;
   for (const key of ["Space", "r", "t", "a", "n", "Delete"]) await page.keyboard.press(key);
   await page.mouse.click(400, 300);

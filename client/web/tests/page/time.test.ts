@@ -198,6 +198,13 @@ test("what the page recorded is exported, filmed, and a page of its own that ope
   await until(async () => (await drawnTick()) < last - 60);
   await page.waitForFunction(() => document.getElementById("lately")!.textContent === ""); // it is not there yet
   assert.ok(!(await page.isVisible("#gravity")) && !(await page.isVisible("#show-gallery")));
+  await page.keyboard.press("e");
+  await page.waitForFunction(() =>
+    (document.getElementById("scene-text") as HTMLTextAreaElement).value.includes("ball"),
+  );
+  assert.ok(await page.$eval("#scene-text", (text) => (text as HTMLTextAreaElement).readOnly));
+  assert.equal(await page.innerText("#scene-note"), "A recording cannot be changed.");
+  assert.ok(!(await page.isVisible("#scene-apply")) && !(await page.isVisible("#scene-new")));
   assert.deepEqual(
     requests.filter((url) => !/^(file|data|blob):/.test(url)),
     [],

@@ -18,6 +18,7 @@ test("a reason without a subject gets the field as one", () => {
     words("is -1; must be positive", "edit.edit.changes[0].change_soft_body.mass_kg"),
     "Mass: is -1; must be positive",
   );
+  assert.equal(words("32 are too few", "edit.edit.stepping.substeps"), "Substeps: 32 are too few");
   assert.equal(words("1 are too few", "edit.edit_json.changes[0].set_stepping.substeps"), "Substeps: 1 are too few");
   assert.equal(
     words("is not finite", "edit.edit.changes[0].add_mesh.triangles.positions[1].x"),
