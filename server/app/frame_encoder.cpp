@@ -6,7 +6,9 @@
 #include <utility>
 
 #include "app/frame_contacts.h"
+#include "app/plain_frames.h"
 #include "app/protocol.h"
+#include "app/world_state.h"
 
 namespace pneuma::app {
 
@@ -52,7 +54,7 @@ FrameEncoder::FrameEncoder(std::uint32_t stream_id, const FrameContents& content
 net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
                                       const WorldLayout& layout, std::uint32_t layer, bool with_key) {
   const bool same_layout = writer_ && layout_id_ == layout.id();
-  const bool delta = same_layout && last_tick_ && *last_tick_ < tick;
+  const bool delta = same_layout && last_tick_ && *last_tick_ < tick;  // never of a plain stream, which has no writer
   const std::optional<std::uint64_t> base_tick = last_tick_;
   const std::vector<physics::Pose> base_poses = std::exchange(poses_, source.poses());
   if (!same_layout) begin_layout(source, layout);
@@ -72,7 +74,11 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   out.vertices = vertices_;
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
-  write(source, &FrameSource::copy_positions, layout, *writer_, delta ? frame.mutable_payload() : nullptr);
+  if (contents_.plain) {
+    write_plain(source, layout);
+  } else {
+    write(source, &FrameSource::copy_positions, layout, *writer_, delta ? frame.mutable_payload() : nullptr);
+  }
   if (velocity_writer_) {
     write(source, &FrameSource::copy_velocities, layout, *velocity_writer_,
           delta ? frame.mutable_velocities() : nullptr);
@@ -93,6 +99,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
 
 void FrameEncoder::begin_layout(const FrameSource& source, const WorldLayout& layout) {
   layout_id_ = layout.id();
+  if (contents_.plain) return;
   std::vector<codec::MeshOrderPtr> orders;
   std::vector<codec::SimulatedMotionPtr> simulations;
   for (const WorldLayout::Body& body : layout.bodies()) {
@@ -100,7 +107,7 @@ void FrameEncoder::begin_layout(const FrameSource& source, const WorldLayout& la
     simulations.push_back(body.mechanics ? simulation_of(*source.mesh(body.index), body, contents_.max_error_m)
                                          : nullptr);
   }
-  if (contents_.max_velocity_error_m_s > 0.0) velocity_writer_.emplace(orders, contents_.max_velocity_error_m_s);
+  if (contents_.velocities) velocity_writer_.emplace(orders, contents_.max_velocity_error_m_s);
   writer_.emplace(std::move(orders), contents_.max_error_m, std::move(simulations));
 }
 
@@ -114,6 +121,35 @@ void FrameEncoder::write(const FrameSource& source, Copy copy, const WorldLayout
   writer.begin_delta();
   for (std::size_t i = 0; i < bodies.size(); ++i) writer.move_body(i, vectors_of(source, copy, bodies[i]));
   writer.take_delta(*payload);
+}
+
+void FrameEncoder::write_plain(const FrameSource& source, const WorldLayout& layout) {
+  plain_positions_.clear();
+  plain_velocities_.clear();
+  gather(source, &FrameSource::copy_positions, layout);
+  int16_ = int16_grid(numbers_, contents_.max_error_m);
+  if (int16_) {
+    append_int16(numbers_, int16_->origin(), int16_->step_m(), plain_positions_);
+  } else {
+    append_numbers(numbers_, false, plain_positions_);
+  }
+  if (!contents_.velocities) return;
+  gather(source, &FrameSource::copy_velocities, layout);
+  const double step_m_s = int16_ ? int16_velocity_step_m_s(numbers_, contents_.max_velocity_error_m_s) : 0.0;
+  if (step_m_s > 0.0) {
+    int16_->set_velocity_step_m_s(step_m_s);
+    append_int16(numbers_, v1::Vec3(), step_m_s, plain_velocities_);
+  } else {
+    append_numbers(numbers_, false, plain_velocities_);
+  }
+}
+
+void FrameEncoder::gather(const FrameSource& source, Copy copy, const WorldLayout& layout) {
+  numbers_.clear();
+  for (const WorldLayout::Body& body : layout.bodies()) {
+    const std::span<const double> vectors = vectors_of(source, copy, body);
+    numbers_.insert(numbers_.end(), vectors.begin(), vectors.end());
+  }
 }
 
 /// Three numbers of each vertex that the stream shows of the body.
@@ -173,9 +209,15 @@ net::SharedBytes FrameEncoder::key() const {
   v1::Frame& frame = *message.mutable_frame();
   frame.set_layout_id(layout_id_);
   frame.set_time_s(time_s_);
-  writer_->write_key(*frame.mutable_payload());
-  if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());
-  add_checks(frame);
+  if (contents_.plain) {
+    frame.set_payload(plain_positions_);
+    frame.set_velocities(plain_velocities_);
+    if (int16_) *frame.mutable_int16() = *int16_;
+  } else {
+    writer_->write_key(*frame.mutable_payload());
+    if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());
+    add_checks(frame);
+  }
   for (std::size_t i = 0; i < poses_.size(); ++i) add_pose(frame, i, poses_[i]);
   return serialise(message);
 }

@@ -32,9 +32,11 @@ class MeasuredScalars {
 struct FrameContents {
   double max_error_m;
   double tick_s;                        // by which readers reckon the time of a frame that does not tell it
-  double max_velocity_error_m_s = 0.0;  // 0: no velocities
+  double max_velocity_error_m_s = 0.0;  // with velocities
+  bool velocities = false;
   bool scalars = false;
   bool contacts = false;
+  bool plain = false;  // numbers as they are, in key frames alone; errors of 0: as near as a float is
 };
 
 class FrameEncoder {
@@ -58,6 +60,9 @@ class FrameEncoder {
   /// A delta goes to `payload`; null: the stream begins anew.
   void write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,
              std::string* payload);
+  /// Of all bodies, as plain numbers.
+  void write_plain(const FrameSource& source, const WorldLayout& layout);
+  void gather(const FrameSource& source, Copy copy, const WorldLayout& layout);
   std::span<const double> vectors_of(const FrameSource& source, Copy copy, const WorldLayout::Body& body);
   void take_scalars(MeasuredScalars& scalars, const WorldLayout& layout);
   /// What delta and key frames have in common.
@@ -81,7 +86,13 @@ class FrameEncoder {
   google::protobuf::RepeatedPtrField<v1::Contact> contacts_;
   std::vector<physics::Pose> poses_;  // rigid bodies, then colliders
 
+  // Of a plain stream, in place of the writers:
+  std::string plain_positions_;
+  std::string plain_velocities_;
+  std::optional<v1::Int16Grid> int16_;
+
   std::vector<double> vectors_;  // of a body; kept for its memory
+  std::vector<double> numbers_;  // of all bodies; likewise
 };
 
 }  // namespace pneuma::app

@@ -6,9 +6,9 @@
 #include <iterator>
 #include <utility>
 
+#include "app/stream_terms.h"
 #include "base/limits.h"
 #include "base/number_text.h"
-#include "codec/topology_hash.h"
 
 namespace pneuma::app {
 
@@ -24,6 +24,7 @@ View view_of(const v1::Subscribe& request) {
 
 /// A velocity that is carried on for the time between two frames puts a vertex no further off than the frame does.
 double max_velocity_error_m_s(double max_error_m, double rate_hz) {
+  if (max_error_m == 0.0) return 0.0;  // of plain frames: as near as a float is
   return std::clamp(max_error_m * rate_hz, base::max_error_min_m, base::max_error_max_m);
 }
 
@@ -35,63 +36,13 @@ FrameHub::FrameHub(std::function<std::uint32_t()> take_stream_id, std::function<
       drop_stream_id_(std::move(drop_stream_id)),
       topologies_(std::move(defer)) {}
 
-base::Status FrameHub::check_asked(const v1::Subscribe& request, const FrameSource& source) {
-  if (static_cast<std::size_t>(request.bodies_size()) > base::world_bodies_max) {
-    return {base::StatusCode::limit_exceeded,
-            "names " + std::to_string(request.bodies_size()) + " bodies; a world holds at most " +
-                std::to_string(base::world_bodies_max),
-            "subscribe.bodies"};
-  }
-  std::set<std::string> names;
-  for (std::size_t i = 0; i < source.soft_body_count(); ++i) names.insert(source.soft_body_name(i));
-  for (int i = 0; i < request.bodies_size(); ++i) {
-    if (names.contains(request.bodies(i))) continue;
-    return base::not_found("no soft body \"" + request.bodies(i) + "\"", "subscribe.bodies[" + std::to_string(i) + "]");
-  }
-  if (request.velocities() && !source.has_velocities()) {
-    return {base::StatusCode::failed_precondition, "the recording holds no velocities", "subscribe.velocities"};
-  }
-  if (request.scalars() && !source.has_scalars()) {
-    return {base::StatusCode::failed_precondition, "the recording holds no scalars", "subscribe.scalars"};
-  }
-  if (request.contacts() && !source.has_contacts()) {
-    return {base::StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.contacts"};
-  }
-  return {};
-}
-
 base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>& session, const v1::Subscribe& request,
                                                  double world_rate_hz, const Admit& admit) {
-  if (!std::isfinite(request.rate_hz()) || request.rate_hz() < 0.0) {
-    return base::invalid("must be 0 or more", "subscribe.rate_hz");
-  }
-  const double max_error_m = request.max_error_m() == 0.0 ? base::max_error_default_m : request.max_error_m();
-  if (!std::isfinite(max_error_m) || max_error_m < 0.0) {
-    return base::invalid("must be 0 or more", "subscribe.max_error_m");
-  }
-  if (max_error_m < base::max_error_min_m || max_error_m > base::max_error_max_m) {
-    return base::Status(base::StatusCode::limit_exceeded,
-                        "is " + base::number_text(max_error_m) + "; must be 0 or from " +
-                            base::number_text(base::max_error_min_m) + " to " +
-                            base::number_text(base::max_error_max_m),
-                        "subscribe.max_error_m");
-  }
-  if (!std::isfinite(request.key_interval_s()) || request.key_interval_s() < 0.0) {
-    return base::invalid("must be 0 or more", "subscribe.key_interval_s");
-  }
-  if (request.level_of_detail() > base::level_of_detail_max) {
-    return base::Status(base::StatusCode::limit_exceeded,
-                        "is " + std::to_string(request.level_of_detail()) + "; may be at most " +
-                            std::to_string(base::level_of_detail_max),
-                        "subscribe.level_of_detail");
-  }
-  for (int i = 0; i < request.known_topologies_size(); ++i) {
-    if (const std::size_t bytes = request.known_topologies(i).size(); bytes != codec::topology_hash_bytes) {
-      return base::invalid(
-          "has " + std::to_string(bytes) + " bytes; a hash has " + std::to_string(codec::topology_hash_bytes),
-          "subscribe.known_topologies[" + std::to_string(i) + "]");
-    }
-  }
+  if (base::Status wrong = check_terms(request); !wrong.ok()) return wrong;
+  const bool plain = request.encoding() == v1::Subscribe::PLAIN;
+  // Of plain frames 0 is as near as a float is.
+  const double max_error_m =
+      request.max_error_m() == 0.0 && !plain ? base::max_error_default_m : request.max_error_m();
   Quality quality{request.rate_hz(),
                   1,
                   max_error_m,
@@ -100,7 +51,8 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
                   request.scalars(),
                   request.contacts(),
                   request.time_layers(),
-                  request.simulated() && !request.time_layers() && request.level_of_detail() == 0};
+                  request.simulated() && !request.time_layers() && !plain && request.level_of_detail() == 0,
+                  plain};
 
   auto found = find_asked(session->id(), quality, world_rate_hz);
   if (found != classes_.end()) {
@@ -169,11 +121,12 @@ v1::Subscribed FrameHub::describe(const Classes::value_type& entry, const std::s
   subscribed.set_world(world);
   subscribed.set_rate_hz(world_rate_hz / static_cast<double>(quality_class.rate_divisor));
   subscribed.set_max_error_m(source_error_m_ + quality.max_error_m);
-  subscribed.set_grid_step_m(codec::grid_step_m(quality.max_error_m));
   subscribed.set_tick_s(quality_class.encoder.contents().tick_s);
-  if (const double max_error_m_s = quality_class.encoder.contents().max_velocity_error_m_s; max_error_m_s > 0.0) {
+  if (!quality.plain) subscribed.set_grid_step_m(codec::grid_step_m(quality.max_error_m));
+  if (quality.velocities) {
+    const double max_error_m_s = quality_class.encoder.contents().max_velocity_error_m_s;
     subscribed.set_max_velocity_error_m_s(source_velocity_error_m_s_ + max_error_m_s);
-    subscribed.set_velocity_grid_step_m_s(codec::grid_step_m(max_error_m_s));
+    if (!quality.plain) subscribed.set_velocity_grid_step_m_s(codec::grid_step_m(max_error_m_s));
   }
   return subscribed;
 }
@@ -199,13 +152,15 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
       .max_error_m = quality.max_error_m,
       .tick_s = 1.0 / world_rate_hz,
       .max_velocity_error_m_s = quality.velocities ? max_velocity_error_m_s(quality.max_error_m, rate_hz) : 0.0,
+      .velocities = quality.velocities,
       .scalars = quality.scalars,
-      .contacts = quality.contacts};
+      .contacts = quality.contacts,
+      .plain = quality.plain};
   QualityClass made{stream_id,
                     rate_divisor,
                     LayeredEncoder(FrameEncoder(stream_id, contents)),
                     WorldLayout(quality.view, {.ticks = quality.simulated ? rate_divisor : 0,
-                                               .grid_step_m = codec::grid_step_m(quality.max_error_m)}),
+                                               .grid_step_m = quality.simulated ? codec::grid_step_m(quality.max_error_m) : 0.0}),
                     {},
                     {},
                     0.0};

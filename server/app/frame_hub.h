@@ -33,9 +33,6 @@ class FrameHub {
       std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id,
       MeshTopologies::Defer defer = [](const auto& make) { make(); });
 
-  /// Refuses what `source` cannot give: bodies that it does not hold, or what a recording lacks. Errors name the field.
-  [[nodiscard]] static base::Status check_asked(const v1::Subscribe& request, const FrameSource& source);
-
   /// What the source's own places and velocities may be off by; told in the bounds of every stream. 0 at first.
   void set_source_error(double source_error_m, double source_velocity_error_m_s) {
     source_error_m_ = source_error_m;
@@ -109,6 +106,7 @@ class FrameHub {
     bool contacts;
     bool time_layers;
     bool simulated;
+    bool plain;
     auto operator<=>(const Quality&) const = default;
 
     /// Ticks from one frame to the next.

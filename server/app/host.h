@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ class Host {
   virtual void key_wanted(net::SessionId session, std::uint32_t stream_id) = 0;
   virtual void reader_report(net::SessionId session, const net::ReaderReport& report) = 0;
   virtual void session_ended(net::SessionId session, const std::string& world) = 0;
+  /// Destroys a world that is the session's own; nothing where it is not, or gone.
+  virtual void end_owned(const std::shared_ptr<Session>& session, const std::string& world) = 0;
   [[nodiscard]] virtual std::vector<WorldStatus> statuses() const = 0;
   [[nodiscard]] virtual bool has(const std::string& world) const = 0;
 

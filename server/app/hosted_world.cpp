@@ -7,6 +7,8 @@
 
 #include "app/log.h"
 #include "app/protocol.h"
+#include "app/step_goal.h"
+#include "app/world_state.h"
 #include "base/limits.h"
 #include "base/number_text.h"
 
@@ -101,7 +103,7 @@ bool HostedWorld::step(const std::function<bool()>& give_way) {
   if (!mid_tick_) {
     sample_ = {};
     tick_began_ = start;
-    live_.physics().note_contacts(hub_.wants_contacts());
+    live_.physics().note_contacts(hub_.wants_contacts() || awaits_touch());
   }
   mid_tick_ = true;
   do {
@@ -116,11 +118,31 @@ bool HostedWorld::step(const std::function<bool()>& give_way) {
 
 void HostedWorld::encode(Outbox& outbox) {
   const TimePoint start = std::chrono::steady_clock::now();
+  if (!pending_steps_.empty() && pending_steps_.front().until) {
+    PendingStep& step = pending_steps_.front();
+    step.reached = is_reached(live_.physics(), live_.tick(), *step.until);
+    if (step.reached) step.ticks_left = 1;
+  }
   // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
   hub_.encode_tick(LiveFrames(live_.physics()), live_.tick(), last_of_step, outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
   send_events(outbox);
+}
+
+bool HostedWorld::awaits_touch() const {
+  return !pending_steps_.empty() && pending_steps_.front().until && pending_steps_.front().until->has_touch();
+}
+
+v1::ServerMessage HostedWorld::stepped(const PendingStep& step) const {
+  v1::ServerMessage reply = done_reply(step.request_id, live_.tick(), name_);
+  reply.mutable_done()->set_reached(step.reached);
+  if (!step.observe) return reply;
+  // An edit may have come between its ticks.
+  auto state = observe(*step.observe, "observe");
+  if (!state.ok()) return error_reply(step.request_id, state.status());
+  *reply.mutable_done()->mutable_state() = std::move(*state);
+  return reply;
 }
 
 void HostedWorld::send_events(Outbox& outbox) {
@@ -159,7 +181,7 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
     if (--pending.ticks_left == 0) {
       const base::Status kept = journal_ ? journal_->note_tick(live_.tick()) : base::Status();
       if (kept.ok()) {
-        outbox.send(pending.session->id(), done_reply(pending.request_id, live_.tick(), name_));
+        outbox.send(pending.session->id(), stepped(pending));
       } else {
         const std::string what = "the world is at tick " + std::to_string(live_.tick()) + ", which cannot be kept: ";
         outbox.send(pending.session->id(),

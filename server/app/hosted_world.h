@@ -38,6 +38,7 @@ class HostedWorld {
     Metrics* metrics = nullptr;
     MeshTopologies::Defer defer = [](const auto& make) { make(); };
     LookBackOn look_back = nullptr;
+    std::optional<net::SessionId> owner = std::nullopt;  // the session that it ends with
   };
 
   /// `journal` may be null: nothing of the world is kept.
@@ -47,6 +48,7 @@ class HostedWorld {
   // Any thread:
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::optional<net::SessionId>& owner() const { return wiring_.owner; }
   [[nodiscard]] Inbox::Post post(Command command) { return inbox_.post(std::move(command)); }
   [[nodiscard]] WorldStatus status() const;
 
@@ -93,6 +95,10 @@ class HostedWorld {
     std::shared_ptr<Session> session;
     std::uint64_t request_id;
     std::uint32_t ticks_left;
+    std::optional<v1::Observe> observe{};
+    std::optional<v1::StepUntil> until{};
+    bool reached = false;   // what `until` waits for
+    std::size_t bytes = 0;  // that both hold
   };
 
   // hosted_world_requests.cpp: what a request does.
@@ -103,6 +109,8 @@ class HostedWorld {
   [[nodiscard]] Answer pause(const v1::ClientMessage& message, Outbox& outbox);
   [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> step_on(const Request& request);
+  [[nodiscard]] base::Status check_step(const PendingStep& step, const std::string& kind) const;
+  [[nodiscard]] base::Result<v1::State> observe(const v1::Observe& asked, const std::string& field) const;
   /// What is answered later, from what is kept of the world.
   [[nodiscard]] std::optional<Answer> look_back(const Request& request);
   [[nodiscard]] base::Status check_past(std::uint64_t tick, const std::string& field) const;
@@ -123,6 +131,10 @@ class HostedWorld {
   /// What is kept of the world, or not.
   void describe_keeping(WorldStatus& status) const;
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
+  /// Whether the step under way waits for what only contacts tell.
+  [[nodiscard]] bool awaits_touch() const;
+  /// The reply to a step that has ended with the tick just done.
+  [[nodiscard]] v1::ServerMessage stepped(const PendingStep& step) const;
 
   const std::string name_;
   const Wiring wiring_;

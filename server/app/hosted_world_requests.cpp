@@ -8,6 +8,9 @@
 #include "app/log.h"
 #include "app/protocol.h"
 #include "app/request_fields.h"
+#include "app/step_goal.h"
+#include "app/stream_terms.h"
+#include "app/world_state.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
 
@@ -57,7 +60,7 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
   const v1::ClientMessage& message = *request.message;
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe: {
-      Status lacks = FrameHub::check_asked(message.subscribe(), LiveFrames(live_.physics()));
+      Status lacks = check_asked(message.subscribe(), LiveFrames(live_.physics()));
       if (!lacks.ok()) return Answer(std::move(lacks));
       auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s(),
                                        [this](double bytes) { return memory_.admit_stream(bytes); });
@@ -87,7 +90,15 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     case v1::ClientMessage::kResume:
       return resume(message, now, outbox);
     case v1::ClientMessage::kStep:
+    case v1::ClientMessage::kStepUntil:
       return step_on(request);
+    case v1::ClientMessage::kGetState: {
+      auto state = observe(message.get_state().observe(), "get_state.observe");
+      if (!state.ok()) return Answer(state.status());
+      v1::ServerMessage reply = reply_to(message);
+      *reply.mutable_state() = std::move(*state);
+      return Answer(std::move(reply));
+    }
     case v1::ClientMessage::kGetStats: {
       v1::ServerMessage reply = stats(request, now);
       return Answer(std::move(reply));
@@ -129,6 +140,10 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
     return no_such_grab(message.release_grab().grab_id(), "release_grab.grab_id");
   }
   if (!LiveWorld::is_change(message)) return Status(StatusCode::unsupported, "not a request to a world");
+  if (message.has_set_state() && (!paused_ || !pending_steps_.empty())) {
+    const char* what = paused_ ? "steps of the world wait; it must rest" : "the world runs; pause it first";
+    return Status(StatusCode::failed_precondition, what, "set_state.world");
+  }
 
   if (Status failed = write_ahead(message); !failed.ok()) return failed;
   const double period_before_s = live_.physics().tick_period_s();
@@ -196,21 +211,60 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
 }
 
 std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
-  const std::uint32_t ticks = request.message->step().ticks();
-  if (halted_)
-    return Answer(Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "step.world"));
-  if (!paused_) return Answer(Status(StatusCode::failed_precondition, "the world runs; pause it first", "step.world"));
-  if (ticks == 0) return Answer(base::invalid("must be 1 or more", "step.ticks"));
-  std::uint64_t waiting = 0;
-  for (const PendingStep& pending : pending_steps_) waiting += pending.ticks_left;
-  if (waiting + ticks > base::step_ticks_max) {
-    return Answer(Status(StatusCode::limit_exceeded,
-                         "is " + std::to_string(ticks) + ", and " + std::to_string(waiting) +
-                             " ticks wait; may be at most " + std::to_string(base::step_ticks_max) + " in all",
-                         "step.ticks"));
+  const v1::ClientMessage& message = *request.message;
+  PendingStep step{.session = request.session, .request_id = message.request_id(), .ticks_left = message.step().ticks()};
+  if (message.step().has_observe()) step.observe = message.step().observe();
+  if (message.has_step_until()) {
+    step.until = message.step_until();
+    step.ticks_left = step.until->ticks_max();
+    if (step.until->has_observe()) step.observe = step.until->observe();
+    step.until->clear_observe();
   }
-  pending_steps_.push_back({request.session, request.message->request_id(), ticks});
+  if (step.observe) step.bytes += step.observe->SpaceUsedLong();
+  if (step.until) step.bytes += step.until->SpaceUsedLong();
+  if (Status wrong = check_step(step, std::string(kind_of(message))); !wrong.ok()) return Answer(std::move(wrong));
+  pending_steps_.push_back(std::move(step));
   return std::nullopt;  // answered in end_tick
+}
+
+Status HostedWorld::check_step(const PendingStep& step, const std::string& kind) const {
+  if (halted_) {
+    return {StatusCode::failed_precondition, "the world was halted by a fault; destroy it", kind + ".world"};
+  }
+  if (!paused_) return {StatusCode::failed_precondition, "the world runs; pause it first", kind + ".world"};
+  const std::string ticks_field = kind + (step.until ? ".ticks_max" : ".ticks");
+  if (step.ticks_left == 0) return base::invalid("must be 1 or more", ticks_field);
+  std::uint64_t waiting = 0;
+  std::size_t waiting_bytes = 0;
+  for (const PendingStep& pending : pending_steps_) {
+    waiting += pending.ticks_left;
+    waiting_bytes += pending.bytes;
+  }
+  if (waiting + step.ticks_left > base::step_ticks_max) {
+    return {StatusCode::limit_exceeded,
+            "is " + std::to_string(step.ticks_left) + ", and " + std::to_string(waiting) +
+                " ticks wait; may be at most " + std::to_string(base::step_ticks_max) + " in all",
+            ticks_field};
+  }
+  if (step.until) {
+    if (Status wrong = check_goal(live_.physics(), live_.tick(), *step.until); !wrong.ok()) return wrong;
+  }
+  if (step.observe) {
+    const Status wrong = check_asked(live_.physics(), *step.observe);
+    if (!wrong.ok()) return wrong.inside(kind + ".observe");
+  }
+  if (waiting_bytes + step.bytes > base::steps_waiting_bytes_max) {
+    return {StatusCode::limit_exceeded, "the steps that wait say too much of what they observe", kind};
+  }
+  return {};
+}
+
+base::Result<v1::State> HostedWorld::observe(const v1::Observe& asked, const std::string& field) const {
+  if (Status wrong = check_asked(live_.physics(), asked); !wrong.ok()) return wrong.inside(field);
+  v1::State state = state_of(live_.physics(), asked);
+  state.set_world(name_);
+  state.set_tick(live_.tick());
+  return state;
 }
 
 Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) const {
@@ -218,7 +272,8 @@ Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) con
     return base::invalid(
         "is " + std::to_string(tick) + "; the world has done " + std::to_string(live_.tick()) + " ticks", field);
   }
-  if (!journal_) return {StatusCode::failed_precondition, "the server keeps nothing of its worlds (--data-dir)", field};
+  if (!journal_) return {StatusCode::failed_precondition, "nothing is kept of this world: it is owned, or the server has no --data-dir",
+                         field};
   return {};
 }
 

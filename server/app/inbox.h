@@ -40,8 +40,8 @@ class Inbox {
  public:
   enum class Post { taken, full, closed };
 
-  /// A full inbox refuses requests, not what keeps its own books right. All that waits counts, in the memory that it
-  /// takes. Of the reports on a reader of a stream the last one
+  /// A full inbox refuses clients' requests, not the server's own, which have no id, nor what keeps its books right. All
+  /// that waits counts, in the memory that it takes. Of the reports on a reader of a stream the last one
   /// waits, beside all that: they come of themselves, at a world that takes none while it is paused, too.
   Post post(Command command) {
     const auto* request = std::get_if<Request>(&command);
@@ -54,7 +54,7 @@ class Inbox {
     }
     const bool is_full =
         waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
-    if (request != nullptr && is_full) return Post::full;
+    if (request != nullptr && request->message->request_id() != 0 && is_full) return Post::full;
     bytes_ += bytes;
     waiting_.push_back({std::move(command), bytes});
     return Post::taken;

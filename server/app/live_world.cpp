@@ -6,6 +6,7 @@
 
 #include "app/request_fields.h"
 #include "app/saved_world.h"
+#include "app/world_state.h"
 #include "base/limits.h"
 #include "scene_io/edit.h"
 #include "scene_io/edit_path.h"
@@ -107,6 +108,7 @@ bool LiveWorld::is_change(const v1::ClientMessage& request) {
     case v1::ClientMessage::kReleaseGrab:
     case v1::ClientMessage::kReset:
     case v1::ClientMessage::kRewindWorld:
+    case v1::ClientMessage::kSetState:
       return true;
     default:
       return false;
@@ -129,6 +131,8 @@ Result<LiveWorld::Effect> LiveWorld::change(const v1::ClientMessage& request, co
       return reset(admit);
     case v1::ClientMessage::kRewindWorld:
       return rewind(request.rewind_world(), admit);
+    case v1::ClientMessage::kSetState:
+      return set_state(request.set_state());
     default:
       return Status(base::StatusCode::internal, "not a change");
   }
@@ -184,6 +188,13 @@ Result<LiveWorld::Effect> LiveWorld::impulse(const v1::Impulse& request) {
   Effect effect;
   effect.detail = hit->body;
   if (hit->vertex) effect.detail += " vertex " + std::to_string(*hit->vertex);
+  return effect;
+}
+
+Result<LiveWorld::Effect> LiveWorld::set_state(const v1::SetState& request) {
+  if (Status wrong = app::set_state(world_, request); !wrong.ok()) return wrong;
+  Effect effect;
+  effect.edited = true;
   return effect;
 }
 

@@ -49,7 +49,8 @@ class LiveWorld {
 
   /// True for the requests that change() takes.
   [[nodiscard]] static bool is_change(const v1::ClientMessage& request);
-  /// Carries out an edit, impulse, grab, move, release, reset or rewind (whose state is given), between two ticks.
+  /// Carries out an edit, impulse, grab, move, release, reset, rewind (whose state is given) or set state, between two
+  /// ticks.
   /// Errors name the field from the request's kind on (`edit.edit.changes[2].add_soft_body.mesh`), and nothing has
   /// changed then.
   [[nodiscard]] base::Result<Effect> change(const v1::ClientMessage& request, const Admit& admit = anything);
@@ -82,6 +83,7 @@ class LiveWorld {
   [[nodiscard]] base::Result<Effect> edit(const v1::Edit& request, const Admit& admit);
   [[nodiscard]] base::Result<Effect> edit(const v1::SceneEdit& edit, const Admit& admit);
   [[nodiscard]] base::Result<Effect> impulse(const v1::Impulse& request);
+  [[nodiscard]] base::Result<Effect> set_state(const v1::SetState& request);
   [[nodiscard]] base::Result<Effect> grab(const v1::Grab& request);
   [[nodiscard]] base::Result<Effect> move_grab(const v1::MoveGrab& request);
   [[nodiscard]] base::Result<Effect> release_grab(const v1::ReleaseGrab& request);

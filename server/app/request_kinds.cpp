@@ -36,6 +36,7 @@ constexpr std::array kinds{
     Kind{Message::kRequestKey, Role::view, nullptr},
     Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>},
     Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>},
+    Kind{Message::kGetState, Role::view, named_in<&Message::get_state>},
     Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>},
     // Of one that the session took.
     Kind{Message::kReadSnapshot, Role::view, nullptr},
@@ -46,7 +47,9 @@ constexpr std::array kinds{
     Kind{Message::kReleaseGrab, Role::edit, named_in<&Message::release_grab>},
     Kind{Message::kPause, Role::edit, named_in<&Message::pause>},
     Kind{Message::kResume, Role::edit, named_in<&Message::resume>},
+    Kind{Message::kSetState, Role::edit, named_in<&Message::set_state>},
     Kind{Message::kStep, Role::edit, named_in<&Message::step>},
+    Kind{Message::kStepUntil, Role::edit, named_in<&Message::step_until>},
     Kind{Message::kReset, Role::edit, named_in<&Message::reset>},
     Kind{Message::kSeek, Role::edit, named_in<&Message::seek>},
     Kind{Message::kRewindWorld, Role::edit, named_in<&Message::rewind_world>},

@@ -288,6 +288,9 @@ void Service::closed(net::SessionId id, const Status& why) {
   if (found == guests_.end()) return;
   count_sessions();
   for (const std::string& world : found->second.worlds) host_->session_ended(id, world);
+  if (const auto& session = found->second.session; session != nullptr) {
+    for (const std::string& world : session->end()) host_->end_owned(session, world);
+  }
   parts_.session_ended(id);
   guests_.erase(found);
   metrics_.sessions.Decrement();

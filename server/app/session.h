@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "app/grant.h"
 #include "net/server.h"
@@ -21,6 +22,20 @@ class Session {
   [[nodiscard]] const Grant& grant() const { return *grant_; }
   /// Whose session it is, as what sessions take together is counted.
   [[nodiscard]] const std::string& client() const { return client_; }
+
+  /// The world ends with the session. False where the session has ended already. Any thread.
+  [[nodiscard]] bool own(const std::string& world) {
+    const std::lock_guard lock(mutex_);
+    if (has_ended_) return false;
+    owned_.push_back(world);
+    return true;
+  }
+  /// The session has ended: the worlds that end with it.
+  [[nodiscard]] std::vector<std::string> end() {
+    const std::lock_guard lock(mutex_);
+    has_ended_ = true;
+    return std::exchange(owned_, {});
+  }
 
   /// The client says that it holds the topology.
   void knows_topology(const std::string& hash) {
@@ -47,6 +62,8 @@ class Session {
   const GrantPtr grant_;
   std::mutex mutex_;
   std::set<std::string> topologies_;
+  std::vector<std::string> owned_;
+  bool has_ended_ = false;
 };
 
 }  // namespace pneuma::app

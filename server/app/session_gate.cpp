@@ -16,6 +16,11 @@ namespace {
 // A nonce, and room for what newer clients may add.
 constexpr std::size_t pong_bytes_max = 64;
 
+/// Of an address as it is counted.
+bool is_loopback(const std::string& address) {
+  return address.starts_with("127.") || address == "::1";
+}
+
 SessionGate::Verdict refuse(std::uint64_t request_id, const Status& why, double retry_after_s = 0.0) {
   SessionGate::Verdict verdict;
   verdict.reply = error_reply(request_id, why, retry_after_s);
@@ -53,6 +58,7 @@ SessionGate::SessionGate(std::uint64_t session_id, std::string address, Gatekeep
       address_(std::move(address)),
       gatekeeper_(gatekeeper),
       message_bytes_max_(limits.message_bytes_max),
+      is_counted_(limits.limits_loopback || !is_loopback(address_)),
       parts_(parts) {}
 
 SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoint now) {
@@ -145,8 +151,10 @@ SessionGate::Verdict SessionGate::hello(const v1::ClientMessage& message, TimePo
   }
   grant_ = std::move(admitted.grant);
   client_ = client_of(*grant_, address_);
-  commands_ = gatekeeper_.commands_of(client_, now);
-  (void)commands_->take(now);  // the hello; one that finds none left is let in, and can ask for nothing yet
+  if (is_counted_) {
+    commands_ = gatekeeper_.commands_of(client_, now);
+    (void)commands_->take(now);  // the hello; one that finds none left is let in, and can ask for nothing yet
+  }
   client_name_ = hello.client_name().substr(0, base::name_bytes_max);
 
   Verdict verdict;

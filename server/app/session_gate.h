@@ -57,6 +57,7 @@ class SessionGate {
   std::string address_;
   Gatekeeper& gatekeeper_;
   std::size_t message_bytes_max_;
+  bool is_counted_;  // its commands are
   MessageParts& parts_;
   std::shared_ptr<TokenBucket> commands_;  // its client's; null until a good hello came
   GrantPtr grant_;

@@ -168,7 +168,8 @@ void WorldHost::create_scene(const Request& request) {
   if (!scene.ok()) return refuse(request, scene.status());
   const auto name = reserve(request, asked.name(), to_world_name(scene->name()));
   if (!name) return;
-  const auto mended = build(*name, std::move(*scene), asked.paused(), room_of(request.session->client()));
+  const auto owner = asked.owned() ? std::optional(request.session->id()) : std::nullopt;
+  const auto mended = build(*name, std::move(*scene), asked.paused(), room_of(request.session->client()), owner);
   if (!mended.ok()) {
     const double hint_s = mended.status().code() == StatusCode::unavailable ? retry_hint_s : 0.0;
     return refuse(request, mended.status().inside(source_field(asked)), hint_s);
@@ -176,6 +177,7 @@ void WorldHost::create_scene(const Request& request) {
   metrics_.count_command("create_world", "ok");
   spdlog::info("world={} session={} created", log_name(*name), request.session->id());
   server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), 0, *name, {}, *mended)));
+  if (asked.owned() && !request.session->own(*name)) end_owned(request.session, *name);
 }
 
 WorldRoom WorldHost::own_room() const {
@@ -206,7 +208,7 @@ WorldRoom WorldHost::room_of(const std::string& client) {
 
 /// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
 base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused,
-                                                           WorldRoom room) {
+                                                           WorldRoom room, std::optional<net::SessionId> owner) {
   try {
     auto live = LiveWorld::create(std::move(scene), [&room](const v1::Scene& source, const physics::Scene& checked) {
       return room.memory.admit(source, checked);
@@ -217,7 +219,9 @@ base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& na
     }
     room.memory.settle(true, live->physics().integrator(), 0.0);
     const std::vector<v1::MendedMesh> mended = live->mended();
-    if (Status failed = keep_and_host(name, std::move(*live), paused, std::move(room)); !failed.ok()) return failed;
+    if (Status failed = keep_and_host(name, std::move(*live), paused, std::move(room), owner); !failed.ok()) {
+      return failed;
+    }
     for (const v1::MendedMesh& mesh : mended) {
       spdlog::info("world={} mesh={} mended: {}", log_name(name), log_name(mesh.mesh()), mesh.detail());
     }
@@ -229,9 +233,10 @@ base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& na
   }
 }
 
-Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room) {
+Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room,
+                                std::optional<net::SessionId> owner) {
   std::unique_ptr<WorldJournal> journal;
-  if (archive_) {
+  if (archive_ && !owner) {
     auto begun = archive_->begin(name, live, paused);
     if (!begun.ok()) {
       registry_.erase(name);
@@ -239,13 +244,14 @@ Status WorldHost::keep_and_host(const std::string& name, LiveWorld live, bool pa
     }
     journal = std::move(*begun);
   }
-  host(name, std::move(live), paused, std::move(journal), std::move(room));
+  host(name, std::move(live), paused, std::move(journal), std::move(room), owner);
   return {};
 }
 
 void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-                     WorldRoom room) {
+                     WorldRoom room, std::optional<net::SessionId> owner) {
   HostedWorld::Wiring wiring;
+  wiring.owner = owner;
   wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
   wiring.metrics = &metrics_;
@@ -388,6 +394,15 @@ void WorldHost::session_ended(net::SessionId session, const std::string& name) {
   }
   snapshots_.drop(session);
   snapshots_.drop_old(steady_clock::now());
+}
+
+// Another world may have the name by now.
+void WorldHost::end_owned(const std::shared_ptr<Session>& session, const std::string& name) {
+  const auto entry = registry_.find(name);
+  if (entry.world == nullptr || entry.world->owner() != session->id()) return;
+  auto end = std::make_shared<v1::ClientMessage>();
+  end->mutable_destroy_world()->set_world(name);
+  if (entry.world->post(Request{session, std::move(end)}) == Inbox::Post::taken) scheduler_.wake(entry.task);
 }
 
 std::vector<WorldStatus> WorldHost::statuses() const {

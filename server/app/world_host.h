@@ -59,6 +59,7 @@ class WorldHost final : public Host {
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
+  void end_owned(const std::shared_ptr<Session>& session, const std::string& world) override;
   [[nodiscard]] std::vector<WorldStatus> statuses() const override;
   [[nodiscard]] bool has(const std::string& world) const override { return registry_.find(world).world != nullptr; }
 
@@ -116,11 +117,14 @@ class WorldHost final : public Host {
                                    LiveWorld live, bool paused, WorldRoom room);
 
   /// With a journal where there is an archive. The name was reserved, and is given back where it fails.
-  [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room);
+  [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room,
+                                           std::optional<net::SessionId> owner = std::nullopt);
   void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-            WorldRoom room);
+            WorldRoom room, std::optional<net::SessionId> owner = std::nullopt);
+  /// With an `owner`, nothing is kept of it: it ends with that session.
   [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused,
-                                                                WorldRoom room);
+                                                                WorldRoom room,
+                                                                std::optional<net::SessionId> owner = std::nullopt);
   /// For a world that no client made.
   [[nodiscard]] WorldRoom own_room() const;
   /// A part of the room that a client's worlds have together.

@@ -16,9 +16,10 @@ void set(v1::Vec3& out, const physics::Vec3d& vector) {
   out.set_z(vector.z());
 }
 
-void add_soft_body(const physics::World& world, std::size_t index, v1::Stats& out) {
+}  // namespace
+
+void describe(const physics::World& world, std::size_t index, v1::Stats::Body& body) {
   const physics::BodyMeasures measures = world.measure(index);
-  v1::Stats::Body& body = *out.add_soft_bodies();
   body.set_name(world.soft_body(index).name);
   body.set_volume_m3(measures.volume_m3);
   body.set_area_m2(measures.area_m2);
@@ -38,8 +39,7 @@ void add_soft_body(const physics::World& world, std::size_t index, v1::Stats& ou
   body.set_vertices(static_cast<std::uint32_t>(world.soft_body(index).mesh->positions_m.size()));
 }
 
-void add_rigid_body(const physics::RigidState& state, v1::Stats& out) {
-  v1::Stats::Rigid& body = *out.add_rigid_bodies();
+void describe(const physics::RigidState& state, v1::Stats::Rigid& body) {
   body.set_name(state.body.name);
   set(*body.mutable_position(), state.position);
   body.mutable_orientation()->set_w(state.orientation.w());
@@ -51,8 +51,6 @@ void add_rigid_body(const physics::RigidState& state, v1::Stats& out) {
   body.set_frozen(state.frozen);
   body.set_asleep(state.rest.asleep);
 }
-
-}  // namespace
 
 void describe(const physics::World& world, v1::Stats& out) {
   out.set_time_s(world.time_s());
@@ -69,8 +67,8 @@ void describe(const physics::World& world, v1::Stats& out) {
     stage.set_calls(profile[i].calls);
     stage.set_bytes(profile[i].bytes);
   }
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) add_soft_body(world, i, out);
-  for (const physics::RigidState& state : world.rigid_bodies()) add_rigid_body(state, out);
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) describe(world, i, *out.add_soft_bodies());
+  for (const physics::RigidState& state : world.rigid_bodies()) describe(state, *out.add_rigid_bodies());
 }
 
 }  // namespace pneuma::app

@@ -116,6 +116,12 @@ inline constexpr std::size_t world_builds_waiting_bytes_max = 64 * 1024 * 1024; 
 
 // Ten minutes at 60 Hz, for all the steps together that wait on a paused world; a pause ends them sooner.
 inline constexpr std::uint32_t step_ticks_max = 36'000;
+// What steps that wait may say of what they observe and wait for, all together.
+inline constexpr std::size_t steps_waiting_bytes_max = 16 * 1024 * 1024;
+// Of a State: half of the output queue. The largest body at double precision takes 3 MB with its velocities.
+inline constexpr std::size_t state_bytes_max = 4 * 1024 * 1024;
+// Of a stream of plain frames: one gigabit a second, more than a network between two machines takes.
+inline constexpr double plain_bytes_s_max = 125e6;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
@@ -164,6 +170,7 @@ struct Limits {
   std::size_t worlds_max = 1'024;
   double commands_per_s = 60.0;                          // a pointer moves at display rate
   double commands_burst = 120.0;                         // two seconds of it, for a client that catches up
+  bool limits_loopback = false;                          // a script on this machine asks as fast as it is answered
   std::size_t output_queue_bytes_max = 8 * 1024 * 1024;  // past it frames are dropped, then re-keyed
   // Of all queues together, where what several wait for counts once: a hundred slow readers of large worlds.
   std::size_t queued_bytes_max = 256 * 1024 * 1024;

@@ -59,6 +59,21 @@ struct RayPoint {
 struct WholeBody {};
 using At = std::variant<WholeBody, std::uint32_t, NearPoint, RayPoint>;  // uint32: a vertex
 
+/// Where a soft body is put: three numbers a vertex, x, y, z in order. What is empty stays.
+struct SoftPlacement {
+  std::string body;
+  std::vector<double> positions_m;
+  std::vector<double> velocities_m_s;
+};
+/// Where a rigid body is put. What is unset stays.
+struct RigidPlacement {
+  std::string body;
+  std::optional<Vec3d> position;
+  std::optional<Quatd> orientation;
+  std::optional<Vec3d> velocity;
+  std::optional<Vec3d> angular_velocity;
+};
+
 struct Hit {
   std::string body;
   std::optional<std::uint32_t> vertex;  // the nearest one; none of a rigid body, or where a whole body is meant
@@ -125,6 +140,11 @@ class World {
                                            double stiffness_n_m, double damping_n_s_m);
   [[nodiscard]] base::Status move_grab(std::uint64_t id, const Vec3d& target);
   [[nodiscard]] base::Status release_grab(std::uint64_t id);
+
+  /// Puts bodies elsewhere, between two ticks; they wake. Pinned vertices get no velocity, nor do locked axes. Refuses
+  /// unknown, repeated and frozen bodies, lists of another length, and what is not finite or past the limits of
+  /// coordinates and speed; nothing has changed then. Errors name `soft_bodies[i].positions` and the like.
+  [[nodiscard]] base::Status place(const std::vector<SoftPlacement>& soft, const std::vector<RigidPlacement>& rigid);
 
   /// Bodies frozen since the last call.
   [[nodiscard]] std::vector<FrozenBody> take_frozen();

@@ -35,6 +35,7 @@ class ReplayHost final : public app::Host {
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
+  void end_owned(const std::shared_ptr<app::Session>&, const std::string&) override {}  // nobody makes worlds here
   [[nodiscard]] std::vector<app::WorldStatus> statuses() const override { return {world_.status()}; }
   [[nodiscard]] bool has(const std::string& world) const override { return world == world_.name(); }
   void close() override;

@@ -8,6 +8,7 @@
 
 #include "app/protocol.h"
 #include "app/request_fields.h"
+#include "app/stream_terms.h"
 #include "app/world_clock.h"
 #include "base/limits.h"
 #include "base/number_text.h"
@@ -215,6 +216,9 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
       reply.mutable_scene()->set_tick(tick());
       return reply;
     }
+    case v1::ClientMessage::kGetState:
+      return Status(StatusCode::failed_precondition, name_ + " is a recording that is played: it has frames alone",
+                    "get_state.world");
     default:
       return Status(StatusCode::failed_precondition, name_ + " is a recording that is played: it cannot be changed",
                     std::string(app::kind_of(message)));
@@ -234,8 +238,9 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
                       base::number_text(recorded_error_m + least_m),
                   "subscribe.max_error_m");
   }
-  if (Status lacks = app::FrameHub::check_asked(asked, shown_); !lacks.ok()) return lacks;
-  asked.set_max_error_m(left_m);
+  if (Status lacks = app::check_asked(asked, shown_); !lacks.ok()) return lacks;
+  const bool is_exact = asked.encoding() == v1::Subscribe::PLAIN && asked.max_error_m() == 0.0;
+  if (!is_exact) asked.set_max_error_m(left_m);
   // A whole division of the recording's rate, not of the world's alone.
   if (asked.rate_hz() > 0.0 && std::isfinite(asked.rate_hz())) {
     asked.set_rate_hz(recorded.rate_hz() / std::max(1.0, std::round(recorded.rate_hz() / asked.rate_hz())));

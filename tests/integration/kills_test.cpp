@@ -8,8 +8,10 @@
 #include <string>
 #include <thread>
 #include <variant>
+#include <vector>
 
 #include "app/live_world.h"
+#include "app/world_state.h"
 #include "served.h"
 #include "support/environment.h"
 #include "support/sanitizers.h"
@@ -23,7 +25,7 @@ class Kills : public Served {
   struct Steps {
     std::uint32_t ticks = 0;
   };
-  using Command = std::variant<v1::Impulse, Steps>;
+  using Command = std::variant<v1::ClientMessage, Steps>;
 
   void SetUp() override {
     auto reference = app::LiveWorld::create(two_balls());
@@ -34,25 +36,34 @@ class Kills : public Served {
 
   Command draw() {
     if (random_() % 3 == 0) return Steps{1 + static_cast<std::uint32_t>(random_() % 4)};
-    v1::Impulse impulse;
+    const char* body = random_() % 2 == 0 ? "left" : "right";
+    v1::ClientMessage message;
+    if (random_() % 4 == 0) {
+      std::string velocities;
+      const double speed_m_s = 0.01 * static_cast<double>(random_() % 100);
+      app::append_numbers(std::vector<double>(std::size_t{3} * 162, speed_m_s), false, velocities);
+      message.mutable_set_state()->set_world("w");
+      message.mutable_set_state()->add_soft_bodies()->set_name(body);
+      message.mutable_set_state()->mutable_soft_bodies(0)->set_velocities(velocities);
+      return message;
+    }
+    v1::Impulse& impulse = *message.mutable_impulse();
     impulse.set_world("w");
-    impulse.set_body(random_() % 2 == 0 ? "left" : "right");
+    impulse.set_body(body);
     impulse.set_vertex(static_cast<std::uint32_t>(random_() % 162));
     *impulse.mutable_impulse() = vec(1e-3 * static_cast<double>(random_() % 100), 0.01, 0.0);
-    return impulse;
+    return message;
   }
   static bool ask(client::Client& client, const Command& command) {
     if (const auto* steps = std::get_if<Steps>(&command)) return client.step("w", steps->ticks).ok();
-    return client.impulse(std::get<v1::Impulse>(command)).ok();
+    return client.call(std::get<v1::ClientMessage>(command)).ok();
   }
   void carry_out(const Command& command) {
     if (const auto* steps = std::get_if<Steps>(&command)) {
       for (std::uint32_t i = 0; i < steps->ticks; ++i) reference_->physics().step_tick(workers_);
       return;
     }
-    v1::ClientMessage message;
-    *message.mutable_impulse() = std::get<v1::Impulse>(command);
-    ASSERT_TRUE(reference_->change(message).ok());
+    ASSERT_TRUE(reference_->change(std::get<v1::ClientMessage>(command)).ok());
   }
 
   /// Asks one request after the other until the server is killed, after so long. All that was acknowledged is carried

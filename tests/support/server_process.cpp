@@ -22,8 +22,7 @@ std::string value_of(const std::string& line, std::string_view key) {
 base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>& arguments,
                                                  std::chrono::milliseconds timeout, ErrorOutput error_output,
                                                  KeptWorlds kept_worlds) {
-  // On a busy machine anyone may be slow, and all who come from it are one client; a test that is about a time-out or a
-  // rate gives its own, and the last one counts.
+  // On a busy machine anyone may be slow; a test that is about a time-out gives its own, and the last one counts.
   std::vector<std::string> all{"--hello-timeout-ms",
                                "600000",
                                "--ping-interval-ms",
@@ -31,11 +30,7 @@ base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>&
                                "--partial-message-timeout-ms",
                                "600000",
                                "--write-stall-timeout-ms",
-                               "600000",
-                               "--commands-per-s",
-                               "1e6",
-                               "--commands-burst",
-                               "1e6"};
+                               "600000"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   for (const char* flag : {"--listen", "--http"}) {
     if (std::ranges::find(arguments, flag) != arguments.end()) continue;

@@ -13,6 +13,7 @@
 #include "app/frame_contacts.h"
 #include "app/frame_hub.h"
 #include "app/live_world.h"
+#include "app/stream_terms.h"
 #include "ball_scene.h"
 #include "base/limits.h"
 #include "pneuma_client/frames.h"
@@ -100,7 +101,7 @@ class StreamContents : public testing::Test {
   }
 
   [[nodiscard]] base::Status check(const v1::Subscribe& request) const {
-    return FrameHub::check_asked(request, LiveFrames(world_.physics()));
+    return check_asked(request, LiveFrames(world_.physics()));
   }
 
   void subscribe(Watcher& watcher, v1::Subscribe request) {

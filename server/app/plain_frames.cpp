@@ -1,0 +1,61 @@
+#include "app/plain_frames.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <numbers>
+
+namespace pneuma::app {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+constexpr double int16_max = 32'767.0;
+
+// A number is off by half a step at most, a vector by sqrt(3) of that. A little less, for what rounding takes.
+double step_of(double max_error) {
+  return (1.0 - 1e-9) * 2.0 * max_error / std::numbers::sqrt3;
+}
+
+}  // namespace
+
+std::optional<v1::Int16Grid> int16_grid(std::span<const double> positions_m, double max_error_m) {
+  if (!(max_error_m > 0.0) || positions_m.empty()) return std::nullopt;
+  std::array<double, 3> low{positions_m[0], positions_m[1], positions_m[2]};
+  std::array<double, 3> high = low;
+  for (std::size_t i = 0; i < positions_m.size(); ++i) {
+    low[i % 3] = std::min(low[i % 3], positions_m[i]);
+    high[i % 3] = std::max(high[i % 3], positions_m[i]);
+  }
+  v1::Int16Grid grid;
+  grid.set_step_m(step_of(max_error_m));
+  grid.mutable_origin()->set_x(0.5 * (low[0] + high[0]));
+  grid.mutable_origin()->set_y(0.5 * (low[1] + high[1]));
+  grid.mutable_origin()->set_z(0.5 * (low[2] + high[2]));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (0.5 * (high[axis] - low[axis]) > (int16_max - 1.0) * grid.step_m()) return std::nullopt;
+  }
+  return grid;
+}
+
+double int16_velocity_step_m_s(std::span<const double> velocities_m_s, double max_error_m_s) {
+  const double step_m_s = step_of(max_error_m_s);
+  const auto fits = [&](double number) { return std::abs(number) <= (int16_max - 1.0) * step_m_s; };
+  return std::ranges::all_of(velocities_m_s, fits) ? step_m_s : 0.0;
+}
+
+void append_int16(std::span<const double> numbers, const v1::Vec3& origin, double step, std::string& out) {
+  const std::array<double, 3> from{origin.x(), origin.y(), origin.z()};
+  const std::size_t begin = out.size();
+  out.resize(begin + numbers.size() * sizeof(std::int16_t));
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto counted = static_cast<std::int16_t>(std::lround((numbers[i] - from[i % 3]) / step));
+    std::memcpy(out.data() + begin + i * sizeof counted, &counted, sizeof counted);
+  }
+}
+
+}  // namespace pneuma::app

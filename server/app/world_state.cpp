@@ -1,0 +1,173 @@
+#include "app/world_state.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <set>
+
+#include "app/request_fields.h"
+#include "app/world_stats.h"
+#include "base/limits.h"
+
+namespace pneuma::app {
+
+using base::Result;
+using base::Status;
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+template <class Number>
+void append(std::span<const double> numbers, std::string& out) {
+  const std::size_t begin = out.size();
+  out.resize(begin + numbers.size() * sizeof(Number));
+  char* to = out.data() + begin;
+  for (const double number : numbers) {
+    const auto told = static_cast<Number>(number);
+    std::memcpy(to, &told, sizeof told);
+    to += sizeof told;
+  }
+}
+
+template <class Number>
+std::vector<double> read(const std::string& bytes) {
+  std::vector<double> numbers(bytes.size() / sizeof(Number));
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    Number number{};
+    std::memcpy(&number, bytes.data() + i * sizeof number, sizeof number);
+    numbers[i] = static_cast<double>(number);
+  }
+  return numbers;
+}
+
+std::size_t bytes_per_vertex(const v1::Observe& asked) {
+  return 3 * (asked.double_precision() ? sizeof(double) : sizeof(float)) * (asked.velocities() ? 2 : 1);
+}
+
+Result<physics::Quatd> read_orientation(const v1::Quaternion& in, const std::string& field) {
+  const physics::Quatd orientation(in.w(), in.x(), in.y(), in.z());
+  if (!orientation.coeffs().allFinite()) return base::invalid("is not finite", field);
+  const double length = orientation.coeffs().stableNorm();
+  if (!(length > 0.0)) return base::invalid("has no length", field);
+  return physics::Quatd(orientation.coeffs() / length);
+}
+
+Result<physics::SoftPlacement> read_soft(const v1::SetState::Soft& in, bool double_precision,
+                                         const std::string& field) {
+  auto positions_m = read_numbers(in.positions(), double_precision, field + ".positions");
+  if (!positions_m.ok()) return positions_m.status();
+  auto velocities_m_s = read_numbers(in.velocities(), double_precision, field + ".velocities");
+  if (!velocities_m_s.ok()) return velocities_m_s.status();
+  return physics::SoftPlacement{in.name(), std::move(*positions_m), std::move(*velocities_m_s)};
+}
+
+Result<physics::RigidPlacement> read_rigid(const v1::SetState::Rigid& in, const std::string& field) {
+  physics::RigidPlacement out{in.name(), {}, {}, {}, {}};
+  Status wrong;
+  const auto read_into = [&](std::optional<physics::Vec3d>& to, const v1::Vec3& vector, double limit,
+                             const char* name) {
+    const auto read = read_vector(vector, limit, field + name);
+    if (!read.ok()) {
+      wrong = read.status();
+    } else {
+      to = *read;
+    }
+  };
+  if (in.has_position()) read_into(out.position, in.position(), base::coordinate_max_m, ".position");
+  if (wrong.ok() && in.has_velocity()) read_into(out.velocity, in.velocity(), base::speed_max_m_s, ".velocity");
+  if (wrong.ok() && in.has_angular_velocity()) {
+    read_into(out.angular_velocity, in.angular_velocity(), base::speed_max_m_s, ".angular_velocity");
+  }
+  if (wrong.ok() && in.has_orientation()) {
+    const auto orientation = read_orientation(in.orientation(), field + ".orientation");
+    if (!orientation.ok()) return orientation.status();
+    out.orientation = *orientation;
+  }
+  if (!wrong.ok()) return wrong;
+  return out;
+}
+
+}  // namespace
+
+void append_numbers(std::span<const double> numbers, bool double_precision, std::string& out) {
+  double_precision ? append<double>(numbers, out) : append<float>(numbers, out);
+}
+
+Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_precision, const std::string& field) {
+  const std::size_t each = double_precision ? sizeof(double) : sizeof(float);
+  if (bytes.size() % each != 0) {
+    return base::invalid("has " + std::to_string(bytes.size()) + " bytes, which are no whole numbers of " +
+                             std::to_string(each) + " bytes each",
+                         field);
+  }
+  return double_precision ? read<double>(bytes) : read<float>(bytes);
+}
+
+Status check_asked(const physics::World& world, const v1::Observe& asked) {
+  std::set<std::string> names;
+  std::size_t vertices = 0;
+  const std::set<std::string> wanted(asked.bodies().begin(), asked.bodies().end());
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    const physics::SoftBody& body = world.soft_body(i);
+    names.insert(body.name);
+    if (wanted.empty() || wanted.contains(body.name)) vertices += body.mesh->positions_m.size();
+  }
+  for (int i = 0; i < asked.bodies_size(); ++i) {
+    if (names.contains(asked.bodies(i))) continue;
+    return base::not_found("no soft body \"" + asked.bodies(i) + "\"", "bodies[" + std::to_string(i) + "]");
+  }
+  if (const std::size_t bytes = vertices * bytes_per_vertex(asked); bytes > base::state_bytes_max) {
+    return {base::StatusCode::limit_exceeded,
+            "is of " + std::to_string(bytes) + " bytes; a reply holds at most " +
+                std::to_string(base::state_bytes_max) + ": ask for some of the bodies",
+            "bodies"};
+  }
+  return {};
+}
+
+v1::State state_of(const physics::World& world, const v1::Observe& asked) {
+  v1::State state;
+  state.set_time_s(world.time_s());
+  state.set_state_hash(world.state_hash());
+  state.set_double_precision(asked.double_precision());
+  const std::set<std::string> wanted(asked.bodies().begin(), asked.bodies().end());
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
+    const physics::SoftBody& body = world.soft_body(i);
+    if (!wanted.empty() && !wanted.contains(body.name)) continue;
+    v1::State::Soft& out = *state.add_soft_bodies();
+    describe(world, i, *out.mutable_body());
+    numbers.resize(3 * body.mesh->positions_m.size());
+    world.copy_positions(i, numbers);
+    append_numbers(numbers, asked.double_precision(), *out.mutable_positions());
+    if (!asked.velocities()) continue;
+    world.copy_velocities(i, numbers);
+    append_numbers(numbers, asked.double_precision(), *out.mutable_velocities());
+  }
+  for (const physics::RigidState& body : world.rigid_bodies()) describe(body, *state.add_rigid_bodies());
+  return state;
+}
+
+Status set_state(physics::World& world, const v1::SetState& request) {
+  std::vector<physics::SoftPlacement> soft;
+  std::vector<physics::RigidPlacement> rigid;
+  for (int i = 0; i < request.soft_bodies_size(); ++i) {
+    const std::string field = "set_state.soft_bodies[" + std::to_string(i) + "]";
+    auto read = read_soft(request.soft_bodies(i), request.double_precision(), field);
+    if (!read.ok()) return read.status();
+    soft.push_back(std::move(*read));
+  }
+  for (int i = 0; i < request.rigid_bodies_size(); ++i) {
+    const std::string field = "set_state.rigid_bodies[" + std::to_string(i) + "]";
+    auto read = read_rigid(request.rigid_bodies(i), field);
+    if (!read.ok()) return read.status();
+    rigid.push_back(std::move(*read));
+  }
+  if (soft.empty() && rigid.empty()) return base::invalid("names no body", "set_state");
+  const Status placed = world.place(soft, rigid);
+  return placed.ok() ? placed : placed.inside("set_state");
+}
+
+}  // namespace pneuma::app

@@ -1,0 +1,28 @@
+// Where everything is at one tick, as the wire says it, and back.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/status.h"
+#include "physics/world.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+/// Little-endian floats, or doubles, one after the other.
+void append_numbers(std::span<const double> numbers, bool double_precision, std::string& out);
+/// What append_numbers() wrote; refuses bytes that are no whole number of them.
+[[nodiscard]] base::Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_precision,
+                                                             const std::string& field);
+
+/// Whether the world has what is asked for, and it is no more than a reply holds. Errors name the field within Observe.
+[[nodiscard]] base::Status check_asked(const physics::World& world, const v1::Observe& asked);
+/// Of a world that has what is asked for: a body that is gone since is left out. Leaves `world` and `tick` open.
+[[nodiscard]] v1::State state_of(const physics::World& world, const v1::Observe& asked);
+
+/// Puts bodies where the request says. Errors name the field from `set_state` on, and nothing has changed then.
+[[nodiscard]] base::Status set_state(physics::World& world, const v1::SetState& request);
+
+}  // namespace pneuma::app

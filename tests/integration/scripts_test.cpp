@@ -1,0 +1,148 @@
+// Shows what scripts build on: plain frames that are the state of their tick, worlds that go with the connection that
+// made them, and a server that answers a script on its machine as fast as it asks.
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "raw_connection.h"
+#include "served.h"
+#include "support/temporary_folder.h"
+
+namespace pneuma::integration {
+namespace {
+
+class Scripts : public Served {
+ protected:
+  static v1::CreateWorld owned(const std::string& name, bool paused = true) {
+    v1::CreateWorld request;
+    request.set_name(name);
+    *request.mutable_scene() = two_balls();
+    request.set_paused(paused);
+    request.set_owned(true);
+    return request;
+  }
+  static std::vector<std::string> names(client::Client& client) {
+    const auto list = client.list_worlds();
+    EXPECT_TRUE(list.ok());
+    std::vector<std::string> names;
+    for (const auto& world : list->worlds()) names.push_back(world.name());
+    return names;
+  }
+};
+
+TEST_F(Scripts, APlainFrameIsTheStateOfItsTick) {
+  start();
+  RawConnection connection(server_->tcp_address());
+  ASSERT_TRUE(connection.say_hello());
+  v1::ClientMessage message;
+  message.set_request_id(2);
+  *message.mutable_create_world() = owned("w");
+  ASSERT_TRUE(connection.send(message));
+  ASSERT_TRUE(connection.receive_reply(2));
+  message.set_request_id(3);
+  message.mutable_subscribe()->set_world("w");
+  message.mutable_subscribe()->set_encoding(v1::Subscribe::PLAIN);
+  message.mutable_subscribe()->set_velocities(true);
+  ASSERT_TRUE(connection.send(message));
+  ASSERT_TRUE(connection.receive_reply(3)->has_subscribed());
+  message.set_request_id(4);
+  message.mutable_step()->set_world("w");
+  message.mutable_step()->set_ticks(30);
+  message.mutable_step()->mutable_observe()->set_velocities(true);
+  ASSERT_TRUE(connection.send(message));
+  v1::Frame last;
+  v1::State state;
+  while (state.tick() == 0 || last.tick() != state.tick()) {
+    const auto received = connection.receive();
+    ASSERT_TRUE(received);
+    if (received->has_frame()) last = received->frame();
+    if (received->request_id() == 4) state = received->done().state();
+  }
+  ASSERT_EQ(state.tick(), 30U);
+  ASSERT_EQ(state.soft_bodies_size(), 2);
+  EXPECT_EQ(last.payload(), state.soft_bodies(0).positions() + state.soft_bodies(1).positions());
+  EXPECT_EQ(last.velocities(), state.soft_bodies(0).velocities() + state.soft_bodies(1).velocities());
+  EXPECT_EQ(last.payload().size(), 2U * 162U * 12U);
+}
+
+TEST_F(Scripts, AnOwnedWorldEndsWithItsConnectionWhateverItDoes) {
+  start({"--threads", "1"});
+  client::Client watcher = connect();
+  {
+    client::Client owner = connect();
+    ASSERT_TRUE(owner.create_world(owned("paused")).ok());
+    v1::CreateWorld busy = owned("busy", false);
+    *busy.mutable_scene() = endless();
+    ASSERT_TRUE(owner.create_world(busy).ok());
+    ASSERT_TRUE(owner.create_world(owned("running", false)).ok());
+    create(owner, two_balls(), "kept", true);
+    ASSERT_TRUE(watcher.subscribe("paused").ok());
+    ASSERT_TRUE(watcher.subscribe("running").ok());
+    EXPECT_EQ(names(watcher).size(), 4U);
+  }
+  ASSERT_TRUE(await_event(watcher, v1::Event::WORLD_DESTROYED));
+  ASSERT_TRUE(await_event(watcher, v1::Event::WORLD_DESTROYED));
+  // A tick of the busy one is cut short when it has taken a second.
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (names(watcher).size() > 1 && std::chrono::steady_clock::now() < deadline) {
+    (void)watcher.next_update(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(names(watcher), std::vector<std::string>{"kept"});
+}
+
+TEST_F(Scripts, AWorldOfTheSameNameThatSomebodyElseMadeStays) {
+  start();
+  client::Client other = connect();
+  {
+    client::Client owner = connect();
+    ASSERT_TRUE(owner.create_world(owned("w")).ok());
+    ASSERT_TRUE(owner.create_world(owned("last")).ok());
+    ASSERT_TRUE(owner.destroy_world("w").ok());
+    create(other, two_balls(), "w", true);
+    ASSERT_TRUE(other.subscribe("last").ok());
+  }
+  ASSERT_TRUE(await_event(other, v1::Event::WORLD_DESTROYED)) << "the last one of those that the session ends";
+  EXPECT_TRUE(other.stats("w").ok());
+}
+
+TEST_F(Scripts, NothingIsKeptOfAnOwnedWorld) {
+  const support::TemporaryFolder folder;
+  start({"--data-dir", folder / "data"});
+  {
+    client::Client owner = connect();
+    ASSERT_TRUE(owner.create_world(owned("owned")).ok());
+    create(owner, two_balls(), "kept", true);
+    ASSERT_TRUE(owner.step("owned", 5).ok());
+    EXPECT_EQ(owner.rewind_world("owned", 2).status().code(), base::StatusCode::failed_precondition);
+    EXPECT_TRUE(owner.snapshot("owned").ok());
+    server_->kill();
+  }
+  start({"--data-dir", folder / "data"});
+  client::Client client = connect();
+  EXPECT_EQ(names(client), std::vector<std::string>{"kept"});
+}
+
+TEST_F(Scripts, OnThisMachineRequestsAreNotCounted) {
+  start();
+  RawConnection connection(server_->tcp_address());
+  ASSERT_TRUE(connection.say_hello());
+  constexpr std::uint64_t requests = 1'000;
+  std::string pipeline;
+  for (std::uint64_t id = 2; id < 2 + requests; ++id) {
+    v1::ClientMessage message;
+    message.set_request_id(id);
+    message.mutable_list_worlds();
+    pipeline += RawConnection::envelope(message.SerializeAsString());
+  }
+  ASSERT_TRUE(connection.send(pipeline));
+  for (std::uint64_t id = 2; id < 2 + requests; ++id) {
+    const auto reply = connection.receive();
+    ASSERT_TRUE(reply);
+    ASSERT_TRUE(reply->has_world_list());
+  }
+}
+
+}  // namespace
+}  // namespace pneuma::integration
