@@ -136,7 +136,7 @@ bool HostedWorld::awaits_touch() const {
 
 v1::ServerMessage HostedWorld::stepped(const PendingStep& step) const {
   v1::ServerMessage reply = done_reply(step.request_id, live_.tick(), name_);
-  reply.mutable_done()->set_reached(step.reached);
+  if (step.until) reply.mutable_done()->set_reached(step.reached);
   if (!step.observe) return reply;
   // An edit may have come between its ticks.
   auto state = observe(*step.observe, "observe");
