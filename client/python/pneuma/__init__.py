@@ -9,6 +9,8 @@
 `pneuma.aio` is the same for asyncio.
 """
 
+from pkgutil import extend_path
+
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
 from pneuma._proto.scene_types import (
@@ -39,6 +41,9 @@ from pneuma.frames import Contact, Event, Frame, FrameBody, Pose
 from pneuma.mesh_files import read_mesh
 from pneuma.scene import Scene, triangles
 from pneuma.state import RigidState, SoftState, State
+
+# Others may have protoc's own pneuma.v1 on their path: it is found beside this package.
+__path__ = extend_path(__path__, __name__)
 
 __all__ = [
     "Anchor",

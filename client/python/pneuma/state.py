@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SoftState:
     """A soft body.
 
@@ -45,8 +45,11 @@ class SoftState:
     frozen: bool
     asleep: bool
 
+    def __repr__(self) -> str:
+        return f"<{self.name} at {metres(self.centre_of_mass)}, {len(self.positions)} vertices>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class RigidState:
     """A rigid body.
 
@@ -67,8 +70,11 @@ class RigidState:
         """(3,), metres: a rigid body's place."""
         return self.position
 
+    def __repr__(self) -> str:
+        return f"<{self.name} at {metres(self.position)}>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class State:
     """A world at one tick.
 
@@ -100,6 +106,10 @@ class State:
 
     def __repr__(self) -> str:
         return f"<State of {self.world} at tick {self.tick}: {', '.join([*self.soft, *self.rigid])}>"
+
+
+def metres(place: Array) -> str:
+    return "(" + ", ".join(f"{number:.3f}" for number in place) + ") m"
 
 
 def xyz(message: Any) -> Array:
