@@ -115,7 +115,7 @@ class SceneTypes:
             return scalars[each.type]
         if each.type_name in arrays:
             return arrays[each.type_name]
-        name = each.type_name.removeprefix(f".{self.file.package}.")
+        name: str = each.type_name.removeprefix(f".{self.file.package}.")
         message = self.messages.get(each.type_name)
         if message is None:
             return name  # an enum: the alias of its names

@@ -26,10 +26,13 @@ Reply = TypeVar("Reply")
 class Server:
     """A connection to a server, made by `serve` or `connect`."""
 
-    def __init__(self, connection: Connection, page: str, program: Program | None = None) -> None:
+    def __init__(
+        self, connection: Connection, page: str, program: Program | None = None, *, owns_worlds: bool = False
+    ) -> None:
         self.connection = connection
         self.page = page
         self.program = program
+        self._owns_worlds = owns_worlds
 
     async def world(
         self,
@@ -42,9 +45,9 @@ class Server:
         """Makes a world of a built-in scene, a scene, a dict like its JSON form, or a file (a path that ends in .json).
 
         name: the scene's unless given, with -2, -3... where that is taken. owned: the world ends with this connection; so
-        it does by default on a server of one's own.
+        it does by default on a server of one's own that keeps none.
         """
-        request = wire.CreateWorld(name=name, paused=paused, owned=self.program is not None if owned is None else owned)
+        request = wire.CreateWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
         if isinstance(source, (Scene, Mapping)):
             request.scene.CopyFrom(message_of(source))
         elif Path(source).suffix == ".json":
@@ -138,7 +141,7 @@ async def start(
     except BaseException:
         await started.end()
         raise
-    return Server(connection, started.page or f"http://{started.http}", started)
+    return Server(connection, started.page or f"http://{started.http}", started, owns_worlds=data_dir is None)
 
 
 async def reach(

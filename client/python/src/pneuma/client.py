@@ -6,15 +6,18 @@ import ssl
 from collections.abc import Coroutine, Sequence
 from os import PathLike
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from pneuma import aio
+from pneuma._proto import session_pb2 as wire
 from pneuma.aio import server as aio_server
 from pneuma.arrays import Vector
 from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
 from pneuma.errors import PneumaError
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
+
+Reply = TypeVar("Reply")
 
 
 class Grab(Blocking[aio.Grab]):
@@ -59,6 +62,11 @@ class Stream(Blocking[aio.Stream]):
 
     open = waits(aio.Stream.open)
     next = waits(aio.Stream.next)
+
+    @property
+    def subscribed(self) -> wire.Subscribed:
+        """What the server made of the request: rate_hz, max_error_m. Raises PneumaError before the stream has begun."""
+        return self._inner.subscribed
 
     def close(self) -> None:
         """Unsubscribes."""
@@ -110,8 +118,8 @@ class World(Blocking[aio.World]):
         return self._inner.name
 
     @property
-    def gravity(self) -> tuple[float, float, float]:
-        """m/s^2; setting it is an edit."""
+    def gravity(self) -> Vector:
+        """(x, y, z), m/s^2; setting it is an edit."""
         return self._thread.run(self._inner.get_gravity())
 
     @gravity.setter
@@ -154,6 +162,10 @@ class Server(Blocking[aio.Server]):
     world = waits_for(World, aio.Server.world)
     restore = waits_for(World, aio.Server.restore)
     worlds = waits(aio.Server.worlds)
+
+    def call(self, request: wire.ClientMessage, expected: type[Reply]) -> Reply:
+        """Any request of the protocol (`pneuma.wire`), whose reply is an `expected`. Raises PneumaError."""
+        return self._thread.run(self._inner.call(request, expected))
 
     def __getitem__(self, name: str) -> World:
         """A world that is there; where it is not, the first request says NOT_FOUND."""
