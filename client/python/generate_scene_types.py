@@ -74,7 +74,11 @@ class SceneTypes:
 
     def dataclass(self, message: DescriptorProto, path: Path, indent: str) -> str:
         inner = indent + "    "
-        lines = [f"{indent}@dataclass(kw_only=True, repr=False)", f"{indent}class {message.name}(Fields):", *self.docstring(message, path, inner)]
+        lines = [
+            f"{indent}@dataclass(kw_only=True, repr=False)",
+            f"{indent}class {message.name}(Fields):",
+            *self.docstring(message, path, inner),
+        ]
         for enum in message.enum_type:
             lines += ["", f"{inner}{literal(enum)}"]
         for index, nested in enumerate(message.nested_type):
@@ -124,13 +128,20 @@ class SceneTypes:
         proper = is_choice and not any(choice.proto3_optional for choice in message.field)
         choices = [name]
         if proper:
-            choices += [self.type_of(c) for c in message.field if c.type == Field.TYPE_MESSAGE and c.type_name not in arrays]
+            choices += [
+                self.type_of(c) for c in message.field if c.type == Field.TYPE_MESSAGE and c.type_name not in arrays
+            ]
         return " | ".join(dict.fromkeys(choices))
 
 
 def wrapped(text: str, indent: str, hanging: str = "") -> list[str]:
     return textwrap.wrap(
-        text, 116, initial_indent=indent, subsequent_indent=indent + hanging, break_long_words=False, break_on_hyphens=False
+        text,
+        116,
+        initial_indent=indent,
+        subsequent_indent=indent + hanging,
+        break_long_words=False,
+        break_on_hyphens=False,
     )
 
 

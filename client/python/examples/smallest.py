@@ -3,7 +3,7 @@
 protoc -Iproto --python_out=/tmp/messages proto/pneuma/v1/*.proto
 PYTHONPATH=/tmp/messages python3 client/python/examples/smallest.py 127.0.0.1:7420 five-balls
 
-It needs nothing but protobuf. PNEUMA_TOKEN is said where it is set; a third argument is a file of certificates, for TLS.
+It needs nothing but protobuf. PNEUMA_TOKEN is said if it is set. A third argument is a file of certificates, for TLS.
 """
 
 import os
@@ -32,9 +32,9 @@ def receive():
     (length,) = struct.unpack(">I", incoming.read(4))
     message = ServerMessage.FromString(incoming.read(length))
     kind = message.WhichOneof("message")
-    if kind == "error" or kind == "goodbye":
+    if kind in ("error", "goodbye"):
         sys.exit(f"refused: {message}")
-    return kind, message
+    return kind, getattr(message, kind)
 
 
 send(hello=Hello(protocol_version=1, token=os.environ.get("PNEUMA_TOKEN", "")))
@@ -43,15 +43,15 @@ vertices, layout, frames = {}, None, 0
 while frames < 20:
     kind, message = receive()
     if kind == "topology":
-        vertices[message.topology.hash] = message.topology.vertex_count
+        vertices[message.hash] = message.vertex_count
     elif kind == "layout":
-        layout = message.layout
+        layout = message
     elif kind == "frame":
-        # x y z of each vertex, of one body after the other.
-        numbers, begin, frames = struct.unpack(f"<{len(message.frame.payload) // 4}f", message.frame.payload), 0, frames + 1
+        # x y z of each vertex, one body after the other.
+        points = list(struct.iter_unpack("<3f", message.payload))
         for body in layout.soft_bodies:
-            end = begin + 3 * vertices[body.topology_hash]
-            heights, begin = numbers[begin + 1 : end : 3], end
-            print(f"tick {message.frame.tick}  {body.name}  {sum(heights) / len(heights):.3f} m")
+            own, points = points[: vertices[body.topology_hash]], points[vertices[body.topology_hash] :]
+            print(f"tick {message.tick}  {body.name}  {sum(y for _, y, _ in own) / len(own):.3f} m")
+        frames += 1
     elif kind == "ping":
-        send(pong=Pong(nonce=message.ping.nonce))
+        send(pong=Pong(nonce=message.nonce))

@@ -49,7 +49,9 @@ class Guarded:
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Guarded]:
     folder = tmp_path_factory.mktemp("trust")
     certificate, key, token = folder / "certificate.pem", folder / "key.pem", folder / "token"
-    request = "openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1"
+    request = (
+        "openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1"
+    )
     subprocess.run([*request.split(), "-keyout", key, "-out", certificate], check=True, capture_output=True)
     token.write_text("0123456789abcdef0123456789abcdef\n")
     flags = {"--tls-cert": certificate, "--tls-key": key, "--token-file": token, "--scene": "bouncing-ball"}

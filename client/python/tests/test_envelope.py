@@ -1,4 +1,4 @@
-"""Messages in envelopes and parts: put together again they are what was sent, and each is as small as the server wants."""
+"""Messages in envelopes and parts: put together they are what was sent, and each is as small as the server wants."""
 
 from __future__ import annotations
 

@@ -22,9 +22,7 @@ def topologies(*counts: int) -> dict[bytes, frame_pb2.Topology]:
 
 def layout_message(*counts: int) -> frame_pb2.Layout:
     soft = [frame_pb2.Layout.Soft(name=f"body-{i}", topology_hash=bytes([n])) for i, n in enumerate(counts)]
-    return frame_pb2.Layout(
-        stream_id=1, layout_id=5, soft_bodies=soft, solids=[frame_pb2.Layout.Solid(name="floor")]
-    )
+    return frame_pb2.Layout(stream_id=1, layout_id=5, soft_bodies=soft, solids=[frame_pb2.Layout.Solid(name="floor")])
 
 
 def layout(*counts: int) -> Layout:

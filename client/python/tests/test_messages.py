@@ -1,4 +1,4 @@
-"""Dataclasses, dicts, tuples and arrays become the wire's messages, and back. What does not fit is told with its path."""
+"""Dataclasses, dicts, tuples and arrays become the wire's messages, and back. What does not fit is told by its path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,19 @@ import pytest
 from google.protobuf import json_format
 
 import pneuma
-from pneuma import Collider, Gas, Mesh, PneumaError, Scene, SceneChange, Shape, SoftBody, SoftBodyChange, Springs, triangles
+from pneuma import (
+    Collider,
+    Gas,
+    Mesh,
+    PneumaError,
+    Scene,
+    SceneChange,
+    Shape,
+    SoftBody,
+    SoftBodyChange,
+    Springs,
+    triangles,
+)
 from pneuma._proto import scene_pb2, scene_types
 from pneuma.messages import fill, message_name, value_of
 from pneuma.scene import json_of, message_of
@@ -24,7 +36,9 @@ scenes = sorted((checkout / "server" / "scenes").glob("*.json"))
 
 
 def ball() -> SoftBody:
-    return SoftBody(name="ball", mesh="ball", position=(0, 2, 0), springs=Springs(stiffness_n_m=200), gas=Gas(moles=0.028))
+    return SoftBody(
+        name="ball", mesh="ball", position=(0, 2, 0), springs=Springs(stiffness_n_m=200), gas=Gas(moles=0.028)
+    )
 
 
 @pytest.mark.parametrize("file", scenes, ids=[file.stem for file in scenes])

@@ -1,4 +1,4 @@
-"""The pytest plugin, in runs of pytest of their own: what a test gets, what is left of it, what is printed when it fails."""
+"""The pytest plugin, in runs of pytest of their own: what a test gets, and what is left of one that fails."""
 
 from __future__ import annotations
 

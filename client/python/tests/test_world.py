@@ -1,4 +1,4 @@
-"""Worlds of the real server: stepped, waited for, changed, put elsewhere, saved. Each is checked by mechanics or by bits."""
+"""Worlds of the real server: stepped, waited for, changed, put elsewhere, saved. Checked by mechanics or by bits."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_kick_is_momentum(world: World) -> None:
 
 @pytest.mark.parametrize("place", ["at", "vertex", "ray"])
 def test_a_kick_at_a_place_turns_the_body(world: World, place: str) -> None:
-    """Sideways at its top: momentum is all of the impulse, and the body turns about the axis that the lever arm says."""
+    """Sideways at its top: momentum is the whole impulse, and the body turns about the axis of the lever arm."""
     world.gravity = (0, 0, 0)
     top = int(np.argmax(world.state()["ball"].positions[:, 1]))
     if place == "at":

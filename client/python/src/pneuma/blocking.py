@@ -90,7 +90,9 @@ class Blocking(Generic[Inner]):
         return repr(self._inner)
 
 
-def waits(method: Callable[Concatenate[Inner, P], Coroutine[Any, Any, R]]) -> Callable[Concatenate[Blocking[Inner], P], R]:
+def waits(
+    method: Callable[Concatenate[Inner, P], Coroutine[Any, Any, R]]
+) -> Callable[Concatenate[Blocking[Inner], P], R]:
     """The method that waits for what `method` gives."""
 
     @functools.wraps(method)

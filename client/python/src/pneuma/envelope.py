@@ -25,7 +25,7 @@ def length_of(head: bytes) -> int:
 
 
 def cut(message: wire.ClientMessage, bytes_max: int, parts_bytes_max: int) -> list[bytes]:
-    """The message as a server takes it: whole up to `bytes_max`, else in parts. Raises PneumaError where it takes neither."""
+    """The message as a server takes it: whole up to `bytes_max`, else in parts. Raises PneumaError past both limits."""
     whole: bytes = message.SerializeToString()
     if len(whole) <= bytes_max:
         return [whole]

@@ -31,7 +31,7 @@ class PneumaError(Exception):
 
     code: the wire's name for the kind of error, such as "NOT_FOUND".
     what: what was wrong, in words.
-    where: the path of the field that it was wrong in, such as "create_world.scene.soft_bodies[0].gas.moles"; may be empty.
+    where: the path of the field, such as "create_world.scene.soft_bodies[0].gas.moles"; may be empty.
     retry_after_s: when to try again, in seconds; 0 where that makes no sense.
     """
 

@@ -22,8 +22,10 @@ stl_facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attrib
 def read_mesh(path: str | PathLike[str], *, name: str | None = None, scale: float = 1.0, mend: bool = False) -> Mesh:
     """The mesh of a file, named after it unless `name` is given.
 
-    scale: metres a unit of the file. mend: asks the server to weld, turn and close what is broken; an STL file, whose
-    corners are not shared, is always welded. Raises PneumaError (INVALID_ARGUMENT) where the file is none of these.
+    scale: metres a unit of the file.
+    mend: asks the server to weld, turn and close what is broken. Corners of an STL file are always welded.
+
+    Raises PneumaError (INVALID_ARGUMENT) where the file is none of these.
     """
     file = Path(path)
     kind = file.suffix.lower()

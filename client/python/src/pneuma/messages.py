@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -46,11 +46,15 @@ def fill(message: Message, value: object, where: str) -> None:
 
 
 def fields_of(message: Message, value: object, where: str) -> Mapping[str, object]:
-    """Those of a dataclass, which may be one of the choices that a message is nothing but (a Shape.Sphere for a Shape)."""
+    """A dataclass's. Where a message is a mere choice, a choice will do: a Shape.Sphere for a Shape."""
     descriptor: Descriptor = message.DESCRIPTOR
     name = f"pneuma.v1.{type(value).__qualname__}"
     if message_name(type(value)) != descriptor.full_name:
-        choices = [f.name for f in descriptor.fields if f.message_type and f.message_type.full_name == message_name(type(value))]
+        choices = [
+            f.name
+            for f in descriptor.fields
+            if f.message_type and f.message_type.full_name == message_name(type(value))
+        ]
         if len(choices) != 1:
             raise invalid(where, f"is a {name.removeprefix('pneuma.v1.')}, not a {descriptor.name}")
         return {choices[0]: value}
@@ -116,7 +120,8 @@ def assign(set_it: Any, where: str, value: object) -> None:
     try:
         set_it()
     except (TypeError, ValueError) as error:
-        raise invalid(where, f"{value!r}: {error}" if np.size(value) <= 1 else str(error)) from None  # type: ignore[arg-type]
+        is_short = not isinstance(value, (Sequence, np.ndarray)) or len(value) <= 1
+        raise invalid(where, f"{value!r}: {error}" if is_short else str(error)) from None
 
 
 def numbers_of(value: object, where: str, *, whole: bool = False) -> Iterable[float]:
@@ -132,7 +137,7 @@ def invalid(where: str, what: str) -> PneumaError:
 
 
 def value_of(message: Message) -> Any:
-    """The dataclass of a message of scene.proto: tuples for Vec3 and Quaternion, names for enums, None for what is unset."""
+    """The dataclass of a message of scene.proto: Vec3 and Quaternion are tuples, enums names, what is unset None."""
     descriptor: Descriptor = message.DESCRIPTOR
     if descriptor.full_name in components:
         return tuple(getattr(message, name) for name in components[descriptor.full_name])

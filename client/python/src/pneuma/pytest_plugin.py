@@ -53,7 +53,9 @@ def pneuma(
     """A pneuma-server of the session's own, without worlds. Those that a test makes are destroyed after it."""
     server = pneuma_server.get()
     request.node.stash[server_of] = server
-    request.node.stash[folder_of] = tmp_path_factory.getbasetemp() / "worlds" / re.sub(r"[^\w.-]+", "_", request.node.nodeid)
+    request.node.stash[folder_of] = (
+        tmp_path_factory.getbasetemp() / "worlds" / re.sub(r"[^\w.-]+", "_", request.node.nodeid)
+    )
     yield server
     if server.error is None:
         for world in server.worlds():

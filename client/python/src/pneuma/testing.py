@@ -12,7 +12,7 @@ from pneuma.state import RigidState, SoftState, State, metres
 
 
 def assert_hash(world: World | State, expected: int | str) -> None:
-    """Asserts that a world, or a state of one, has these bits: an int, or hexadecimal text as `pneuma stats` prints it."""
+    """Asserts that a world, or a state, has these bits: an int, or hexadecimal text as `pneuma stats` prints it."""
     __tracebackhide__ = True
     state = world.state() if isinstance(world, World) else world
     wanted = int(expected, 16) if isinstance(expected, str) else expected

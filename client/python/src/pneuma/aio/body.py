@@ -62,9 +62,11 @@ class Body:
     ) -> int:
         """Hits the body with an impulse in N s: all of it, or where `at`, `vertex` or `ray` says.
 
-        at: a point in metres; the vertices within radius_m of the surface's nearest point share the impulse, or that one
-        alone takes it. ray: origin and direction; the first surface that it meets is hit. Returns the first tick that
-        shows it.
+        at: a point in metres, whose nearest vertex is hit; those within radius_m share the impulse.
+        vertex: its index.
+        ray: origin and direction; the body is hit where the ray meets it.
+
+        Returns the first tick that shows it.
         """
         request = wire.Impulse(world=self._world, body=self.name)
         messages.fill(request.impulse, impulse, "impulse.impulse")
@@ -83,11 +85,10 @@ class Body:
     ) -> Grab:
         """Holds a vertex to `target`, metres, until it is released: the one at `at`, `vertex` or `ray`.
 
-        stiffness_n_m: 0 is the body's own. damping_n_s_m: 0 is critical for the vertex.
+        stiffness_n_m: 0 is the body's own.
+        damping_n_s_m: 0 is critical for the vertex.
         """
-        request = wire.Grab(
-            world=self._world, body=self.name, stiffness_n_m=stiffness_n_m, damping_n_s_m=damping_n_s_m
-        )
+        request = wire.Grab(world=self._world, body=self.name, stiffness_n_m=stiffness_n_m, damping_n_s_m=damping_n_s_m)
         messages.fill(request.target, target, "grab.target")
         choose_place(request, "grab", at, 0.0, vertex, ray)
         return Grab(
@@ -105,7 +106,10 @@ class Body:
     async def place_vertices(self, positions: Points | None = None, velocities: Points | None = None) -> int:
         """Of a soft body of a paused world: puts all of its vertices elsewhere. What is None stays.
 
-        positions: (n, 3), metres, in the mesh's order. velocities: (n, 3), m/s. Returns the first tick that shows it.
+        positions: (n, 3), metres, in the mesh's order.
+        velocities: (n, 3), m/s.
+
+        Returns the first tick that shows it.
         """
         request = wire.SetState(world=self._world, double_precision=True)
         soft = request.soft_bodies.add(name=self.name)
@@ -122,8 +126,11 @@ class Body:
     ) -> int:
         """Of a rigid body of a paused world: puts it elsewhere. What is None stays.
 
-        position: metres, of the centre of mass. orientation: w x y z. velocity: m/s. angular_velocity: rad/s. Returns
-        the first tick that shows it.
+        position: metres, of the centre of mass.
+        orientation: w x y z.
+        velocity, angular_velocity: m/s and rad/s.
+
+        Returns the first tick that shows it.
         """
         request = wire.SetState(world=self._world)
         rigid = request.rigid_bodies.add(name=self.name)

@@ -48,7 +48,9 @@ def find_program() -> str:
         if built.is_file():
             return str(built)
     raise PneumaError(
-        "NOT_FOUND", "no pneuma-server: PNEUMA_SERVER_PROGRAM is unset, and PATH has none; ./dev run builds one", "serve"
+        "NOT_FOUND",
+        "no pneuma-server: PNEUMA_SERVER_PROGRAM is unset, and PATH has none; ./dev run builds one",
+        "serve",
     )
 
 

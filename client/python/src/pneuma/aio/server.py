@@ -44,8 +44,8 @@ class Server:
     ) -> World:
         """Makes a world of a built-in scene, a scene, a dict like its JSON form, or a file (a path that ends in .json).
 
-        name: the scene's unless given, with -2, -3... where that is taken. owned: the world ends with this connection; so
-        it does by default on a server of one's own that keeps none.
+        name: the scene's unless given, with -2, -3... where that is taken.
+        owned: the world ends with this connection. That is the default on a server of one's own that keeps no worlds.
         """
         request = wire.CreateWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
         if isinstance(source, (Scene, Mapping)):
@@ -184,9 +184,12 @@ def serve(
 ) -> Opening:
     """Starts a pneuma-server of one's own on free ports of this machine, and ends it with the block or by `close`.
 
-    scenes: worlds to begin with, built-in scenes or files. data_dir: keep worlds there. flags: others of pneuma-server.
-    program: its path; otherwise PNEUMA_SERVER_PROGRAM, then PATH, then the build of the checkout that this is in. It ends
-    with this program, however that ends. Raises PneumaError where it does not start.
+    scenes: worlds to begin with, built-in scenes or files.
+    data_dir: where to keep worlds.
+    flags: others of pneuma-server.
+    program: its path. Otherwise PNEUMA_SERVER_PROGRAM, then PATH, then the build of the checkout that this is in.
+
+    The server ends with this program, however that ends. Raises PneumaError where it does not start.
     """
     return Opening(lambda: start(*scenes, data_dir=data_dir, flags=flags, program=program))
 
@@ -202,9 +205,13 @@ def connect(
 ) -> Opening:
     """Connects to a server that runs.
 
-    address: HOST:PORT; otherwise PNEUMA_SERVER, otherwise 127.0.0.1:7420. token: otherwise PNEUMA_TOKEN. tls: TLS, by the
-    machine's certificates or by a context. ca: TLS, by a PEM file of certificates to trust. http: the page's address;
-    otherwise the port after the server's. timeout_s: of connecting, and of each reply that nothing is simulated for.
+    address: HOST:PORT. Otherwise PNEUMA_SERVER, otherwise 127.0.0.1:7420.
+    token: what the server asks for. Otherwise PNEUMA_TOKEN.
+    tls: speak TLS, by the machine's certificates or by a context.
+    ca: speak TLS, and trust the certificates of this PEM file.
+    http: the page's address, such as "http://127.0.0.1:7421". Otherwise the port after the server's.
+    timeout_s: of connecting, and of each reply that nothing is simulated or built for.
+
     Raises PneumaError.
     """
     return Opening(lambda: reach(address, token=token, tls=tls, ca=ca, http=http, timeout_s=timeout_s))

@@ -13,10 +13,10 @@ from pneuma.frames import Frame
 
 
 class Stream:
-    """An iterator over frames, made by `World.stream`. It ends with its world, and raises PneumaError with its connection.
+    """An iterator over frames, made by `World.stream`.
 
-    It subscribes with the first frame that is asked for, or with the block that it heads. It unsubscribes with that block,
-    by `close`, or once nobody holds it any more.
+    It ends with its world. Where the connection ends, it raises PneumaError. It subscribes as a block, or when the first
+    frame is asked for. It unsubscribes at the block's end, by `close`, or once nobody holds it any more.
     """
 
     def __init__(self, connection: Connection, request: wire.Subscribe) -> None:

@@ -81,9 +81,12 @@ class World:
     ) -> State:
         """Steps a paused world until something is so, and returns the state at that tick. One of these is waited for:
 
-        tick: the world has done so many. at_rest: every body that moves is asleep. touch: two bodies meet, one of them a
-        soft one. past: (body, normal, offset_m), a body's centre of mass is where normal . position > offset_m.
-        ticks_max: how many ticks are stepped for it, ten minutes at 60 Hz unless given. Raises NotReached past them.
+        tick: the world has done so many.
+        at_rest: every body that moves is asleep.
+        touch: two bodies meet, one of them a soft one.
+        past: (body, normal, offset_m): a body's centre of mass is where normal . position > offset_m.
+
+        Raises NotReached after ticks_max ticks: ten minutes at 60 Hz unless given. For the others see `state`.
         """
         if sum([tick is not None, at_rest, touch is not None, past is not None]) != 1:
             raise messages.invalid("run_until", "one of tick, at_rest, touch and past is waited for")
@@ -98,9 +101,7 @@ class World:
             waited = f"{touch[0]} touches {touch[1]}"
         elif past is not None:
             body, normal, offset_m = past
-            messages.fill(
-                request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "step_until.past"
-            )
+            messages.fill(request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "step_until.past")
             waited = f"{body} past {offset_m} m along {tuple(normal)}"
         else:
             request.rest.SetInParent()
@@ -134,8 +135,9 @@ class World:
     ) -> State:
         """Where everything is now.
 
-        bodies: soft bodies wanted, by name; none: all. velocities: of the vertices, too. double_precision: float64, as the
-        world computes them, where it does; else float32.
+        bodies: soft bodies wanted, by name; none: all.
+        velocities: of the vertices, too.
+        double_precision: float64, which is what a world of double precision computes; else float32.
         """
         request = wire.GetState(world=self.name, observe=observe(bodies, velocities, double_precision))
         return state_of(await self._connection.call(wire.ClientMessage(get_state=request), wire.State))
@@ -166,9 +168,13 @@ class World:
     ) -> Stream:
         """Frames as the world ticks, to iterate over: plain ones, each of which stands alone.
 
-        max_error: metres by which no vertex is off; 0: as near as a float32 is. rate_hz: frames a second; 0: the world's
-        rate. bodies: soft bodies wanted; none: all. level_of_detail: each level has a quarter of the vertices of the one
-        below. scalars: volume, pressure, energies of each body. contacts: the vertices that contact holds.
+        max_error: no vertex is off by more metres; 0: as near as a float32 is.
+        rate_hz: frames a second; 0: the world's rate.
+        bodies: soft bodies wanted, by name; none: all.
+        level_of_detail: each level has a quarter of the vertices of the one below.
+        velocities: of the vertices, too.
+        scalars: volume, pressure and energies of each body.
+        contacts: the vertices that contact holds.
         """
         request = wire.Subscribe(
             world=self.name,
@@ -280,7 +286,9 @@ class World:
         return (await self._connection.call(request, wire.Done)).tick
 
     async def _scene_reply(self) -> wire.SceneReply:
-        return await self._connection.call(wire.ClientMessage(get_scene=wire.GetScene(world=self.name)), wire.SceneReply)
+        return await self._connection.call(
+            wire.ClientMessage(get_scene=wire.GetScene(world=self.name)), wire.SceneReply
+        )
 
 
 def observe(bodies: Sequence[str], velocities: bool, double_precision: bool) -> wire.Observe:
