@@ -1,4 +1,7 @@
-"""Every block of code in README.md runs: scripts as scripts, tests by pytest, commands by the shell."""
+"""Every block of code in README.md runs: scripts as scripts, tests by pytest, commands by the shell.
+
+So do the blocks of Python in the README of the whole.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,15 @@ import pytest
 
 from conftest import checkout, environment, sources
 
-blocks = re.findall(r"^```(\w+)\n(.*?)^```$", (sources / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+
+def blocks_of(file: Path) -> list[tuple[str, str]]:
+    """Language and code of each."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", file.read_text(), re.MULTILINE | re.DOTALL)
+
+
+blocks = blocks_of(sources / "README.md")
 python = [code for language, code in blocks if language == "python"]
+first_page = [code for language, code in blocks_of(checkout / "README.md") if language == "python"]
 shell = [code for language, code in blocks if language == "sh"]
 
 
@@ -23,10 +33,10 @@ def first_line(code: str) -> str:
 
 
 def test_the_blocks_are_found() -> None:
-    assert len(python) >= 8 and len(shell) == 1 and len(blocks) == len(python) + len(shell)
+    assert len(first_page) == 1 and len(python) >= 8 and len(shell) == 1 and len(blocks) == len(python) + len(shell)
 
 
-@pytest.mark.parametrize("code", python, ids=first_line)
+@pytest.mark.parametrize("code", python + first_page, ids=first_line)
 def test_a_block_runs(code: str, tmp_path: Path) -> None:
     file = tmp_path / "test_block.py"
     file.write_text(code)

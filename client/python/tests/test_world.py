@@ -353,7 +353,7 @@ def test_a_notebook_shows_a_table(world: World) -> None:
 
 def test_a_notebook_takes_no_markup_from_a_name(shared: Server) -> None:
     with shared.world(scene(ball("<b>&")), paused=True) as world:
-        assert "<td>&lt;b&gt;&amp;</td>" in table_of(world.state(), world.url)
+        assert "<td>&lt;b&gt;&amp;</td>" in table_of(world.stats(), world.url)
 
 
 def test_show_opens_the_page(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -145,7 +145,7 @@ class World(Blocking[aio.World]):
 
     def _repr_html_(self) -> str:
         """In a notebook: its bodies, and a link to its page."""
-        return table_of(self.state(), self.url)
+        return table_of(self.stats(), self.url)
 
     def __enter__(self) -> Self:
         return self

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pneuma._proto import session_pb2 as wire
 from pneuma.arrays import Vector
 from pneuma.client import World
 from pneuma.state import RigidState, SoftState, State, metres
@@ -14,7 +15,7 @@ from pneuma.state import RigidState, SoftState, State, metres
 def assert_hash(world: World | State, expected: int | str) -> None:
     """Asserts that a world, or a state, has these bits: an int, or hexadecimal text as `pneuma stats` prints it."""
     __tracebackhide__ = True
-    state = world.state() if isinstance(world, World) else world
+    state: State | wire.Stats = world.stats() if isinstance(world, World) else world
     wanted = int(expected, 16) if isinstance(expected, str) else expected
     if state.state_hash != wanted:
         raise AssertionError(

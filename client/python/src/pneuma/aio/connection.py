@@ -107,7 +107,7 @@ class Connection:
         try:
             await asyncio.wait_for(self._writer.wait_closed(), 1.0)
         except (OSError, asyncio.TimeoutError):
-            pass  # it is over either way
+            self._writer.transport.abort()  # it is over either way
 
     @property
     def error(self) -> PneumaError | None:
