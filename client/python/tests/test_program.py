@@ -15,6 +15,7 @@ import pneuma
 from pneuma import PneumaError
 from pneuma.aio import program as program_module
 from pneuma.aio.program import find_program
+from pneuma.testing import assert_hash
 
 from conftest import alive, checkout, environment
 
@@ -124,6 +125,21 @@ def test_a_server_that_is_never_ready_is_told(tmp_path: Path, monkeypatch: pytes
     idle.chmod(0o755)
     with pytest.raises(PneumaError, match="was not ready in 0.3 s"):
         pneuma.serve(program=idle)
+
+
+def test_an_idle_script_stays_connected() -> None:
+    """The server pings ten times a second, and closes after two pings without an answer."""
+    with pneuma.serve(flags=["--ping-interval-ms", "100"]) as server:
+        time.sleep(1.0)
+        assert server.worlds() == []
+
+
+def test_a_world_that_is_being_brought_back_is_waited_for(tmp_path: Path) -> None:
+    """The server is ready before its worlds are, and says when to ask again."""
+    with pneuma.serve(data_dir=tmp_path) as server:
+        saved = server.world("five-balls", paused=True).step(100)
+    with pneuma.serve(data_dir=tmp_path) as server:
+        assert_hash(server["five-balls"], saved.state_hash)
 
 
 def test_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

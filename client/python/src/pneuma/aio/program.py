@@ -99,6 +99,7 @@ class Program:
                 preexec_fn=ends_with_this_program(),
             )
         except OSError as error:
+            log.close()
             raise PneumaError("NOT_FOUND", f"cannot start {program}: {error.strerror}", "serve") from None
         started = cls(process, "127.0.0.1", 0, "", "", log)
         try:
