@@ -150,7 +150,7 @@ def test_replies_may_overtake_each_other(fake: FakeServer) -> None:
 @pytest.mark.parametrize(
     "answer, code, what",
     [
-        (b"", "UNAVAILABLE", "no reply in 0.2 s"),
+        (b"", "UNAVAILABLE", "no reply in 1.0 s"),
         (b"\0\0\0\0", "MALFORMED", "a message of 0 bytes"),
         (b"\xff\xff\xff\xff", "MALFORMED", "a message of 4294967295 bytes"),
         (enveloped(b"\xff\xff"), "MALFORMED", "cannot be read"),
@@ -159,7 +159,7 @@ def test_replies_may_overtake_each_other(fake: FakeServer) -> None:
     ],
 )
 def test_what_is_no_answer_is_told(fake: FakeServer, answer: bytes, code: str, what: str) -> None:
-    with connect(fake.address, timeout_s=0.2) as server:
+    with connect(fake.address, timeout_s=1.0) as server:
         fake.answers.append(lambda message: answer)
         with pytest.raises(PneumaError) as refused:
             server["w"].pause()
@@ -184,7 +184,7 @@ def test_a_broken_connection_ends_what_waits_and_what_comes_after(fake: FakeServ
 
 
 def test_a_server_that_has_gone_silent_is_told(fake: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connection_module, "silence_s", 0.2)
+    monkeypatch.setattr(connection_module, "silence_s", 0.5)
     with connect(fake.address) as server:
         fake.answers.append(lambda message: b"")
         with pytest.raises(PneumaError, match="the server has gone silent"):

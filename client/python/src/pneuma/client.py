@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import ssl
-from collections.abc import Coroutine, Sequence
-from os import PathLike
-from types import TracebackType
-from typing import Any, Self, TypeVar
+import functools
+from collections.abc import Callable, Coroutine
+from typing import Any, ParamSpec, Self, TypeVar
 
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
-from pneuma.aio import server as aio_server
+from pneuma.aio import opening
 from pneuma.arrays import Vector
 from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
 from pneuma.errors import PneumaError
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
 
+P = ParamSpec("P")
 Reply = TypeVar("Reply")
 
 
@@ -37,9 +36,7 @@ class Grab(Blocking[aio.Grab]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.release()
 
 
@@ -85,9 +82,7 @@ class Stream(Blocking[aio.Stream]):
         self.open()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def __del__(self) -> None:
@@ -150,9 +145,7 @@ class World(Blocking[aio.World]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.destroy()
 
 
@@ -198,43 +191,27 @@ class Server(Blocking[aio.Server]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
-def opened(opening: Coroutine[Any, Any, aio.Server]) -> Server:
-    thread = LoopThread()
-    try:
-        server = thread.run(opening)
-    except BaseException:
-        thread.end()
-        raise
-    thread.at_end(server.close)
-    return Server(server, thread)
+def waits_to_open(opened: Callable[P, Coroutine[Any, Any, aio.Server]]) -> Callable[P, Server]:
+    """The function that waits for the server, and gives it a thread to run in."""
+
+    @functools.wraps(opened)
+    def call(*args: P.args, **kwargs: P.kwargs) -> Server:
+        __tracebackhide__ = True
+        thread = LoopThread()
+        try:
+            server = thread.run(opened(*args, **kwargs))
+        except BaseException:
+            thread.end()
+            raise
+        thread.at_end(server.close)
+        return Server(server, thread)
+
+    return call
 
 
-def serve(
-    *scenes: str | PathLike[str],
-    data_dir: str | PathLike[str] | None = None,
-    flags: Sequence[str] = (),
-    program: str | PathLike[str] | None = None,
-) -> Server:
-    return opened(aio_server.start(*scenes, data_dir=data_dir, flags=flags, program=program))
-
-
-def connect(
-    address: str | None = None,
-    *,
-    token: str | None = None,
-    tls: bool | ssl.SSLContext = False,
-    ca: str | PathLike[str] | None = None,
-    http: str | None = None,
-    timeout_s: float = 60.0,
-) -> Server:
-    return opened(aio_server.reach(address, token=token, tls=tls, ca=ca, http=http, timeout_s=timeout_s))
-
-
-serve.__doc__ = aio.serve.__doc__
-connect.__doc__ = aio.connect.__doc__
+serve = waits_to_open(opening.serve)
+connect = waits_to_open(opening.connect)
