@@ -27,7 +27,7 @@ def in_own_package(source: str, *, is_stub: bool) -> str:
     """What protoc made, in the package pneuma._proto and in its pool."""
     source = re.sub(r"^from pneuma\.v1 import", "from pneuma._proto import", source, flags=re.MULTILINE)
     if is_stub:
-        # Of a message that has a field named self (Collision): its stub would not parse.
+        # Collision has a field named self, with which its stub would not parse.
         return re.sub(r"def __init__\(self, (?=.*\bself: )", "def __init__(self_, ", source)
     source, imports = re.subn(
         r"^from google\.protobuf import descriptor_pool as _descriptor_pool$",

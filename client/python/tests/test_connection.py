@@ -12,7 +12,7 @@ from pneuma import PneumaError, Server, connect, wire
 from pneuma.aio import connection as connection_module
 from pneuma.envelope import enveloped
 
-from fake_server import FakeServer, Reply, refuse, welcomed
+from fake_server import Answer, FakeServer, Reply, refuse, welcomed
 
 Error = wire.Error
 
@@ -197,6 +197,28 @@ def test_a_closed_server_is_told(fake: FakeServer) -> None:
     server.close()
     with pytest.raises(PneumaError, match="the server was closed"):
         server["w"].pause()
+
+
+@pytest.mark.parametrize(
+    "answer", [refuse(Error.UNAVAILABLE, 30.0), lambda message: b""], ids=["told to wait", "waiting"]
+)
+def test_closing_ends_what_other_threads_wait_for(fake: FakeServer, answer: Answer) -> None:
+    server: Server = connect(fake.address)
+    fake.answers.append(answer)
+    told: list[str] = []
+
+    def ask() -> None:
+        with pytest.raises(PneumaError) as refused:
+            server["w"].pause()
+        told.append(refused.value.code)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    fake.wait_for("pause")
+    time.sleep(0.1)
+    server.close()
+    thread.join(10.0)
+    assert told == ["UNAVAILABLE"]
 
 
 def test_nobody_there_is_told() -> None:

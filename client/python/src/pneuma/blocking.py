@@ -6,6 +6,7 @@ So pings are answered while the script does something else, and no request is wr
 from __future__ import annotations
 
 import asyncio
+import concurrent.futures
 import functools
 import threading
 import weakref
@@ -46,6 +47,8 @@ class LoopThread:
             return done.result()
         except (PneumaError, NotReached) as error:
             raise error.with_traceback(None) from None  # the place that matters is the script's
+        except concurrent.futures.CancelledError:
+            raise PneumaError("UNAVAILABLE", "the server was closed") from None
         except BaseException:
             done.cancel()
             raise
@@ -59,6 +62,11 @@ class LoopThread:
 def run_forever(loop: asyncio.AbstractEventLoop) -> None:
     asyncio.set_event_loop(loop)
     loop.run_forever()
+    # What other threads still wait for.
+    left = asyncio.all_tasks(loop)
+    for task in left:
+        task.cancel()
+    loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
     loop.run_until_complete(loop.shutdown_default_executor())
     loop.close()
 

@@ -176,7 +176,7 @@ class Server(Blocking[aio.Server]):
 
     @property
     def process_id(self) -> int | None:
-        """Of a server of one's own."""
+        """The server's process, where it is one's own."""
         return self._inner.process_id
 
     @property

@@ -8,7 +8,7 @@ from pneuma.errors import PneumaError
 length_bytes = 4
 # WIRE.md, "Limits": what a client should take.
 message_bytes_max = 64 * 2**20
-# Of a part, at most: ids, lengths and the flag.
+# What a part takes beside its data, at most: ids, lengths and the flag.
 part_head_bytes = 32
 
 

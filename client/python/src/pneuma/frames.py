@@ -38,7 +38,7 @@ class FrameBody:
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Of a rigid body or collider: position (3,) in metres, orientation (4,) w x y z."""
+    """Where a rigid body or collider is: position (3,) in metres, orientation (4,) w x y z."""
 
     name: str
     position: Array

@@ -101,7 +101,7 @@ class Body:
         return (await self._connection.call(wire.ClientMessage(edit=edit), wire.Done)).tick
 
     async def place_vertices(self, positions: Points | None = None, velocities: Points | None = None) -> int:
-        """Of a soft body of a paused world: puts all of its vertices elsewhere. What is None stays.
+        """Puts all vertices of a soft body elsewhere. The world must be paused. What is None stays.
 
         positions: (n, 3), metres, in the mesh's order.
         velocities: (n, 3), m/s.
@@ -121,7 +121,7 @@ class Body:
         velocity: Vector | None = None,
         angular_velocity: Vector | None = None,
     ) -> int:
-        """Of a rigid body of a paused world: puts it elsewhere. What is None stays.
+        """Puts a rigid body elsewhere. The world must be paused. What is None stays.
 
         position: metres, of the centre of mass.
         orientation: w x y z.

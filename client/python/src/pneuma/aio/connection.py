@@ -20,7 +20,7 @@ hello_bytes_max = 4096
 silence_s = 40.0
 # Past it the socket is not read until what came was taken.
 read_buffer_bytes = 2**20
-# A server that was told to be quiet for longer than this in all is not there for us: the error is told.
+# How long a request waits in all because the server asks for it. Past that, the error is raised.
 retry_s_max = 60.0
 
 # They take as long as what they simulate, build or read.
@@ -39,7 +39,7 @@ class Address:
     port: int
     token: str = ""
     tls: ssl.SSLContext | None = None
-    # Of connecting, and of each reply that nothing is simulated or built for.
+    # How long connecting may take, and each reply that nothing is simulated or built for.
     timeout_s: float = 60.0
 
 

@@ -11,7 +11,7 @@ from pneuma._proto import frame_pb2, session_pb2
 from pneuma.errors import PneumaError
 from pneuma.frames import Event, Frame, Layout, event_of, frame_of
 
-# Of a stream that nobody reads for a while: four seconds at 60 Hz, and no more of large worlds than this.
+# A stream that nobody reads for a while keeps four seconds at 60 Hz, and of a large world no more bytes than these.
 frames_kept = 240
 frame_bytes_kept = 64 * 2**20
 
@@ -139,7 +139,7 @@ class Feed:
             reader.gap = joined(reader.gap, (message.from_tick, message.to_tick))
 
     def event(self, message: session_pb2.Event) -> None:
-        """Of any world: those of others are left."""
+        """Takes events of any world, and leaves those of others."""
         if message.world != self.subscribed.world:
             return
         for reader in self._receivers():

@@ -78,7 +78,7 @@ class Server:
 
     @property
     def process_id(self) -> int | None:
-        """Of a server of one's own."""
+        """The server's process, where it is one's own."""
         return self.program.process.pid if self.program else None
 
     async def close(self) -> None:
