@@ -17,7 +17,7 @@ Floats32: TypeAlias = NDArray[np.float32]
 Number = TypeVar("Number", np.float32, np.int16)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FrameBody:
     """A soft body in a frame.
 
@@ -34,6 +34,9 @@ class FrameBody:
     kinetic_j: float | None = None
     elastic_j: float | None = None
     asleep: bool | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name}, {len(self.positions)} vertices>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +69,7 @@ class Event:
     detail: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Frame:
     """A world at one tick, within the stream's error bound.
 
@@ -86,6 +89,9 @@ class Frame:
 
     def __getitem__(self, body: str) -> FrameBody:
         return self.bodies[body]
+
+    def __repr__(self) -> str:
+        return f"<Frame at tick {self.tick}: {', '.join([*self.bodies, *self.solids])}>"
 
 
 class Layout:

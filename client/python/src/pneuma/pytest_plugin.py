@@ -67,7 +67,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     outcome = yield
     report: pytest.TestReport = outcome.get_result()
     server = item.stash.get(server_of, None)
-    if report.when == "call" and report.failed and server:
+    if report.when != "teardown" and report.failed and server:
         report.sections.append(("pneuma", "\n".join(kept(server, item.stash[folder_of]))))
 
 
