@@ -1,0 +1,217 @@
+"""One connection to a server: requests that wait for their replies, and what comes unasked."""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from pneuma._proto import frame_pb2, session_pb2
+from pneuma.aio.feed import Feed
+from pneuma.envelope import cut, enveloped, length_bytes, length_of
+from pneuma.errors import PneumaError, error_of
+
+protocol_version = 1
+# What a server takes of one that it has not welcomed.
+hello_bytes_max = 4096
+# The server pings every 15 s: two are missing.
+silence_s = 40.0
+# Past it the socket is not read until what came was taken.
+read_buffer_bytes = 2**20
+# How long a request waits in all because the server asks for it. Past that, the error is raised.
+retry_s_max = 60.0
+
+# They take as long as what they simulate, build or read.
+lasting_requests = frozenset(
+    ["step", "step_until", "branch_world", "rewind_world", "create_world", "restore_world", "take_snapshot"]
+)
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a server is, and what to show it."""
+
+    host: str
+    port: int
+    token: str = ""
+    tls: ssl.SSLContext | None = None
+    # How long connecting may take, and each reply that nothing is simulated or built for.
+    timeout_s: float = 60.0
+
+
+class Connection:
+    """Made by `open`. Answers the server's pings by itself."""
+
+    def __init__(self, address: Address, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.address = address
+        self.welcome = session_pb2.Welcome(message_bytes_max=hello_bytes_max)
+        self.feeds: dict[int, Feed] = {}
+        self._topologies: dict[bytes, frame_pb2.Topology] = {}
+        self._reader = reader
+        self._writer = writer
+        self._waiting: dict[int, asyncio.Future[session_pb2.ServerMessage]] = {}
+        self._last_id = 0
+        self._error: PneumaError | None = None
+        self._reading = asyncio.create_task(self._read())
+
+    @classmethod
+    async def open(cls, address: Address) -> Connection:
+        """Connects and says hello. Raises PneumaError."""
+        return await retried(lambda: cls._open_once(address))
+
+    @classmethod
+    async def _open_once(cls, address: Address) -> Connection:
+        try:
+            opening = asyncio.open_connection(address.host, address.port, ssl=address.tls, limit=read_buffer_bytes)
+            reader, writer = await asyncio.wait_for(opening, address.timeout_s)
+        except (OSError, asyncio.TimeoutError) as error:
+            why = str(error) or f"no answer in {address.timeout_s} s"
+            raise PneumaError("UNAVAILABLE", f"cannot connect to {address.host}:{address.port}: {why}") from None
+        connection = cls(address, reader, writer)
+        hello = session_pb2.Hello(protocol_version=protocol_version, token=address.token, client_name="pneuma Python")
+        try:
+            connection.welcome = await connection._ask(
+                session_pb2.ClientMessage(hello=hello), session_pb2.Welcome, address.timeout_s
+            )
+        except BaseException:
+            await connection.close()
+            raise
+        return connection
+
+    async def call(self, request: session_pb2.ClientMessage, expected: type[T]) -> T:
+        """Sends a request and waits for its reply, which is an `expected`. Raises PneumaError.
+
+        Where the server says when to try again, the request is sent again then, for a minute in all. `request` is left
+        as it is, but for its request_id.
+        """
+        kind = request.WhichOneof("request")
+        timeout_s = None if kind in lasting_requests else self.address.timeout_s
+        # The ticks of a step that is UNAVAILABLE may be done already.
+        codes = ("LIMIT_EXCEEDED",) if kind in ("step", "step_until") else ("LIMIT_EXCEEDED", "UNAVAILABLE")
+        return await retried(lambda: self._ask(request, expected, timeout_s), codes, lambda: self._error is None)
+
+    def tell(self, request: session_pb2.ClientMessage) -> None:
+        """Sends a request whose reply nobody waits for, if the connection still takes it."""
+        if self._error is None:
+            self._send(request)
+
+    async def close(self) -> None:
+        """Ends the connection. What waits is UNAVAILABLE."""
+        self._end(PneumaError("UNAVAILABLE", "the connection was closed"))
+        self._reading.cancel()
+        await asyncio.wait([self._reading])
+        try:
+            await asyncio.wait_for(self._writer.wait_closed(), 1.0)
+        except (OSError, asyncio.TimeoutError):
+            self._writer.transport.abort()  # it is over either way
+
+    @property
+    def error(self) -> PneumaError | None:
+        """Why the connection ended; None while it lasts."""
+        return self._error
+
+    async def _ask(self, request: session_pb2.ClientMessage, expected: type[T], timeout_s: float | None) -> T:
+        if self._error:
+            raise self._error
+        reply: asyncio.Future[session_pb2.ServerMessage] = asyncio.get_running_loop().create_future()
+        request_id = self._send(request, reply)
+        try:
+            message = await asyncio.wait_for(reply, timeout_s)
+        except asyncio.TimeoutError:
+            raise PneumaError("UNAVAILABLE", f"no reply in {timeout_s} s", str(request.WhichOneof("request"))) from None
+        finally:
+            self._waiting.pop(request_id, None)
+        kind = message.WhichOneof("message")
+        content = getattr(message, kind)
+        if kind == "error":
+            raise error_of(content)
+        if not isinstance(content, expected):
+            raise PneumaError("MALFORMED", f"a reply of the kind {kind}", str(request.WhichOneof("request")))
+        return content
+
+    def _send(
+        self, request: session_pb2.ClientMessage, reply: asyncio.Future[session_pb2.ServerMessage] | None = None
+    ) -> int:
+        """Writes it in one go, so that no other request comes between its parts. Returns its id."""
+        self._last_id += 1
+        request.request_id = self._last_id
+        messages = cut(request, self.welcome.message_bytes_max, self.welcome.parts_bytes_max)
+        if reply:
+            self._waiting[self._last_id] = reply
+        for message in messages:
+            self._writer.write(enveloped(message))
+        return self._last_id
+
+    async def _read(self) -> None:
+        try:
+            while self._error is None:
+                async with asyncio.timeout(silence_s):
+                    length = length_of(await self._reader.readexactly(length_bytes))
+                    data = await self._reader.readexactly(length)
+                self._take(session_pb2.ServerMessage.FromString(data))
+        except PneumaError as error:
+            self._end(error)
+        except TimeoutError:
+            self._end(PneumaError("UNAVAILABLE", "the server has gone silent"))
+        except (OSError, asyncio.IncompleteReadError):
+            self._end(PneumaError("UNAVAILABLE", "the connection broke"))
+        except Exception as error:  # of protobuf, or of what a message tells
+            self._end(PneumaError("MALFORMED", f"a message that cannot be read: {error}"))
+
+    def _take(self, message: session_pb2.ServerMessage) -> None:
+        kind = message.WhichOneof("message")
+        if kind is None:
+            return  # of a kind that a later server knows
+        content = getattr(message, kind)
+        if kind == "subscribed":
+            # Before what follows the reply. Asking again for the same gives the same stream.
+            self.feeds.setdefault(content.stream_id, Feed(content, self._topologies)).expect()
+        if message.request_id:
+            waiting = self._waiting.pop(message.request_id, None)
+            if waiting and not waiting.done():
+                waiting.set_result(message)
+        elif kind == "ping":
+            self.tell(session_pb2.ClientMessage(pong=session_pb2.Pong(nonce=content.nonce)))
+        elif kind == "goodbye":
+            known = content.HasField("reason")
+            self._end(error_of(content.reason) if known else PneumaError("UNAVAILABLE", "the server said goodbye"))
+        elif kind == "topology":
+            self._topologies[content.hash] = content
+        elif kind == "event":
+            for feed in self.feeds.values():
+                feed.event(content)
+        elif kind in ("layout", "frame", "gap") and content.stream_id in self.feeds:
+            getattr(self.feeds[content.stream_id], kind)(content)
+
+    def _end(self, error: PneumaError) -> None:
+        if self._error:
+            return
+        self._error = error
+        for reply in self._waiting.values():
+            if not reply.done():
+                reply.set_exception(error)
+        self._waiting.clear()
+        for feed in self.feeds.values():
+            feed.end(error)
+        self._writer.close()
+
+
+async def retried(
+    ask: Callable[[], Awaitable[T]],
+    codes: tuple[str, ...] = ("LIMIT_EXCEEDED", "UNAVAILABLE"),
+    lasts: Callable[[], bool] = lambda: True,
+) -> T:
+    """What `ask` gives, asked again while it is refused with one of the codes and a time to wait, and it `lasts`."""
+    waited_s = 0.0
+    while True:
+        try:
+            return await ask()
+        except PneumaError as error:
+            waited_s += error.retry_after_s
+            if error.code not in codes or error.retry_after_s <= 0.0 or waited_s > retry_s_max or not lasts():
+                raise
+            await asyncio.sleep(error.retry_after_s)

@@ -1,0 +1,155 @@
+"""What comes of one stream, kept for who reads it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pneuma._proto import frame_pb2, session_pb2
+from pneuma.errors import PneumaError
+from pneuma.frames import Event, Frame, Layout, event_of, frame_of
+
+# A stream that nobody reads for a while keeps four seconds at 60 Hz, and of a large world no more bytes than these.
+frames_kept = 240
+frame_bytes_kept = 64 * 2**20
+
+
+@dataclass
+class Kept:
+    """A frame that waits, with what happened since the one before it."""
+
+    message: frame_pb2.Frame
+    layout: Layout
+    events: tuple[Event, ...]
+    missed: tuple[int, int] | None
+
+
+def joined(first: tuple[int, int] | None, second: tuple[int, int] | None) -> tuple[int, int] | None:
+    """The ticks from the first to the last that either names."""
+    if first is None or second is None:
+        return first or second
+    return (min(first[0], second[0]), max(first[1], second[1]))
+
+
+def bytes_of(message: frame_pb2.Frame) -> int:
+    return len(message.payload) + len(message.velocities)
+
+
+@dataclass(eq=False)
+class Reader:
+    """One that reads a feed. Frames that it does not take in time make room for later ones: each stands alone."""
+
+    frames: deque[Kept] = field(default_factory=deque)
+    arrived: asyncio.Event = field(default_factory=asyncio.Event)
+    ended: bool = False
+    error: PneumaError | None = None
+    events: list[Event] = field(default_factory=list)
+    gap: tuple[int, int] | None = None
+    bytes: int = 0
+
+    def put(self, message: frame_pb2.Frame, layout: Layout) -> None:
+        self.frames.append(Kept(message, layout, tuple(self.events), self.gap))
+        self.events.clear()
+        self.gap = None
+        self.bytes += bytes_of(message)
+        while len(self.frames) > frames_kept or (self.bytes > frame_bytes_kept and len(self.frames) > 1):
+            lost = self._pop()
+            after = self.frames[0]
+            after.events = lost.events + after.events
+            after.missed = joined(lost.missed, joined((lost.message.tick, lost.message.tick), after.missed))
+        self.arrived.set()
+
+    def end(self, error: PneumaError | None) -> None:
+        self.ended = True
+        self.error = error
+        self.arrived.set()
+
+    async def next(self) -> Frame | None:
+        """The next frame; None at the end. Raises PneumaError where the connection ended, after the last frame."""
+        while not self.frames:
+            if self.error:
+                raise self.error
+            if self.ended:
+                return None
+            self.arrived.clear()
+            await self.arrived.wait()
+        kept = self._pop()
+        try:
+            return frame_of(kept.message, kept.layout, kept.events, kept.missed)
+        except ValueError as error:
+            raise PneumaError("MALFORMED", str(error), "frame") from None
+
+    def _pop(self) -> Kept:
+        kept = self.frames.popleft()
+        self.bytes -= bytes_of(kept.message)
+        return kept
+
+
+class Feed:
+    """A stream of the connection. Several may read it: asking for the same twice gives one stream."""
+
+    def __init__(self, subscribed: session_pb2.Subscribed, topologies: Mapping[bytes, frame_pb2.Topology]) -> None:
+        self.subscribed = subscribed
+        self._topologies = topologies
+        self._layout: Layout | None = None
+        self._last: frame_pb2.Frame | None = None
+        self._readers: list[Reader] = []
+        # Replies to Subscribe whose askers did not come yet.
+        self._awaited = 0
+        # What came before the first reader did: it runs only after the reply was read.
+        self._first = Reader()
+
+    def expect(self) -> None:
+        """One more reader is told of the stream, and will `join`."""
+        self._awaited += 1
+
+    def join(self) -> Reader:
+        """A new reader. It begins with the stream's last frame, which one that joins late is not sent."""
+        self._awaited -= 1
+        if not self._readers:
+            reader, self._first = self._first, Reader()
+        else:
+            reader = Reader()
+            if self._last and self._layout:
+                reader.put(self._last, self._layout)
+        self._readers.append(reader)
+        return reader
+
+    def leave(self, reader: Reader) -> bool:
+        """Whether that was the last one."""
+        if reader not in self._readers:
+            return False
+        self._readers.remove(reader)
+        return not self._readers and not self._awaited
+
+    def layout(self, message: frame_pb2.Layout) -> None:
+        self._layout = Layout(message, self._topologies)
+
+    def frame(self, message: frame_pb2.Frame) -> None:
+        if self._layout is None or message.layout_id != self._layout.layout_id:
+            raise PneumaError("MALFORMED", f"a frame of the layout {message.layout_id}, which was not told")
+        self._last = message
+        for reader in self._receivers():
+            reader.put(message, self._layout)
+
+    def gap(self, message: frame_pb2.Gap) -> None:
+        for reader in self._receivers():
+            reader.gap = joined(reader.gap, (message.from_tick, message.to_tick))
+
+    def event(self, message: session_pb2.Event) -> None:
+        """Takes events of any world, and leaves those of others."""
+        if message.world != self.subscribed.world:
+            return
+        for reader in self._receivers():
+            reader.events.append(event_of(message))
+            if message.kind == session_pb2.Event.WORLD_DESTROYED:
+                reader.end(None)
+
+    def end(self, error: PneumaError) -> None:
+        for reader in self._receivers():
+            reader.end(reader.error if reader.ended else error)
+
+    def _receivers(self) -> list[Reader]:
+        return self._readers or [self._first]

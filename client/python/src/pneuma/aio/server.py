@@ -1,0 +1,97 @@
+"""A server: one of one's own, or one that runs elsewhere."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Self, TypeVar
+
+from pneuma._proto import session_pb2 as wire
+from pneuma.aio.connection import Connection
+from pneuma.aio.program import Program
+from pneuma.aio.world import World
+from pneuma.scene import Scene, message_of
+
+Reply = TypeVar("Reply")
+
+
+class Server:
+    """A connection to a server, made by `serve` or `connect`."""
+
+    def __init__(
+        self, connection: Connection, page: str, program: Program | None = None, *, owns_worlds: bool = False
+    ) -> None:
+        self.connection = connection
+        self.page = page
+        self.program = program
+        self._owns_worlds = owns_worlds
+
+    async def world(
+        self,
+        source: str | PathLike[str] | Scene | Mapping[str, object],
+        *,
+        name: str = "",
+        paused: bool = False,
+        owned: bool | None = None,
+    ) -> World:
+        """Makes a world of a built-in scene, a scene, a dict like its JSON form, or a file (a path that ends in .json).
+
+        name: the scene's unless given, with -2, -3... where that is taken.
+        owned: the world ends with this connection. That is the default on a server of one's own that keeps no worlds.
+        """
+        request = wire.CreateWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
+        if isinstance(source, (Scene, Mapping)):
+            request.scene.CopyFrom(message_of(source))
+        elif Path(source).suffix == ".json":
+            request.scene_json = await asyncio.to_thread(Path(source).read_text, "utf-8")
+        else:
+            request.builtin = os.fspath(source)
+        done = await self.call(wire.ClientMessage(create_world=request), wire.Done)
+        return World(self.connection, done.world, self.page)
+
+    async def restore(self, path: str | PathLike[str], *, name: str = "", paused: bool = False) -> World:
+        """Makes a world of a file that `World.save` wrote, with the same bits."""
+        request = wire.RestoreWorld(name=name, paused=paused, snapshot=await asyncio.to_thread(Path(path).read_bytes))
+        done = await self.call(wire.ClientMessage(restore_world=request), wire.Done)
+        return World(self.connection, done.world, self.page)
+
+    def __getitem__(self, name: str) -> World:
+        """A world that is there; where it is not, the first request says NOT_FOUND."""
+        return World(self.connection, name, self.page)
+
+    async def worlds(self) -> list[wire.WorldList.World]:
+        """What there is, as the wire tells it: name, tick, time_s, paused, vertices and more of each."""
+        reply = await self.call(wire.ClientMessage(list_worlds=wire.ListWorlds()), wire.WorldList)
+        return list(reply.worlds)
+
+    async def call(self, request: wire.ClientMessage, expected: type[Reply]) -> Reply:
+        """Any request of the protocol (`pneuma.wire`), whose reply is an `expected`. Raises PneumaError."""
+        return await self.connection.call(request, expected)
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT, as `connect` and `pneuma --server` take it."""
+        return f"{self.connection.address.host}:{self.connection.address.port}"
+
+    @property
+    def process_id(self) -> int | None:
+        """The server's process, where it is one's own."""
+        return self.program.process.pid if self.program else None
+
+    async def close(self) -> None:
+        """Ends the connection, and the server if it is one's own."""
+        await self.connection.close()
+        if self.program:
+            await self.program.end()
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
+
+    def __repr__(self) -> str:
+        return f"<Server {self.address}>"

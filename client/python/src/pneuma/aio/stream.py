@@ -1,0 +1,74 @@
+"""Frames of a world, as they come."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pneuma._proto import session_pb2 as wire
+from pneuma.aio.connection import Connection
+from pneuma.aio.feed import Feed, Reader
+from pneuma.errors import PneumaError
+from pneuma.frames import Frame
+
+
+class Stream:
+    """An iterator over frames, made by `World.stream`.
+
+    It ends with its world. Where the connection ends, it raises PneumaError. It subscribes as a block, or when the first
+    frame is asked for. It unsubscribes at the block's end, by `close`, or once nobody holds it any more.
+    """
+
+    def __init__(self, connection: Connection, request: wire.Subscribe) -> None:
+        self._connection = connection
+        self._request = request
+        self._feed: Feed | None = None
+        self._reader: Reader | None = None
+
+    @property
+    def subscribed(self) -> wire.Subscribed:
+        """What the server made of the request: rate_hz, max_error_m. Raises PneumaError before the stream has begun."""
+        if self._feed is None:
+            raise PneumaError("FAILED_PRECONDITION", "the stream has not begun", "stream")
+        return self._feed.subscribed
+
+    async def open(self) -> Self:
+        """Subscribes, if it has not yet."""
+        if self._reader is None:
+            reply = await self._connection.call(wire.ClientMessage(subscribe=self._request), wire.Subscribed)
+            self._feed = self._connection.feeds[reply.stream_id]
+            self._reader = self._feed.join()
+        return self
+
+    async def next(self) -> Frame | None:
+        """The next frame; None once the world is destroyed or the stream closed."""
+        await self.open()
+        assert self._reader
+        return await self._reader.next()
+
+    def close(self) -> None:
+        """Unsubscribes."""
+        if self._feed is None or self._reader is None:
+            return
+        self._reader.end(None)
+        if self._feed.leave(self._reader):
+            stream_id = self._feed.subscribed.stream_id
+            self._connection.feeds.pop(stream_id, None)
+            self._connection.tell(wire.ClientMessage(unsubscribe=wire.Unsubscribe(stream_id=stream_id)))
+
+    def __aiter__(self) -> Self:
+        return self
+
+    async def __anext__(self) -> Frame:
+        frame = await self.next()
+        if frame is None:
+            raise StopAsyncIteration
+        return frame
+
+    async def __aenter__(self) -> Self:
+        return await self.open()
+
+    async def __aexit__(self, *_: object) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()

@@ -1,0 +1,300 @@
+"""A world of a server."""
+
+from __future__ import annotations
+
+import asyncio
+import webbrowser
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Self
+from urllib.parse import quote
+
+from pneuma import messages
+from pneuma._proto import scene_types
+from pneuma._proto import session_pb2 as wire
+from pneuma.aio.body import Body
+from pneuma.aio.connection import Connection
+from pneuma.aio.stream import Stream
+from pneuma.arrays import Vector
+from pneuma.errors import NotReached, PneumaError
+from pneuma.scene import Scene, json_of
+from pneuma.state import State, little_endian, state_of
+
+# WIRE.md, "Limits": of the steps that wait on a world. Ten minutes at 60 Hz.
+ticks_of_a_step_max = 36_000
+
+Change = (
+    scene_types.SceneChange
+    | scene_types.Mesh
+    | scene_types.SoftBody
+    | scene_types.RigidBody
+    | scene_types.Collider
+    | scene_types.Joint
+    | scene_types.SoftBodyChange
+    | scene_types.RigidBodyChange
+    | scene_types.ColliderChange
+    | scene_types.Atmosphere
+    | scene_types.Stepping
+    | Mapping[str, object]
+)
+
+
+class World:
+    """Made by `Server.world`, or `server["name"]` for one that is there.
+
+    Methods that change something return the first tick that shows it. Each raises PneumaError where the server refuses.
+    As a block, the world is destroyed at its end.
+    """
+
+    def __init__(self, connection: Connection, name: str, page: str) -> None:
+        self._connection = connection
+        self._page = page
+        self.name = name
+
+    def __getitem__(self, body: str) -> Body:
+        """A soft or rigid body, by its name."""
+        return Body(self._connection, self.name, body)
+
+    # Time
+
+    async def step(
+        self, ticks: int = 1, *, bodies: Sequence[str] = (), velocities: bool = False, double_precision: bool = False
+    ) -> State:
+        """Steps a paused world. Returns its state at exactly that tick; `state` says of what."""
+        request = wire.Step(world=self.name, ticks=ticks, observe=observe(bodies, velocities, double_precision))
+        done = await self._connection.call(wire.ClientMessage(step=request), wire.Done)
+        return state_in(done)
+
+    async def run_until(
+        self,
+        *,
+        tick: int | None = None,
+        at_rest: bool = False,
+        touch: tuple[str, str] | None = None,
+        past: tuple[str, Vector, float] | None = None,
+        ticks_max: int = ticks_of_a_step_max,
+        bodies: Sequence[str] = (),
+        velocities: bool = False,
+        double_precision: bool = False,
+    ) -> State:
+        """Steps a paused world until something is so, and returns the state at that tick. One of these is waited for:
+
+        tick: the world has done so many.
+        at_rest: every body that moves is asleep.
+        touch: two bodies meet, one of them a soft one.
+        past: (body, normal, offset_m): a body's centre of mass is where normal . position > offset_m.
+
+        Raises NotReached after ticks_max ticks: ten minutes at 60 Hz unless given. For the others see `state`.
+        """
+        if sum([tick is not None, at_rest, touch is not None, past is not None]) != 1:
+            raise messages.invalid("run_until", "one of tick, at_rest, touch and past is waited for")
+        request = wire.StepUntil(
+            world=self.name, ticks_max=ticks_max, observe=observe(bodies, velocities, double_precision)
+        )
+        if tick is not None:
+            request.tick = tick
+            waited = f"tick {tick}"
+        elif touch is not None:
+            request.touch.first, request.touch.second = touch
+            waited = f"{touch[0]} touches {touch[1]}"
+        elif past is not None:
+            body, normal, offset_m = past
+            messages.fill(request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "step_until.past")
+            waited = f"{body} past {offset_m} m along {tuple(normal)}"
+        else:
+            request.rest.SetInParent()
+            waited = "every body is at rest"
+        done = await self._connection.call(wire.ClientMessage(step_until=request), wire.Done)
+        state = state_in(done)
+        if not done.reached:
+            raise NotReached(waited, state)
+        return state
+
+    async def pause(self) -> int:
+        """Stops the world's clock. It then goes on by `step` and `run_until`."""
+        return await self._do(wire.ClientMessage(pause=wire.Pause(world=self.name)))
+
+    async def resume(self, time_scale: float | None = None) -> int:
+        """Lets the world run: at its own pace, or in slow motion, at `time_scale` (0.125 to 1) of it from now on."""
+        return await self._do(wire.ClientMessage(resume=wire.Resume(world=self.name, time_scale=time_scale)))
+
+    async def reset(self) -> int:
+        """Back to the scene as it was created: time is 0 again, ticks go on counting."""
+        return await self._do(wire.ClientMessage(reset=wire.Reset(world=self.name)))
+
+    async def rewind(self, tick: int) -> int:
+        """Back to what it was when it had done so many ticks; of a server that keeps worlds (data_dir)."""
+        return await self._do(wire.ClientMessage(rewind_world=wire.RewindWorld(world=self.name, tick=tick)))
+
+    # What is so
+
+    async def state(
+        self, *, bodies: Sequence[str] = (), velocities: bool = False, double_precision: bool = False
+    ) -> State:
+        """Where everything is now.
+
+        bodies: soft bodies wanted, by name; none: all.
+        velocities: of the vertices, too.
+        double_precision: float64, which is what a world of double precision computes; else float32.
+        """
+        request = wire.GetState(world=self.name, observe=observe(bodies, velocities, double_precision))
+        return state_of(await self._connection.call(wire.ClientMessage(get_state=request), wire.State))
+
+    async def stats(self) -> wire.Stats:
+        """The world's numbers, as the wire has them: energies, substeps and why, what each stage of a tick takes."""
+        return await self._connection.call(wire.ClientMessage(get_stats=wire.GetStats(world=self.name)), wire.Stats)
+
+    async def scene(self) -> Scene:
+        """The scene with its edits, which makes another world. Soft bodies are where the scene puts them."""
+        return Scene.of_message((await self._scene_reply()).scene)
+
+    async def get_gravity(self) -> tuple[float, float, float]:
+        """m/s^2"""
+        gravity = (await self._scene_reply()).scene.gravity
+        return (gravity.x, gravity.y, gravity.z)
+
+    def stream(
+        self,
+        *,
+        max_error: float = 0.0,
+        rate_hz: float = 0.0,
+        bodies: Sequence[str] = (),
+        level_of_detail: int = 0,
+        velocities: bool = False,
+        scalars: bool = False,
+        contacts: bool = False,
+    ) -> Stream:
+        """Frames as the world ticks, to iterate over: plain ones, each of which stands alone.
+
+        max_error: no vertex is off by more metres; 0: as near as a float32 is.
+        rate_hz: frames a second; 0: the world's rate.
+        bodies: soft bodies wanted, by name; none: all.
+        level_of_detail: each level has a quarter of the vertices of the one below.
+        velocities: of the vertices, too.
+        scalars: volume, pressure and energies of each body.
+        contacts: the vertices that contact holds.
+        """
+        request = wire.Subscribe(
+            world=self.name,
+            encoding=wire.Subscribe.PLAIN,
+            max_error_m=max_error,
+            rate_hz=rate_hz,
+            bodies=bodies,
+            level_of_detail=level_of_detail,
+            velocities=velocities,
+            scalars=scalars,
+            contacts=contacts,
+        )
+        return Stream(self._connection, request)
+
+    # Changes
+
+    async def set_gravity(self, gravity: Vector) -> int:
+        """m/s^2"""
+        return await self.edit({"set_gravity": gravity})
+
+    async def edit(self, *changes: Change) -> int:
+        """Changes the running world: all of the changes between two ticks, or none.
+
+        A body, mesh, collider or joint is added; a SoftBodyChange and the like changes; a dict is a SceneChange.
+        """
+        request = wire.Edit(world=self.name)
+        request.edit.SetInParent()
+        for index, change in enumerate(changes):
+            messages.fill(request.edit.changes.add(), change, f"edit.edit.changes[{index}]")
+        return await self._do(wire.ClientMessage(edit=request))
+
+    async def set_state(self, state: State) -> int:
+        """Puts all bodies of a paused world where they are in `state`: one of this world, or of one of the same scene.
+
+        Velocities of soft bodies that the state does not have stay as they are.
+        """
+        request = wire.SetState(world=self.name, double_precision=True)
+        for soft in state.soft.values():
+            request.soft_bodies.add(
+                name=soft.name,
+                positions=little_endian(soft.positions, "set_state"),
+                velocities=little_endian(soft.velocities, "set_state"),
+            )
+        for rigid in state.rigid.values():
+            placed = request.rigid_bodies.add(name=rigid.name)
+            for field in ("position", "orientation", "velocity", "angular_velocity"):
+                messages.fill(getattr(placed, field), getattr(rigid, field), f"set_state.rigid_bodies.{field}")
+        return await self._do(wire.ClientMessage(set_state=request))
+
+    async def branch(self, *, tick: int | None = None, name: str = "", paused: bool = False) -> World:
+        """A second world of this one, as it is or as it was at `tick`."""
+        request = wire.BranchWorld(world=self.name, tick=tick, name=name, paused=paused)
+        done = await self._connection.call(wire.ClientMessage(branch_world=request), wire.Done)
+        return World(self._connection, done.world, self._page)
+
+    async def destroy(self) -> int:
+        """Ends the world."""
+        return await self._do(wire.ClientMessage(destroy_world=wire.DestroyWorld(world=self.name)))
+
+    # Files and the page
+
+    async def save(self, path: str | PathLike[str]) -> None:
+        """Saves the scene where the path ends in .json; otherwise all of the world, to the bit, as a world file.
+
+        `Server.world` takes the one, `Server.restore` and `pneuma restore` the other.
+        """
+        file = Path(path)
+        if file.suffix == ".json":
+            data = json_of((await self._scene_reply()).scene).encode()
+        else:
+            data = await self.snapshot()
+        await asyncio.to_thread(file.write_bytes, data)
+
+    async def snapshot(self) -> bytes:
+        """The world as a file's bytes: proto/WIRE.md, "World files"."""
+        request = wire.ClientMessage(take_snapshot=wire.TakeSnapshot(world=self.name))
+        piece = await self._connection.call(request, wire.Snapshot)
+        data = piece.data
+        while len(data) < piece.bytes_total:
+            read = wire.ReadSnapshot(snapshot_id=piece.snapshot_id, offset=len(data))
+            piece = await self._connection.call(wire.ClientMessage(read_snapshot=read), wire.Snapshot)
+            if not piece.data:
+                raise PneumaError("MALFORMED", "an empty piece of a snapshot", "read_snapshot")
+            data += piece.data
+        return data
+
+    @property
+    def url(self) -> str:
+        """The page of the world."""
+        return f"{self._page}/#world={quote(self.name)}"
+
+    def show(self) -> str:
+        """Opens the world's page in a browser, that of the variable BROWSER where it is set. Returns its address."""
+        webbrowser.open(self.url)
+        return self.url
+
+    def __repr__(self) -> str:
+        return f"<World {self.name}>"
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.destroy()
+
+    async def _do(self, request: wire.ClientMessage) -> int:
+        return (await self._connection.call(request, wire.Done)).tick
+
+    async def _scene_reply(self) -> wire.SceneReply:
+        return await self._connection.call(
+            wire.ClientMessage(get_scene=wire.GetScene(world=self.name)), wire.SceneReply
+        )
+
+
+def observe(bodies: Sequence[str], velocities: bool, double_precision: bool) -> wire.Observe:
+    if isinstance(bodies, str):
+        bodies = [bodies]
+    return wire.Observe(bodies=bodies, velocities=velocities, double_precision=double_precision)
+
+
+def state_in(done: wire.Done) -> State:
+    if not done.HasField("state"):
+        raise PneumaError("UNSUPPORTED", "this server tells no state with a step")
+    return state_of(done.state)

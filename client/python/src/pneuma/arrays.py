@@ -1,0 +1,20 @@
+"""What stands for points and numbers: tuples, lists and numpy arrays alike."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
+
+#: x, y, z
+Vector: TypeAlias = Sequence[float] | NDArray[Any]
+#: w, x, y, z of a quaternion
+Rotation: TypeAlias = Sequence[float] | NDArray[Any]
+#: (n, 3), a row a point
+Points: TypeAlias = Sequence[Vector] | NDArray[Any]
+#: (n,); an array of more dimensions counts row by row
+Numbers: TypeAlias = Sequence[float] | NDArray[Any]

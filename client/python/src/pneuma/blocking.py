@@ -1,0 +1,136 @@
+"""How the calls of `pneuma.aio` become calls that wait: by an event loop in a thread of its own.
+
+So pings are answered while the script does something else, and no request is written down twice.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import concurrent.futures
+import functools
+import threading
+import weakref
+from collections.abc import Callable, Coroutine
+from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
+
+from pneuma.errors import NotReached, PneumaError
+
+Inner = TypeVar("Inner")
+Made = TypeVar("Made")
+Outer = TypeVar("Outer")
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class LoopThread:
+    """A thread with an event loop. It ends by `end`, once nobody holds this any more, or with the program."""
+
+    def __init__(self) -> None:
+        self._loop = asyncio.new_event_loop()
+        thread = threading.Thread(target=run_forever, args=(self._loop,), name="pneuma", daemon=True)
+        self._closers: list[Callable[[], Coroutine[Any, Any, None]]] = []
+        self.end = weakref.finalize(self, end_loop, self._loop, thread, self._closers)
+        thread.start()
+
+    def at_end(self, close: Callable[[], Coroutine[Any, Any, None]]) -> None:
+        """What is done in the loop before it ends."""
+        self._closers.append(close)
+
+    def run(self, work: Coroutine[Any, Any, R]) -> R:
+        """Waits for what the loop does. An interrupt cancels it."""
+        __tracebackhide__ = True  # pytest shows the test's line
+        if not self.end.alive:
+            work.close()
+            raise PneumaError("UNAVAILABLE", "the server was closed")
+        done = asyncio.run_coroutine_threadsafe(work, self._loop)
+        try:
+            return done.result()
+        except (PneumaError, NotReached) as error:
+            raise error.with_traceback(None) from None  # the place that matters is the script's
+        except concurrent.futures.CancelledError:
+            raise PneumaError("UNAVAILABLE", "the server was closed") from None
+        except BaseException:
+            done.cancel()
+            raise
+
+    def call_soon(self, work: Callable[[], None]) -> None:
+        """Does something in the loop, without waiting, if there is one still."""
+        if self.end.alive:
+            self._loop.call_soon_threadsafe(work)
+
+
+def run_forever(loop: asyncio.AbstractEventLoop) -> None:
+    asyncio.set_event_loop(loop)
+    loop.run_forever()
+    # What other threads still wait for.
+    left = asyncio.all_tasks(loop)
+    for task in left:
+        task.cancel()
+    loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+    loop.run_until_complete(loop.shutdown_default_executor())
+    loop.close()
+
+
+def end_loop(
+    loop: asyncio.AbstractEventLoop, thread: threading.Thread, closers: list[Callable[[], Coroutine[Any, Any, None]]]
+) -> None:
+    async def close() -> None:
+        for closer in closers:
+            await closer()
+
+    try:
+        if threading.current_thread() is not thread:
+            asyncio.run_coroutine_threadsafe(close(), loop).result()
+    finally:
+        loop.call_soon_threadsafe(loop.stop)
+        if threading.current_thread() is not thread:
+            thread.join()
+
+
+class Blocking(Generic[Inner]):
+    """Something of `pneuma.aio`, with the thread that its calls run in."""
+
+    def __init__(self, inner: Inner, thread: LoopThread) -> None:
+        self._inner = inner
+        self._thread = thread
+
+    def __repr__(self) -> str:
+        return repr(self._inner)
+
+
+def waits(
+    method: Callable[Concatenate[Inner, P], Coroutine[Any, Any, R]]
+) -> Callable[Concatenate[Blocking[Inner], P], R]:
+    """The method that waits for what `method` gives."""
+
+    @functools.wraps(method)
+    def call(self: Blocking[Inner], /, *args: P.args, **kwargs: P.kwargs) -> R:
+        __tracebackhide__ = True
+        return self._thread.run(method(self._inner, *args, **kwargs))
+
+    return call
+
+
+def waits_for(
+    outer: Callable[[Made, LoopThread], Outer], method: Callable[Concatenate[Inner, P], Coroutine[Any, Any, Made]]
+) -> Callable[Concatenate[Blocking[Inner], P], Outer]:
+    """The same, where `method` gives something whose calls are to wait too."""
+
+    @functools.wraps(method)
+    def call(self: Blocking[Inner], /, *args: P.args, **kwargs: P.kwargs) -> Outer:
+        __tracebackhide__ = True
+        return outer(self._thread.run(method(self._inner, *args, **kwargs)), self._thread)
+
+    return call
+
+
+def gives(
+    outer: Callable[[Made, LoopThread], Outer], method: Callable[Concatenate[Inner, P], Made]
+) -> Callable[Concatenate[Blocking[Inner], P], Outer]:
+    """The same of a method that nobody waits for."""
+
+    @functools.wraps(method)
+    def call(self: Blocking[Inner], /, *args: P.args, **kwargs: P.kwargs) -> Outer:
+        return outer(method(self._inner, *args, **kwargs), self._thread)
+
+    return call

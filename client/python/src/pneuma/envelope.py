@@ -1,0 +1,40 @@
+"""How messages travel over TCP: a 4-byte big-endian length, then the message. See proto/WIRE.md, "Transport"."""
+
+from __future__ import annotations
+
+from pneuma._proto import session_pb2 as wire
+from pneuma.errors import PneumaError
+
+length_bytes = 4
+# WIRE.md, "Limits": what a client should take.
+message_bytes_max = 64 * 2**20
+# What a part takes beside its data, at most: ids, lengths and the flag.
+part_head_bytes = 32
+
+
+def enveloped(message: bytes) -> bytes:
+    return len(message).to_bytes(length_bytes, "big") + message
+
+
+def length_of(head: bytes) -> int:
+    """The length that an envelope begins with. Raises PneumaError where no message has it."""
+    length = int.from_bytes(head, "big")
+    if not 1 <= length <= message_bytes_max:
+        raise PneumaError("MALFORMED", f"the server sends a message of {length} bytes")
+    return length
+
+
+def cut(message: wire.ClientMessage, bytes_max: int, parts_bytes_max: int) -> list[bytes]:
+    """The message as a server takes it: whole up to `bytes_max`, else in parts. Raises PneumaError past both limits."""
+    whole: bytes = message.SerializeToString()
+    if len(whole) <= bytes_max:
+        return [whole]
+    step = bytes_max - part_head_bytes
+    if len(whole) > parts_bytes_max or step <= 0:
+        most = max(bytes_max, parts_bytes_max)
+        raise PneumaError("LIMIT_EXCEEDED", f"a request of {len(whole)} bytes; the server takes {most}")
+    parts = []
+    for begin in range(0, len(whole), step):
+        part = wire.Part(data=whole[begin : begin + step], last=begin + step >= len(whole))
+        parts.append(wire.ClientMessage(request_id=message.request_id, part=part).SerializeToString())
+    return parts

@@ -1,0 +1,155 @@
+"""Python values as messages, and back: dataclasses of `scene_types`, dicts, tuples and numpy arrays.
+
+Tells a value that a field cannot hold as INVALID_ARGUMENT with the field's path, as the server would.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from google.protobuf.descriptor import Descriptor, FieldDescriptor
+from google.protobuf.message import Message
+
+from pneuma._proto import scene_types
+from pneuma.errors import PneumaError
+
+# What a sequence of numbers means where one of these is wanted.
+components = {"pneuma.v1.Vec3": "xyz", "pneuma.v1.Quaternion": "wxyz"}
+
+
+def fill(message: Message, value: object, where: str) -> None:
+    """Sets the fields of `message` that `value` names. `where` leads the paths of errors."""
+    descriptor: Descriptor = message.DESCRIPTOR
+    if isinstance(value, Message):
+        if value.DESCRIPTOR.full_name != descriptor.full_name:
+            raise invalid(where, f"is a {value.DESCRIPTOR.name}, not a {descriptor.name}")
+        message.MergeFromString(value.SerializeToString())
+        return
+    message.SetInParent()  # one without a field is there, too
+    if dataclasses.is_dataclass(value):
+        fill_by_name(message, fields_of(message, value, where), where)
+    elif isinstance(value, Mapping):
+        fill_by_name(message, value, where)
+    elif descriptor.full_name in components:
+        names = components[descriptor.full_name]
+        numbers = list(numbers_of(value, where))
+        if len(numbers) != len(names):
+            raise invalid(where, f"has {len(numbers)} numbers; {', '.join(names)} are {len(names)}")
+        for name, number in zip(names, numbers):
+            setattr(message, name, number)
+    else:
+        raise invalid(where, f"{value!r} is no {descriptor.name}")
+
+
+def fields_of(message: Message, value: object, where: str) -> Mapping[str, object]:
+    """A dataclass's. Where a message is a mere choice, a choice will do: a Shape.Sphere for a Shape."""
+    descriptor: Descriptor = message.DESCRIPTOR
+    name = f"pneuma.v1.{type(value).__qualname__}"
+    if message_name(type(value)) != descriptor.full_name:
+        choices = [
+            f.name
+            for f in descriptor.fields
+            if f.message_type and f.message_type.full_name == message_name(type(value))
+        ]
+        if len(choices) != 1:
+            raise invalid(where, f"is a {name.removeprefix('pneuma.v1.')}, not a {descriptor.name}")
+        return {choices[0]: value}
+    return {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+
+
+def message_name(kind: type) -> str:
+    """The full name of the message that a dataclass, or what is derived from one, stands for."""
+    for each in kind.__mro__:
+        if each.__module__ == scene_types.__name__:
+            return f"pneuma.v1.{each.__qualname__}"
+    return kind.__qualname__
+
+
+def fill_by_name(message: Message, values: Mapping[str, object], where: str) -> None:
+    by_name: dict[str, FieldDescriptor] = {}
+    for each in message.DESCRIPTOR.fields:
+        by_name[each.name] = by_name[each.json_name] = each
+    for name, value in values.items():
+        place = f"{where}.{name}" if where else name
+        if name not in by_name:
+            near = difflib.get_close_matches(name, by_name, n=1)
+            raise invalid(place, "unknown field" + (f"; did you mean {near[0]}?" if near else ""))
+        if value is not None:
+            fill_field(message, by_name[name], value, place)
+
+
+def fill_field(message: Message, each: FieldDescriptor, value: object, where: str) -> None:
+    repeated = each.label == each.LABEL_REPEATED
+    if repeated and (not isinstance(value, Iterable) or isinstance(value, (str, bytes, Mapping))):
+        raise invalid(where, f"{value!r} is no list")
+    target = getattr(message, each.name)
+    if not repeated:
+        if each.message_type:
+            fill(target, value, where)
+        else:
+            assign(lambda: setattr(message, each.name, scalar_of(each, value)), where, value)
+    elif each.message_type and isinstance(value, np.ndarray):
+        if value.ndim != 2 or value.shape[1] != 3 or each.message_type.full_name != "pneuma.v1.Vec3":
+            raise invalid(where, f"is an array of shape {value.shape}; points have the shape (n, 3)")
+        for x, y, z in np.asarray(value, np.float64).tolist():
+            target.add(x=x, y=y, z=z)
+    elif each.message_type:
+        assert isinstance(value, Iterable)
+        for index, element in enumerate(value):
+            fill(target.add(), element, f"{where}[{index}]")
+    else:
+        whole = each.type in (each.TYPE_UINT32, each.TYPE_UINT64)
+        assign(lambda: target.extend(numbers_of(value, where, whole=whole)), where, value)
+
+
+def scalar_of(each: FieldDescriptor, value: object) -> object:
+    if each.enum_type and isinstance(value, str):
+        known = each.enum_type.values_by_name
+        if value not in known:
+            raise ValueError(f"is none of {', '.join(name for name, v in known.items() if v.number)}")
+        return known[value].number
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def assign(set_it: Any, where: str, value: object) -> None:
+    """Calls `set_it`, and tells what protobuf says of a value as an error with its place."""
+    try:
+        set_it()
+    except (TypeError, ValueError) as error:
+        is_short = not isinstance(value, (Sequence, np.ndarray)) or len(value) <= 1
+        raise invalid(where, f"{value!r}: {error}" if is_short else str(error)) from None
+
+
+def numbers_of(value: object, where: str, *, whole: bool = False) -> Iterable[float]:
+    array = np.asarray(value)
+    if array.size and array.dtype.kind not in ("iu" if whole else "iuf"):
+        raise invalid(where, f"has elements that are no {'whole numbers' if whole else 'numbers'}")
+    numbers: list[float] = array.ravel().tolist()
+    return numbers
+
+
+def invalid(where: str, what: str) -> PneumaError:
+    return PneumaError("INVALID_ARGUMENT", what, where)
+
+
+def value_of(message: Message) -> Any:
+    """The dataclass of a message of scene.proto: Vec3 and Quaternion are tuples, enums names, what is unset None."""
+    descriptor: Descriptor = message.DESCRIPTOR
+    if descriptor.full_name in components:
+        return tuple(getattr(message, name) for name in components[descriptor.full_name])
+    kind: Any = scene_types
+    for name in descriptor.full_name.removeprefix("pneuma.v1.").split("."):
+        kind = getattr(kind, name)
+    return kind(**{each.name: field_value(each, value) for each, value in message.ListFields()})
+
+
+def field_value(each: FieldDescriptor, value: Any) -> Any:
+    if each.label == each.LABEL_REPEATED:
+        return [value_of(element) for element in value] if each.message_type else list(value)
+    if each.message_type:
+        return value_of(value)
+    return each.enum_type.values_by_number[value].name if each.enum_type else value

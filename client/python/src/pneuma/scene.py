@@ -1,0 +1,79 @@
+"""Scenes: built in Python, read from files, saved to them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Self, TypeAlias
+
+import numpy as np
+from google.protobuf import json_format
+
+from pneuma import messages
+from pneuma._proto import scene_pb2 as wire
+from pneuma._proto import scene_types
+from pneuma._proto.scene_types import Collider, Joint, Mesh, RigidBody, SoftBody
+from pneuma.arrays import Numbers, Points
+
+Part: TypeAlias = Mesh | SoftBody | RigidBody | Collider | Joint
+
+
+class Scene(scene_types.Scene):
+    """What a world is made of: see `scene_types.Scene` for its fields.
+
+    >>> scene = Scene(name="drop", gravity=(0, -9.81, 0))
+    >>> scene.add(Mesh(name="ball", icosphere=Mesh.Icosphere(subdivisions=2, radius_m=0.5)))
+    """
+
+    def add(self, *parts: Part) -> Self:
+        """Appends each to the list of its kind. Returns the scene."""
+        for part in parts:
+            if isinstance(part, Mesh):
+                self.meshes.append(part)
+            elif isinstance(part, SoftBody):
+                self.soft_bodies.append(part)
+            elif isinstance(part, RigidBody):
+                self.rigid_bodies.append(part)
+            elif isinstance(part, Collider):
+                self.colliders.append(part)
+            else:
+                self.joints.append(part)
+        return self
+
+    @classmethod
+    def load(cls, path: str | PathLike[str]) -> Self:
+        """Reads a scene's file, JSON. Raises PneumaError where it is none."""
+        try:
+            return cls.of_message(json_format.Parse(Path(path).read_text(encoding="utf-8"), wire.Scene()))
+        except json_format.ParseError as error:
+            raise messages.invalid(str(path), str(error)) from None
+
+    @classmethod
+    def of_message(cls, message: wire.Scene) -> Self:
+        return cls(**vars(messages.value_of(message)))
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the scene as JSON, which `pneuma create` and `pneuma-sim` take too."""
+        Path(path).write_text(json_of(message_of(self)), encoding="utf-8")
+
+
+def message_of(scene: scene_types.Scene | Mapping[str, object]) -> wire.Scene:
+    """The message; a dict has the fields of the JSON form, and tuples and arrays where the dataclasses take them."""
+    message = wire.Scene()
+    messages.fill(message, scene, "scene")
+    return message
+
+
+def json_of(message: wire.Scene) -> str:
+    return json.dumps(json_format.MessageToDict(message, preserving_proto_field_name=True), indent=2) + "\n"
+
+
+def triangles(name: str, positions: Points, faces: Numbers, *, mend: Mesh.Mend | None = None) -> Mesh:
+    """A mesh of numpy arrays or lists.
+
+    positions: (n, 3), metres. faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
+    """
+    indices = np.asarray(faces).reshape(-1)
+    return Mesh(name=name, triangles=Mesh.Triangles(positions=np.asarray(positions), indices=indices), mend=mend)

@@ -1,0 +1,174 @@
+"""Where everything is at one tick, as numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pneuma._proto import session_pb2 as wire
+from pneuma.arrays import Floats, Points
+from pneuma.errors import PneumaError
+
+Array = NDArray[np.float64]
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SoftState:
+    """A soft body.
+
+    positions: (n, 3), metres, in the mesh's order; float32, or float64 where double precision was asked for.
+    velocities: the same in m/s; None where they were not asked for.
+    centre_of_mass, momentum, angular_momentum: (3,), m, kg m/s, kg m^2/s about the origin.
+    """
+
+    name: str
+    positions: Floats
+    velocities: Floats | None
+    volume_m3: float
+    area_m2: float
+    pressure_pa: float
+    temperature_k: float
+    moles: float
+    kinetic_j: float
+    elastic_j: float
+    gas_j: float
+    gravity_j: float
+    centre_of_mass: Array
+    momentum: Array
+    angular_momentum: Array
+    max_speed_m_s: float
+    frozen: bool
+    asleep: bool
+
+    def __repr__(self) -> str:
+        return f"<{self.name} at {metres(self.centre_of_mass)}, {len(self.positions)} vertices>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RigidState:
+    """A rigid body.
+
+    position: (3,), metres, of the centre of mass. orientation: (4,), w x y z of a unit quaternion.
+    velocity, angular_velocity: (3,), m/s and rad/s.
+    """
+
+    name: str
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+    frozen: bool
+    asleep: bool
+
+    @property
+    def centre_of_mass(self) -> Array:
+        """(3,), metres: a rigid body's place."""
+        return self.position
+
+    def __repr__(self) -> str:
+        return f"<{self.name} at {metres(self.position)}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class State:
+    """A world at one tick.
+
+    state["ball"] is the soft body of that name; `rigid` has the rigid ones. state_hash is of all of the world's state:
+    two runs with the same hash have the same bits.
+    """
+
+    world: str
+    tick: int
+    time_s: float
+    state_hash: int
+    soft: Mapping[str, SoftState]
+    rigid: Mapping[str, RigidState]
+
+    def __getitem__(self, body: str) -> SoftState:
+        if body not in self.soft:
+            hint = "; it is a rigid body: state.rigid has it" if body in self.rigid else ""
+            raise KeyError(f"no soft body {body} (there are {', '.join(self.soft) or 'none'}){hint}")
+        return self.soft[body]
+
+    def __contains__(self, body: object) -> bool:
+        return body in self.soft
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.soft)
+
+    def __len__(self) -> int:
+        return len(self.soft)
+
+    def __repr__(self) -> str:
+        return f"<State of {self.world} at tick {self.tick}: {', '.join([*self.soft, *self.rigid])}>"
+
+
+def metres(place: Array) -> str:
+    return "(" + ", ".join(f"{number:.3f}" for number in place) + ") m"
+
+
+def xyz(message: Any) -> Array:
+    """(3,) of a Vec3."""
+    return np.array([message.x, message.y, message.z])
+
+
+def rows(data: bytes, number: str) -> Floats:
+    """(n, 3) of x y z after x y z."""
+    rows: Floats = np.frombuffer(data, number).reshape(-1, 3)
+    return rows
+
+
+def plain(kind: type[T], message: Any, **given: Any) -> T:
+    """A dataclass whose other fields have the names of the message's; its Vec3 become arrays."""
+    for each in fields(kind):
+        if each.name not in given:
+            value = getattr(message, each.name)
+            given[each.name] = xyz(value) if hasattr(value, "x") else value
+    return kind(**given)
+
+
+def state_of(message: wire.State) -> State:
+    """Raises ValueError where the bytes are no whole vertices."""
+    number = "<f8" if message.double_precision else "<f4"
+    soft = [
+        plain(
+            SoftState,
+            each.body,
+            positions=rows(each.positions, number),
+            velocities=rows(each.velocities, number) if each.velocities else None,
+        )
+        for each in message.soft_bodies
+    ]
+    rigid = [plain(RigidState, each, orientation=wxyz(each.orientation)) for each in message.rigid_bodies]
+    return State(
+        world=message.world,
+        tick=message.tick,
+        time_s=message.time_s,
+        state_hash=message.state_hash,
+        soft={body.name: body for body in soft},
+        rigid={body.name: body for body in rigid},
+    )
+
+
+def wxyz(message: Any) -> Array:
+    """(4,) of a Quaternion; one that is all 0 is no rotation."""
+    numbers = np.array([message.w, message.x, message.y, message.z])
+    return numbers if numbers.any() else np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def little_endian(points: Points | None, where: str) -> bytes:
+    """(n, 3) as doubles, x y z after x y z; nothing of None."""
+    if points is None:
+        return b""
+    try:
+        array = np.asarray(points, "<f8")
+    except (TypeError, ValueError):
+        raise PneumaError("INVALID_ARGUMENT", "are no numbers", where) from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise PneumaError("INVALID_ARGUMENT", f"have the shape {array.shape}; points have (n, 3)", where)
+    return array.tobytes()

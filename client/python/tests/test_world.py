@@ -1,0 +1,363 @@
+"""Worlds of the real server: stepped, waited for, changed, put elsewhere, saved. Checked by mechanics or by bits."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pneuma
+from pneuma import (
+    Collider,
+    Gas,
+    Mesh,
+    NotReached,
+    PneumaError,
+    RigidBody,
+    RigidBodyChange,
+    Scene,
+    Server,
+    Shape,
+    SoftBody,
+    SoftBodyChange,
+    Springs,
+    Stepping,
+    World,
+    triangles,
+    wire,
+)
+from pneuma.notebook import table_of
+from pneuma.testing import assert_hash, near
+
+g_m_s2 = 9.81
+tick_s = 1 / 60
+
+
+def ball(name: str = "ball", height_m: float = 2.0) -> SoftBody:
+    springs = Springs(stiffness_n_m=200, damping_n_s_m=0.5)
+    return SoftBody(name=name, mesh="ball", position=(0, height_m, 0), springs=springs, gas=Gas(moles=0.028))
+
+
+def scene(*parts: SoftBody | RigidBody | Collider, gravity: float = -g_m_s2) -> Scene:
+    mesh = Mesh(name="ball", icosphere=Mesh.Icosphere(subdivisions=1, radius_m=0.5))
+    return Scene(name="test", gravity=(0, gravity, 0), stepping=Stepping(precision="DOUBLE")).add(mesh, *parts)
+
+
+@pytest.fixture
+def world(shared: Server) -> Iterator[World]:
+    """A ball 2 m up, a stone beside it, and a floor."""
+    stone = RigidBody(name="stone", shape=Shape.Sphere(radius_m=0.1), position=(3, 5, 0))
+    with shared.world(scene(ball(), stone, Collider(name="floor", shape=Shape.Plane())), paused=True) as world:
+        yield world
+
+
+def test_a_step_tells_the_state_of_its_last_tick(world: World) -> None:
+    """A stone in free fall is where Galileo says, and the state is the one that is asked for afterwards."""
+    state = world.step(30)
+    assert state.tick == 30 and state.time_s == pytest.approx(0.5)
+    fallen_m = g_m_s2 * 0.5**2 / 2
+    assert state.rigid["stone"] == near((3, 5 - fallen_m, 0), within_m=g_m_s2 * 0.5 * tick_s)
+    assert state.rigid["stone"].velocity[1] == pytest.approx(-g_m_s2 * 0.5)
+    assert_hash(world, state.state_hash)
+
+
+def test_a_state_has_the_mesh_in_its_order(world: World) -> None:
+    body = world.state(velocities=True, double_precision=True)["ball"]
+    assert body.positions.shape == (42, 3) and body.positions.dtype == np.float64
+    assert np.allclose(np.linalg.norm(body.positions - (0, 2, 0), axis=1), 0.5)
+    assert body.centre_of_mass == pytest.approx(body.positions.mean(axis=0))
+    assert body.velocities is not None and not body.velocities.any()
+    single = world.state()["ball"]
+    assert single.velocities is None and single.positions.dtype == np.float32
+    assert np.array_equal(single.positions, body.positions.astype(np.float32))
+
+
+def test_of_some_bodies(shared: Server) -> None:
+    with shared.world(scene(ball("a", 2), ball("b", 4)), paused=True) as world:
+        assert list(world.step(bodies=["b"])) == ["b"]
+        assert list(world.state(bodies="a")) == ["a"]
+        assert len(world.state()) == 2 and "b" in world.state()
+        with pytest.raises(PneumaError, match="NOT_FOUND"):
+            world.state(bodies=["c"])
+
+
+def test_a_name_that_a_state_has_not_is_told(world: World) -> None:
+    with pytest.raises(KeyError, match="no soft body bal .there are ball."):
+        world.state()["bal"]
+    with pytest.raises(KeyError, match="it is a rigid body: state.rigid has it"):
+        world.state()["stone"]
+
+
+def test_a_kick_is_momentum(world: World) -> None:
+    world.gravity = (0, 0, 0)
+    before = world.state()["ball"].momentum
+    world["ball"].kick((3, 0, -1))
+    assert world.step()["ball"].momentum - before == pytest.approx([3, 0, -1], abs=1e-6)
+
+
+@pytest.mark.parametrize("place", ["at", "vertex", "ray"])
+def test_a_kick_at_a_place_turns_the_body(world: World, place: str) -> None:
+    """Sideways at its top: momentum is the whole impulse, and the body turns about the axis of the lever arm."""
+    world.gravity = (0, 0, 0)
+    top = int(np.argmax(world.state()["ball"].positions[:, 1]))
+    if place == "at":
+        world["ball"].kick((1, 0, 0), at=(0, 3, 0), radius_m=0.2)
+    elif place == "vertex":
+        world["ball"].kick((1, 0, 0), vertex=top)
+    else:
+        world["ball"].kick((1, 0, 0), ray=((0, 5, 0), (0, -1, 0)))
+    body = world.step()["ball"]
+    assert body.momentum == pytest.approx([1, 0, 0], abs=1e-6)
+    spin = body.angular_momentum - np.cross(body.centre_of_mass, body.momentum)
+    assert spin[2] < -0.3 and abs(spin[0]) < 0.1
+
+
+def test_two_places_are_refused(world: World) -> None:
+    with pytest.raises(PneumaError, match="one at most"):
+        world["ball"].kick((1, 0, 0), vertex=1, at=(0, 0, 0))
+
+
+def test_gravity_is_told_and_set(world: World) -> None:
+    assert world.gravity == (0, -g_m_s2, 0)
+    world.gravity = np.array([0, -1.62, 0])
+    assert world.gravity == (0, -1.62, 0)
+
+
+def test_a_stone_falls_until_it_is_past_a_plane(world: World) -> None:
+    state = world.run_until(past=("stone", (0, -1, 0), -3.0))
+    assert state.rigid["stone"].position[1] < 3.0
+    assert state.tick == pytest.approx(math.sqrt(2 * 2 / g_m_s2) / tick_s, abs=2)
+
+
+def test_a_ball_falls_until_it_touches_the_floor(world: World) -> None:
+    state = world.run_until(touch=("ball", "floor"), double_precision=True)
+    assert state["ball"].positions[:, 1].min() < 0.05
+    assert state.tick == pytest.approx(math.sqrt(2 * 1.5 / g_m_s2) / tick_s, abs=3)
+
+
+def test_until_a_tick(world: World) -> None:
+    assert world.run_until(tick=17).tick == 17
+    with pytest.raises(PneumaError, match="INVALID_ARGUMENT"):
+        world.run_until(tick=17)
+
+
+def test_until_rest(shared: Server) -> None:
+    with shared.world(scene(ball(height_m=0.6), Collider(name="floor", shape=Shape.Plane())), paused=True) as world:
+        state = world.run_until(at_rest=True)
+        assert state["ball"].asleep
+        assert np.abs(world.step(60)["ball"].positions - state["ball"].positions).max() == 0
+
+
+def test_what_is_not_reached_is_told_with_the_state(world: World) -> None:
+    with pytest.raises(NotReached, match="not reached by tick 5: ball touches floor") as missed:
+        world.run_until(touch=("ball", "floor"), ticks_max=5)
+    assert missed.value.state.tick == 5
+
+
+def test_one_thing_is_waited_for(world: World) -> None:
+    for given in ({}, {"tick": 3, "at_rest": True}):
+        with pytest.raises(PneumaError, match="one of tick, at_rest, touch and past"):
+            world.run_until(**given)  # type: ignore[arg-type]
+
+
+def test_a_world_that_runs_is_not_stepped(world: World) -> None:
+    world.resume(0.5)
+    with pytest.raises(PneumaError, match="FAILED_PRECONDITION"):
+        world.step()
+    world.pause()
+    tick = world.state().tick
+    assert world.step().tick == tick + 1
+
+
+def test_reset_goes_back(world: World) -> None:
+    first = world.state()
+    world.step(20)
+    world.reset()
+    state = world.state()
+    assert state.time_s == 0 and np.array_equal(state["ball"].positions, first["ball"].positions)
+
+
+def test_a_state_is_put_back_and_goes_on_as_it_did(world: World) -> None:
+    start = world.step(10, velocities=True, double_precision=True)
+    there = world.step(40, double_precision=True)
+    world.set_state(start)
+    again = world.step(40, double_precision=True)
+    assert np.allclose(again["ball"].positions, there["ball"].positions, rtol=0, atol=1e-9)
+    assert again.rigid["stone"] == near(there.rigid["stone"].position, within_m=1e-9)
+
+
+def test_vertices_are_put_elsewhere(world: World) -> None:
+    body = world.state(double_precision=True)["ball"]
+    moved = body.positions + (1, 0, 0)
+    world["ball"].place_vertices(moved, np.zeros((42, 3)) + (0, 0, 2))
+    state = world.state(velocities=True, double_precision=True)["ball"]
+    assert np.array_equal(state.positions, moved)
+    assert state.momentum == pytest.approx([0, 0, 2])
+
+
+@pytest.mark.parametrize("shape", [(41, 3), (42, 2), (42,)])
+def test_vertices_of_another_shape_are_refused(world: World, shape: tuple[int, ...]) -> None:
+    with pytest.raises(PneumaError) as refused:
+        world["ball"].place_vertices(np.zeros(shape))
+    assert refused.value.code == "INVALID_ARGUMENT" and "positions" in refused.value.where
+
+
+def test_a_rigid_body_is_put_elsewhere(world: World) -> None:
+    world["stone"].place(position=(1, 9, 1), velocity=(0, 2, 0))
+    stone = world.state().rigid["stone"]
+    assert stone == near((1, 9, 1), within_m=0) and stone.velocity.tolist() == [0, 2, 0]
+
+
+def test_edits_add_change_and_remove(world: World) -> None:
+    world.edit(ball("second", 4), {"set_wind": (0, 0, 0)})
+    assert set(world.state()) == {"ball", "second"}
+    world["second"].change(SoftBodyChange(mass_kg=3))
+    world["stone"].change(RigidBodyChange(velocity=(0, 0, 7)))
+    world["second"].kick((3, 0, 0))
+    state = world.step()
+    assert state["second"].momentum[0] == pytest.approx(3, abs=1e-6)
+    assert state.rigid["stone"].velocity[2] == pytest.approx(7)
+    world.edit({"remove_soft_body": "second"})
+    assert set(world.state()) == {"ball"}
+
+
+def test_an_edit_is_done_whole_or_not_at_all(world: World) -> None:
+    with pytest.raises(PneumaError) as refused:
+        world.edit(ball("second", 4), {"remove_soft_body": "no such"})
+    assert refused.value.code == "NOT_FOUND" and refused.value.where.startswith("edit.edit.changes[1]")
+    assert set(world.state()) == {"ball"}
+
+
+def test_a_held_vertex_follows(world: World) -> None:
+    world.gravity = (0, 0, 0)
+    with world["ball"].grab((0, 3, 0), vertex=0, stiffness_n_m=500) as grab:
+        assert (grab.body, grab.vertex) == ("ball", 0)
+        world.step(10)
+        grab.move((0, 6, 0))
+        rising = world.step(30)["ball"].momentum[1]
+        assert rising > 0
+    free = world.step(1)["ball"].momentum[1]
+    assert world.step(10)["ball"].momentum[1] == pytest.approx(free, abs=1e-6)
+
+
+def test_the_same_script_gives_the_same_bits(shared: Server) -> None:
+    def run() -> int:
+        with shared.world("five-balls", paused=True) as world:
+            world.step(30)
+            world["ball-1"].kick((3, 0, 0))
+            return world.step(60).state_hash
+
+    assert run() == run()
+
+
+def test_a_saved_world_goes_on_as_it_was(shared: Server, world: World, tmp_path: Path) -> None:
+    world.step(25)
+    world.save(tmp_path / "w.world")
+    with shared.restore(tmp_path / "w.world", name="again") as again:
+        assert again.name == "again"
+        assert again.step(50).state_hash == world.step(50).state_hash
+
+
+def test_a_large_world_is_saved_and_restored_in_parts(shared: Server, tmp_path: Path) -> None:
+    """20,000 vertices: several megabytes both ways, past what one message holds."""
+    n = 20_000
+    angle = np.arange(n) * 0.001
+    positions = np.stack([angle, np.sin(angle), np.cos(angle)], axis=1)
+    faces = np.stack([np.arange(n - 2), np.arange(n - 2) + 1, np.arange(n - 2) + 2], axis=1)
+    faces[1::2] = faces[1::2, ::-1]
+    large = Scene(name="ribbon").add(triangles("m", positions, faces), SoftBody(name="ribbon", mesh="m"))
+    with shared.world(large, paused=True) as world:
+        assert np.allclose(world.state(double_precision=True)["ribbon"].positions, positions)
+        world.save(tmp_path / "large.world")
+        assert (tmp_path / "large.world").stat().st_size > 2**20
+        with shared.restore(tmp_path / "large.world") as again:
+            assert again.name == "ribbon-2"
+            assert_hash(again, world.state().state_hash)
+
+
+def test_a_saved_scene_makes_the_world_anew(shared: Server, world: World, tmp_path: Path) -> None:
+    world.gravity = (0, -1.62, 0)
+    world.save(tmp_path / "moon.json")
+    with shared.world(tmp_path / "moon.json", name="moon", paused=True) as moon:
+        assert moon.gravity == (0, -1.62, 0)
+    assert Scene.load(tmp_path / "moon.json") == world.scene()
+
+
+def test_a_file_that_is_no_scene_is_told_with_its_place(shared: Server, tmp_path: Path) -> None:
+    (tmp_path / "bad.json").write_text("{]")
+    with pytest.raises(PneumaError) as refused:
+        shared.world(tmp_path / "bad.json")
+    assert refused.value.code == "INVALID_ARGUMENT" and "line 1" in refused.value.where
+
+
+def test_a_branch_goes_its_own_way(world: World) -> None:
+    world.step(5)
+    with world.branch(name="other", paused=True) as other:
+        assert_hash(other, world.state().state_hash)
+        other["ball"].kick((1, 0, 0))
+        assert other.step().state_hash != world.step().state_hash
+
+
+def test_rewind_goes_back_where_worlds_are_kept(tmp_path: Path) -> None:
+    with pneuma.serve(data_dir=tmp_path) as server:
+        world = server.world("bouncing-ball", paused=True)
+        there = world.step(20)
+        world.step(20)
+        world.rewind(20)
+        assert_hash(world, there.state_hash)
+
+
+def test_owned_worlds_end_with_their_client(shared: Server) -> None:
+    with pneuma.connect(shared.address) as other:
+        other.world("bouncing-ball", name="mine", owned=True)
+        other.world("bouncing-ball", name="everyones")
+        assert {"mine", "everyones"} <= {world.name for world in shared.worlds()}
+    end = time.monotonic() + 5.0
+    while "mine" in {world.name for world in shared.worlds()}:
+        assert time.monotonic() < end
+    shared["everyones"].destroy()
+
+
+def test_what_the_server_refuses_is_an_exception(shared: Server) -> None:
+    with pytest.raises(PneumaError) as refused:
+        shared.world(scene(SoftBody(name="b", mesh="ball", mass_kg=-1)))
+    assert refused.value.code == "INVALID_ARGUMENT"
+    assert refused.value.where == "create_world.scene.soft_bodies[0].mass_kg"
+    with pytest.raises(PneumaError, match="NOT_FOUND"):
+        shared["nowhere"].state()
+
+
+def test_the_rate_of_requests_is_kept_by_waiting() -> None:
+    """20 requests a second, a burst of 5: 15 requests take half a second, and none is refused."""
+    with pneuma.serve(flags=["--commands-per-s", "20", "--commands-burst", "5"]) as server:
+        world = server.world("bouncing-ball", paused=True)
+        assert [world.step().tick for _ in range(15)] == list(range(1, 16))
+
+
+def test_requests_without_a_method_go_by_call(shared: Server, world: World) -> None:
+    request = wire.ClientMessage(get_stats=wire.GetStats(world=world.name))
+    assert shared.call(request, wire.Stats).substeps > 0
+    assert world.stats().integrator
+
+
+def test_a_notebook_shows_a_table(world: World) -> None:
+    html = world._repr_html_()
+    assert f'<a href="{world.url}"' in html and html.count("<tr>") == 3
+    state = world.state()["ball"]
+    assert f"<td>ball</td><td>{state.volume_m3:.4g}</td><td>{state.pressure_pa:.4g}</td><td>0.000, 2.000, " in html
+
+
+def test_a_notebook_takes_no_markup_from_a_name(shared: Server) -> None:
+    with shared.world(scene(ball("<b>&")), paused=True) as world:
+        assert "<td>&lt;b&gt;&amp;</td>" in table_of(world.stats(), world.url)
+
+
+def test_show_opens_the_page(world: World, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    assert opened == [world.show()] == [f"{world.url}"]
+    assert world.url.startswith("http://127.0.0.1:") and world.url.endswith("/#world=test")
