@@ -41,8 +41,7 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
   if (base::Status wrong = check_terms(request); !wrong.ok()) return wrong;
   const bool plain = request.encoding() == v1::Subscribe::PLAIN;
   // Of plain frames 0 is as near as a float is.
-  const double max_error_m =
-      request.max_error_m() == 0.0 && !plain ? base::max_error_default_m : request.max_error_m();
+  const double max_error_m = request.max_error_m() == 0.0 && !plain ? base::max_error_default_m : request.max_error_m();
   Quality quality{request.rate_hz(),
                   1,
                   max_error_m,
@@ -156,14 +155,15 @@ FrameHub::Classes::iterator FrameHub::class_of(const Quality& quality, double wo
       .scalars = quality.scalars,
       .contacts = quality.contacts,
       .plain = quality.plain};
-  QualityClass made{stream_id,
-                    rate_divisor,
-                    LayeredEncoder(FrameEncoder(stream_id, contents)),
-                    WorldLayout(quality.view, {.ticks = quality.simulated ? rate_divisor : 0,
-                                               .grid_step_m = quality.simulated ? codec::grid_step_m(quality.max_error_m) : 0.0}),
-                    {},
-                    {},
-                    0.0};
+  QualityClass made{
+      stream_id,
+      rate_divisor,
+      LayeredEncoder(FrameEncoder(stream_id, contents)),
+      WorldLayout(quality.view, {.ticks = quality.simulated ? rate_divisor : 0,
+                                 .grid_step_m = quality.simulated ? codec::grid_step_m(quality.max_error_m) : 0.0}),
+      {},
+      {},
+      0.0};
   return classes_.emplace(quality, std::move(made)).first;
 }
 

@@ -212,7 +212,8 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
 
 std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
   const v1::ClientMessage& message = *request.message;
-  PendingStep step{.session = request.session, .request_id = message.request_id(), .ticks_left = message.step().ticks()};
+  PendingStep step{
+      .session = request.session, .request_id = message.request_id(), .ticks_left = message.step().ticks()};
   if (message.step().has_observe()) step.observe = message.step().observe();
   if (message.has_step_until()) {
     step.until = message.step_until();
@@ -223,6 +224,10 @@ std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) 
   if (step.observe) step.bytes += step.observe->SpaceUsedLong();
   if (step.until) step.bytes += step.until->SpaceUsedLong();
   if (Status wrong = check_step(step, std::string(kind_of(message))); !wrong.ok()) return Answer(std::move(wrong));
+  if (step.until && step.until->has_tick() && step.until->tick() <= live_.tick()) {
+    step.reached = true;
+    return Answer(stepped(step));
+  }
   pending_steps_.push_back(std::move(step));
   return std::nullopt;  // answered in end_tick
 }
@@ -247,7 +252,7 @@ Status HostedWorld::check_step(const PendingStep& step, const std::string& kind)
             ticks_field};
   }
   if (step.until) {
-    if (Status wrong = check_goal(live_.physics(), live_.tick(), *step.until); !wrong.ok()) return wrong;
+    if (Status wrong = check_goal(live_.physics(), *step.until); !wrong.ok()) return wrong;
   }
   if (step.observe) {
     const Status wrong = check_asked(live_.physics(), *step.observe);
@@ -272,8 +277,9 @@ Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) con
     return base::invalid(
         "is " + std::to_string(tick) + "; the world has done " + std::to_string(live_.tick()) + " ticks", field);
   }
-  if (!journal_) return {StatusCode::failed_precondition, "nothing is kept of this world: it is owned, or the server has no --data-dir",
-                         field};
+  if (!journal_)
+    return {StatusCode::failed_precondition,
+            "nothing is kept of this world: it is owned, or the server has no --data-dir", field};
   return {};
 }
 

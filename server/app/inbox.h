@@ -40,9 +40,9 @@ class Inbox {
  public:
   enum class Post { taken, full, closed };
 
-  /// A full inbox refuses clients' requests, not the server's own, which have no id, nor what keeps its books right. All
-  /// that waits counts, in the memory that it takes. Of the reports on a reader of a stream the last one
-  /// waits, beside all that: they come of themselves, at a world that takes none while it is paused, too.
+  /// A full inbox refuses clients' requests, not the server's own, which have no id, nor what keeps its books right.
+  /// All that waits counts, in the memory that it takes. Of the reports on a reader of a stream the last one waits,
+  /// beside all that: they come of themselves, at a world that takes none while it is paused, too.
   Post post(Command command) {
     const auto* request = std::get_if<Request>(&command);
     const std::size_t bytes = request == nullptr ? 0 : request->bytes;

@@ -7,9 +7,8 @@
 
 namespace pneuma::app {
 
-/// Refuses a goal that is none, or that names what the world has not. `tick`: ticks that the world has done. Errors
-/// name the field from `step_until` on.
-[[nodiscard]] base::Status check_goal(const physics::World& world, std::uint64_t tick, const v1::StepUntil& request);
+/// Refuses a goal that is none, or that names what the world has not. Errors name the field from `step_until` on.
+[[nodiscard]] base::Status check_goal(const physics::World& world, const v1::StepUntil& request);
 
 /// Whether it is so, after `tick` ticks. A contact is known only of a world that notes them. What names a body that is
 /// gone is never so.

@@ -60,19 +60,18 @@ Status check_terms(const v1::Subscribe& request) {
   }
   if (max_error_m != 0.0 && (max_error_m < base::max_error_min_m || max_error_m > base::max_error_max_m)) {
     return Status(StatusCode::limit_exceeded,
-                        "is " + base::number_text(max_error_m) + "; must be 0 or from " +
-                            base::number_text(base::max_error_min_m) + " to " +
-                            base::number_text(base::max_error_max_m),
-                        "subscribe.max_error_m");
+                  "is " + base::number_text(max_error_m) + "; must be 0 or from " +
+                      base::number_text(base::max_error_min_m) + " to " + base::number_text(base::max_error_max_m),
+                  "subscribe.max_error_m");
   }
   if (!std::isfinite(request.key_interval_s()) || request.key_interval_s() < 0.0) {
     return base::invalid("must be 0 or more", "subscribe.key_interval_s");
   }
   if (request.level_of_detail() > base::level_of_detail_max) {
     return Status(StatusCode::limit_exceeded,
-                        "is " + std::to_string(request.level_of_detail()) + "; may be at most " +
-                            std::to_string(base::level_of_detail_max),
-                        "subscribe.level_of_detail");
+                  "is " + std::to_string(request.level_of_detail()) + "; may be at most " +
+                      std::to_string(base::level_of_detail_max),
+                  "subscribe.level_of_detail");
   }
   for (int i = 0; i < request.known_topologies_size(); ++i) {
     if (const std::size_t bytes = request.known_topologies(i).size(); bytes != codec::topology_hash_bytes) {

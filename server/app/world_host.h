@@ -119,8 +119,8 @@ class WorldHost final : public Host {
   /// With a journal where there is an archive. The name was reserved, and is given back where it fails.
   [[nodiscard]] base::Status keep_and_host(const std::string& name, LiveWorld live, bool paused, WorldRoom room,
                                            std::optional<net::SessionId> owner = std::nullopt);
-  void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal,
-            WorldRoom room, std::optional<net::SessionId> owner = std::nullopt);
+  void host(const std::string& name, LiveWorld live, bool paused, std::unique_ptr<WorldJournal> journal, WorldRoom room,
+            std::optional<net::SessionId> owner = std::nullopt);
   /// With an `owner`, nothing is kept of it: it ends with that session.
   [[nodiscard]] base::Result<std::vector<v1::MendedMesh>> build(const std::string& name, v1::Scene scene, bool paused,
                                                                 WorldRoom room,

@@ -251,8 +251,10 @@ Status WorldHost::adopt(const Request& request, const std::string& asked_name, c
   const auto name = reserve(request, asked_name, otherwise);
   if (!name) return {};  // and answered
   const std::uint64_t tick = live.tick();
+  const bool owned = request.message->restore_world().owned() || request.message->branch_world().owned();
+  const auto owner = owned ? std::optional(request.session->id()) : std::nullopt;
   try {
-    if (Status failed = keep_and_host(*name, std::move(live), paused, std::move(room)); !failed.ok()) {
+    if (Status failed = keep_and_host(*name, std::move(live), paused, std::move(room), owner); !failed.ok()) {
       return failed.inside(kind);
     }
   } catch (...) {
@@ -262,6 +264,7 @@ Status WorldHost::adopt(const Request& request, const std::string& asked_name, c
   metrics_.count_command(kind, "ok");
   spdlog::info("world={} session={} tick={} {}", log_name(*name), request.session->id(), tick, kind);
   server_.send(request.session->id(), serialise(done_reply(request.message->request_id(), tick, *name)));
+  if (owned && !request.session->own(*name)) end_owned(request.session, *name);
   return {};
 }
 

@@ -62,8 +62,7 @@ void put(SoftState<Real>& body, const SoftPlacement& to) {
     Vec3d sum = Vec3d::Zero();
     for (std::size_t i = 0; i < body.x.size(); ++i) sum += vertex_of(to.positions_m, i);
     if constexpr (std::is_same_v<Real, float>) {
-      body.origin_m =
-          origin_near(sum / static_cast<double>(body.x.size()), static_cast<double>(body.length_m));
+      body.origin_m = origin_near(sum / static_cast<double>(body.x.size()), static_cast<double>(body.length_m));
     }
     for (std::size_t i = 0; i < body.x.size(); ++i) {
       body.x[i] = (vertex_of(to.positions_m, i) - body.origin_m).template cast<Real>();

@@ -116,7 +116,19 @@ TEST_F(Scripts, NothingIsKeptOfAnOwnedWorld) {
     create(owner, two_balls(), "kept", true);
     ASSERT_TRUE(owner.step("owned", 5).ok());
     EXPECT_EQ(owner.rewind_world("owned", 2).status().code(), base::StatusCode::failed_precondition);
-    EXPECT_TRUE(owner.snapshot("owned").ok());
+    v1::BranchWorld branch;
+    branch.set_world("kept");
+    branch.set_name("branch");
+    branch.set_owned(true);
+    EXPECT_TRUE(owner.branch_world(branch).ok());
+    const auto file = owner.snapshot("owned");
+    ASSERT_TRUE(file.ok());
+    v1::RestoreWorld restore;
+    restore.set_name("copy");
+    restore.set_snapshot(file->data());
+    restore.set_owned(true);
+    EXPECT_TRUE(owner.restore_world(restore).ok());
+    EXPECT_EQ(names(owner).size(), 4U);
     server_->kill();
   }
   start({"--data-dir", folder / "data"});

@@ -23,14 +23,8 @@ base::Result<ServerProcess> ServerProcess::start(const std::vector<std::string>&
                                                  std::chrono::milliseconds timeout, ErrorOutput error_output,
                                                  KeptWorlds kept_worlds) {
   // On a busy machine anyone may be slow; a test that is about a time-out gives its own, and the last one counts.
-  std::vector<std::string> all{"--hello-timeout-ms",
-                               "600000",
-                               "--ping-interval-ms",
-                               "600000",
-                               "--partial-message-timeout-ms",
-                               "600000",
-                               "--write-stall-timeout-ms",
-                               "600000"};
+  std::vector<std::string> all{"--hello-timeout-ms",           "600000", "--ping-interval-ms",       "600000",
+                               "--partial-message-timeout-ms", "600000", "--write-stall-timeout-ms", "600000"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   for (const char* flag : {"--listen", "--http"}) {
     if (std::ranges::find(arguments, flag) != arguments.end()) continue;

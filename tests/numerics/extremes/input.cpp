@@ -13,6 +13,7 @@
 #include "app/frame_hub.h"
 #include "app/live_world.h"
 #include "app/request_fields.h"
+#include "app/step_goal.h"
 #include "numerics/extremes/cases.h"
 #include "numerics/extremes/run.h"
 #include "replay/replayed_world.h"
@@ -165,7 +166,7 @@ v1::SceneEdit load_edit(const std::string& file) {
 
 /// One message of each kind that carries numbers, but for those that create and subscribe.
 std::vector<v1::ClientMessage> changes(const v1::SceneEdit& edit, std::uint64_t grab_id) {
-  std::vector<v1::ClientMessage> messages(6);
+  std::vector<v1::ClientMessage> messages(7);
   *messages[0].mutable_edit()->mutable_edit() = edit;
   v1::Impulse& near = *messages[1].mutable_impulse();
   near.set_body("ball");
@@ -191,6 +192,12 @@ std::vector<v1::ClientMessage> changes(const v1::SceneEdit& edit, std::uint64_t 
   v1::MoveGrab& move = *messages[5].mutable_move_grab();
   move.set_grab_id(grab_id);
   move.mutable_target()->set_y(2.5);
+  v1::SetState::Rigid& placed = *messages[6].mutable_set_state()->add_rigid_bodies();
+  placed.set_name("stone");
+  placed.mutable_position()->set_y(3.0);
+  placed.mutable_orientation()->set_w(1.0);
+  placed.mutable_velocity()->set_x(1.0);
+  placed.mutable_angular_velocity()->set_z(1.0);
   return messages;
 }
 
@@ -237,6 +244,17 @@ void refuse_seeks(Refusals& refusals) {
   refuse_numbers(message, "", [&] { return replay::check_seek(message.seek(), duration_s); }, refusals);
 }
 
+void refuse_goals(const v1::Scene& scene, Refusals& refusals) {
+  const app::LiveWorld live = make_live(scene);
+  v1::ClientMessage message;
+  v1::StepUntil::Past& past = *message.mutable_step_until()->mutable_past();
+  past.set_body("ball");
+  past.mutable_normal()->set_y(1.0);
+  const auto check = [&] { return app::check_goal(live.physics(), message.step_until()); };
+  if (!check().ok()) refusals.wrong = "a goal was refused";
+  refuse_numbers(message, "", check, refusals);
+}
+
 void refuse_time_scales(Refusals& refusals) {
   v1::ClientMessage message;
   message.mutable_resume()->set_time_scale(1.0);
@@ -256,6 +274,7 @@ Result run_not_a_number(bool) {
   refuse_changes(*scene, edit, refusals);
   refuse_subscriptions(refusals);
   refuse_seeks(refusals);
+  refuse_goals(*scene, refusals);
   refuse_time_scales(refusals);
 
   Names seen;

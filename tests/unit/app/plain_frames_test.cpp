@@ -1,5 +1,5 @@
-// Shows that plain numbers are what a reader without a codec makes of them, within the error asked for, and that a plain
-// stream stands on no frame before.
+// Shows that plain numbers are what a reader without a codec makes of them, within the error asked for, and that a
+// plain stream stands on no frame before.
 #include "app/plain_frames.h"
 
 #include <cmath>
@@ -80,9 +80,7 @@ TEST(PlainNumbers, FloatsAndDoublesComeBack) {
 
 class PlainStream : public testing::Test {
  protected:
-  PlainStream()
-      : world_(std::move(*LiveWorld::create(ball_scene()))),
-        hub_([] { return 5U; }, [](std::uint32_t) {}) {
+  PlainStream() : world_(std::move(*LiveWorld::create(ball_scene()))), hub_([] { return 5U; }, [](std::uint32_t) {}) {
     request_.set_world("w");
     request_.set_encoding(v1::Subscribe::PLAIN);
     request_.set_velocities(true);
@@ -125,7 +123,8 @@ TEST_F(PlainStream, TellsFloatsInFramesThatStandAlone) {
     const std::vector<double> found = read_plain(frames[0]);
     const std::vector<double> wanted = positions();
     ASSERT_EQ(found.size(), wanted.size());
-    for (std::size_t n = 0; n < found.size(); ++n) EXPECT_EQ(found[n], static_cast<double>(static_cast<float>(wanted[n])));
+    for (std::size_t n = 0; n < found.size(); ++n)
+      EXPECT_EQ(found[n], static_cast<double>(static_cast<float>(wanted[n])));
     EXPECT_EQ(frames[0].velocities().size(), frames[0].payload().size());
   }
 }
@@ -145,7 +144,8 @@ TEST_F(PlainStream, TellsSixteenBitsWithinAnErrorThatIsAskedFor) {
   const double fall_m_s = -9.81 / 60.0;
   const std::vector<double> velocities = numbers_of<std::int16_t>(frames[0].velocities());
   double mean_m_s = 0.0;
-  for (std::size_t i = 1; i < velocities.size(); i += 3) mean_m_s += frames[0].int16().velocity_step_m_s() * velocities[i];
+  for (std::size_t i = 1; i < velocities.size(); i += 3)
+    mean_m_s += frames[0].int16().velocity_step_m_s() * velocities[i];
   EXPECT_NEAR(mean_m_s / (static_cast<double>(velocities.size()) / 3.0), fall_m_s,
               subscribed->max_velocity_error_m_s());
 }

@@ -30,8 +30,8 @@ TEST(Placement, AWorldThatIsPutWhereAnotherIsGoesOnLikeIt) {
   World there = make(lively_scene());
   World here = make(lively_scene());
   run(there, 90);
-  const base::Status placed = here.place({placement_of(there, 0), placement_of(there, 1)},
-                                   {placement_of(there.rigid_bodies()[0])});
+  const base::Status placed =
+      here.place({placement_of(there, 0), placement_of(there, 1)}, {placement_of(there.rigid_bodies()[0])});
   ASSERT_TRUE(placed.ok()) << placed.message();
   for (const std::size_t body : {0U, 1U}) {
     EXPECT_EQ(positions(here, body), positions(there, body));

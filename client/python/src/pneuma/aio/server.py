@@ -52,9 +52,12 @@ class Server:
         done = await self.call(wire.ClientMessage(create_world=request), wire.Done)
         return World(self.connection, done.world, self.page)
 
-    async def restore(self, path: str | PathLike[str], *, name: str = "", paused: bool = False) -> World:
-        """Makes a world of a file that `World.save` wrote, with the same bits."""
-        request = wire.RestoreWorld(name=name, paused=paused, snapshot=await asyncio.to_thread(Path(path).read_bytes))
+    async def restore(
+        self, path: str | PathLike[str], *, name: str = "", paused: bool = False, owned: bool | None = None
+    ) -> World:
+        """Makes a world of a file that `World.save` wrote, with the same bits. `owned` as of `world`."""
+        request = wire.RestoreWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
+        request.snapshot = await asyncio.to_thread(Path(path).read_bytes)
         done = await self.call(wire.ClientMessage(restore_world=request), wire.Done)
         return World(self.connection, done.world, self.page)
 

@@ -223,9 +223,11 @@ class World:
                 messages.fill(getattr(placed, field), getattr(rigid, field), f"set_state.rigid_bodies.{field}")
         return await self._do(wire.ClientMessage(set_state=request))
 
-    async def branch(self, *, tick: int | None = None, name: str = "", paused: bool = False) -> World:
-        """A second world of this one, as it is or as it was at `tick`."""
-        request = wire.BranchWorld(world=self.name, tick=tick, name=name, paused=paused)
+    async def branch(
+        self, *, tick: int | None = None, name: str = "", paused: bool = False, owned: bool = False
+    ) -> World:
+        """A second world of this one, as it is or as it was at `tick`. `owned`: it ends with this connection."""
+        request = wire.BranchWorld(world=self.name, tick=tick, name=name, paused=paused, owned=owned)
         done = await self._connection.call(wire.ClientMessage(branch_world=request), wire.Done)
         return World(self._connection, done.world, self._page)
 
