@@ -308,6 +308,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "pneuma-server: %s\n", pneuma::usage::usage_error(app, error).c_str());
     return 2;
   }
+  // Behind a name there may be a proxy on this machine, from which everybody comes.
+  if (!options.config.allow_hosts.empty()) options.config.limits.limits_loopback = true;
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may grow no more is a disk that is full
   if (token_command) {

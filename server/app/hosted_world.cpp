@@ -118,9 +118,9 @@ bool HostedWorld::step(const std::function<bool()>& give_way) {
 
 void HostedWorld::encode(Outbox& outbox) {
   const TimePoint start = std::chrono::steady_clock::now();
-  if (!pending_steps_.empty() && pending_steps_.front().until) {
+  if (!pending_steps_.empty() && pending_steps_.front().until() != nullptr) {
     PendingStep& step = pending_steps_.front();
-    step.reached = is_reached(live_.physics(), live_.tick(), *step.until);
+    step.reached = is_reached(live_.physics(), live_.tick(), *step.until());
     if (step.reached) step.ticks_left = 1;
   }
   // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
@@ -131,17 +131,18 @@ void HostedWorld::encode(Outbox& outbox) {
 }
 
 bool HostedWorld::awaits_touch() const {
-  return !pending_steps_.empty() && pending_steps_.front().until && pending_steps_.front().until->has_touch();
+  const v1::StepUntil* until = pending_steps_.empty() ? nullptr : pending_steps_.front().until();
+  return until != nullptr && until->has_touch();
 }
 
 v1::ServerMessage HostedWorld::stepped(const PendingStep& step) const {
   v1::ServerMessage reply = done_reply(step.request_id, live_.tick(), name_);
-  if (step.until) reply.mutable_done()->set_reached(step.reached);
-  if (!step.observe) return reply;
-  // An edit may have come between its ticks.
-  auto state = observe(*step.observe, "observe");
-  if (!state.ok()) return error_reply(step.request_id, state.status());
-  *reply.mutable_done()->mutable_state() = std::move(*state);
+  if (step.until() != nullptr) reply.mutable_done()->set_reached(step.reached);
+  // An edit may have come between its ticks: what is too large since is not told, the ticks are done all the same.
+  const v1::Observe* observed = step.observe();
+  if (observed != nullptr && observed_bytes(live_.physics(), *observed) <= base::state_bytes_max) {
+    *reply.mutable_done()->mutable_state() = observe(*observed);
+  }
   return reply;
 }
 
@@ -185,9 +186,11 @@ void HostedWorld::end_tick(TimePoint now, Outbox& outbox) {
       } else {
         const std::string what = "the world is at tick " + std::to_string(live_.tick()) + ", which cannot be kept: ";
         outbox.send(pending.session->id(),
-                    error_reply(pending.request_id, {base::StatusCode::unavailable, what + kept.message(), "step"}));
+                    error_reply(pending.request_id,
+                                {base::StatusCode::unavailable, what + kept.message(), std::string(pending.kind)}));
       }
       pending_steps_.pop_front();
+      end_passed_steps(outbox);
       if (pending_steps_.empty()) clock_.start(now);
     }
     publish_status(now);

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/frame_hub.h"
@@ -95,10 +96,13 @@ class HostedWorld {
     std::shared_ptr<Session> session;
     std::uint64_t request_id;
     std::uint32_t ticks_left;
-    std::optional<v1::Observe> observe{};
-    std::optional<v1::StepUntil> until{};
-    bool reached = false;   // what `until` waits for
-    std::size_t bytes = 0;  // that both hold
+    std::string_view kind;  // of the request
+    MessagePtr message{};   // where it observes or has a goal; counted as the client's while it waits
+    bool reached = false;   // the goal
+
+    /// Null where it observes nothing, or goes on for all of its ticks.
+    [[nodiscard]] const v1::Observe* observe() const;
+    [[nodiscard]] const v1::StepUntil* until() const;
   };
 
   // hosted_world_requests.cpp: what a request does.
@@ -108,9 +112,11 @@ class HostedWorld {
   [[nodiscard]] Answer change(const Request& request, Outbox& outbox);
   [[nodiscard]] Answer pause(const v1::ClientMessage& message, Outbox& outbox);
   [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox);
-  [[nodiscard]] std::optional<Answer> step_on(const Request& request);
-  [[nodiscard]] base::Status check_step(const PendingStep& step, const std::string& kind) const;
-  [[nodiscard]] base::Result<v1::State> observe(const v1::Observe& asked, const std::string& field) const;
+  [[nodiscard]] std::optional<Answer> step_on(const Request& request, Outbox& outbox);
+  [[nodiscard]] base::Status check_step(const PendingStep& step) const;
+  /// Answers the steps that come next and whose tick the world has passed.
+  void end_passed_steps(Outbox& outbox);
+  [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
   /// What is answered later, from what is kept of the world.
   [[nodiscard]] std::optional<Answer> look_back(const Request& request);
   [[nodiscard]] base::Status check_past(std::uint64_t tick, const std::string& field) const;

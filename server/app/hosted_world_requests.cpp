@@ -60,7 +60,7 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
   const v1::ClientMessage& message = *request.message;
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe: {
-      Status lacks = check_asked(message.subscribe(), LiveFrames(live_.physics()));
+      Status lacks = check_subscribed(message.subscribe(), LiveFrames(live_.physics()));
       if (!lacks.ok()) return Answer(std::move(lacks));
       auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s(),
                                        [this](double bytes) { return memory_.admit_stream(bytes); });
@@ -91,12 +91,14 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       return resume(message, now, outbox);
     case v1::ClientMessage::kStep:
     case v1::ClientMessage::kStepUntil:
-      return step_on(request);
+      return step_on(request, outbox);
     case v1::ClientMessage::kGetState: {
-      auto state = observe(message.get_state().observe(), "get_state.observe");
-      if (!state.ok()) return Answer(state.status());
+      const v1::Observe& asked = message.get_state().observe();
+      if (Status wrong = check_observed(live_.physics(), asked); !wrong.ok()) {
+        return Answer(wrong.inside("get_state.observe"));
+      }
       v1::ServerMessage reply = reply_to(message);
-      *reply.mutable_state() = std::move(*state);
+      *reply.mutable_state() = observe(asked);
       return Answer(std::move(reply));
     }
     case v1::ClientMessage::kGetStats: {
@@ -210,62 +212,65 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
   return done_reply(message.request_id(), next_tick(), name_);
 }
 
-std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request) {
-  const v1::ClientMessage& message = *request.message;
-  PendingStep step{
-      .session = request.session, .request_id = message.request_id(), .ticks_left = message.step().ticks()};
-  if (message.step().has_observe()) step.observe = message.step().observe();
-  if (message.has_step_until()) {
-    step.until = message.step_until();
-    step.ticks_left = step.until->ticks_max();
-    if (step.until->has_observe()) step.observe = step.until->observe();
-    step.until->clear_observe();
-  }
-  if (step.observe) step.bytes += step.observe->SpaceUsedLong();
-  if (step.until) step.bytes += step.until->SpaceUsedLong();
-  if (Status wrong = check_step(step, std::string(kind_of(message))); !wrong.ok()) return Answer(std::move(wrong));
-  if (step.until && step.until->has_tick() && step.until->tick() <= live_.tick()) {
-    step.reached = true;
-    return Answer(stepped(step));
-  }
-  pending_steps_.push_back(std::move(step));
-  return std::nullopt;  // answered in end_tick
+const v1::Observe* HostedWorld::PendingStep::observe() const {
+  if (message == nullptr) return nullptr;
+  if (message->step().has_observe()) return &message->step().observe();
+  return message->step_until().has_observe() ? &message->step_until().observe() : nullptr;
 }
 
-Status HostedWorld::check_step(const PendingStep& step, const std::string& kind) const {
+const v1::StepUntil* HostedWorld::PendingStep::until() const {
+  return message != nullptr && message->has_step_until() ? &message->step_until() : nullptr;
+}
+
+std::optional<HostedWorld::Answer> HostedWorld::step_on(const Request& request, Outbox& outbox) {
+  const v1::ClientMessage& message = *request.message;
+  PendingStep step{.session = request.session,
+                   .request_id = message.request_id(),
+                   .ticks_left = message.has_step() ? message.step().ticks() : message.step_until().ticks_max(),
+                   .kind = kind_of(message)};
+  if (message.has_step_until() || message.step().has_observe()) step.message = request.message;
+  if (Status wrong = check_step(step); !wrong.ok()) return Answer(std::move(wrong));
+  pending_steps_.push_back(std::move(step));
+  end_passed_steps(outbox);
+  return std::nullopt;  // answered there, or in end_tick
+}
+
+void HostedWorld::end_passed_steps(Outbox& outbox) {
+  while (!pending_steps_.empty()) {
+    PendingStep& step = pending_steps_.front();
+    const v1::StepUntil* until = step.until();
+    if (until == nullptr || !until->has_tick() || until->tick() > live_.tick()) return;
+    step.reached = true;
+    outbox.send(step.session->id(), stepped(step));
+    pending_steps_.pop_front();
+  }
+}
+
+Status HostedWorld::check_step(const PendingStep& step) const {
+  const std::string kind(step.kind);
   if (halted_) {
     return {StatusCode::failed_precondition, "the world was halted by a fault; destroy it", kind + ".world"};
   }
   if (!paused_) return {StatusCode::failed_precondition, "the world runs; pause it first", kind + ".world"};
-  const std::string ticks_field = kind + (step.until ? ".ticks_max" : ".ticks");
+  const std::string ticks_field = kind + (step.until() != nullptr ? ".ticks_max" : ".ticks");
   if (step.ticks_left == 0) return base::invalid("must be 1 or more", ticks_field);
   std::uint64_t waiting = 0;
-  std::size_t waiting_bytes = 0;
-  for (const PendingStep& pending : pending_steps_) {
-    waiting += pending.ticks_left;
-    waiting_bytes += pending.bytes;
-  }
+  for (const PendingStep& pending : pending_steps_) waiting += pending.ticks_left;
   if (waiting + step.ticks_left > base::step_ticks_max) {
     return {StatusCode::limit_exceeded,
             "is " + std::to_string(step.ticks_left) + ", and " + std::to_string(waiting) +
                 " ticks wait; may be at most " + std::to_string(base::step_ticks_max) + " in all",
             ticks_field};
   }
-  if (step.until) {
-    if (Status wrong = check_goal(live_.physics(), *step.until); !wrong.ok()) return wrong;
+  if (step.until() != nullptr) {
+    if (Status wrong = check_goal(live_.physics(), *step.until()); !wrong.ok()) return wrong;
   }
-  if (step.observe) {
-    const Status wrong = check_asked(live_.physics(), *step.observe);
-    if (!wrong.ok()) return wrong.inside(kind + ".observe");
-  }
-  if (waiting_bytes + step.bytes > base::steps_waiting_bytes_max) {
-    return {StatusCode::limit_exceeded, "the steps that wait say too much of what they observe", kind};
-  }
-  return {};
+  if (step.observe() == nullptr) return {};
+  const Status wrong = check_observed(live_.physics(), *step.observe());
+  return wrong.ok() ? wrong : wrong.inside(kind + ".observe");
 }
 
-base::Result<v1::State> HostedWorld::observe(const v1::Observe& asked, const std::string& field) const {
-  if (Status wrong = check_asked(live_.physics(), asked); !wrong.ok()) return wrong.inside(field);
+v1::State HostedWorld::observe(const v1::Observe& asked) const {
   v1::State state = state_of(live_.physics(), asked);
   state.set_world(name_);
   state.set_tick(live_.tick());
@@ -323,7 +328,9 @@ void HostedWorld::end_steps(const Status& why, Outbox& outbox) {
   if (pending_steps_.empty()) return;
   if (journal_) (void)journal_->note_tick(live_.tick());  // no tick of theirs is acknowledged as done
   for (const PendingStep& pending : pending_steps_) {
-    outbox.send(pending.session->id(), error_reply(pending.request_id, why));
+    const bool is_of_the_step = why.where() == "step";
+    const Status named(why.code(), why.what(), is_of_the_step ? std::string(pending.kind) : why.where());
+    outbox.send(pending.session->id(), error_reply(pending.request_id, named));
   }
   pending_steps_.clear();
 }

@@ -6,7 +6,6 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "app/grant.h"
 #include "net/server.h"
@@ -27,11 +26,16 @@ class Session {
   [[nodiscard]] bool own(const std::string& world) {
     const std::lock_guard lock(mutex_);
     if (has_ended_) return false;
-    owned_.push_back(world);
+    owned_.insert(world);
     return true;
   }
+  /// The world ended before.
+  void disown(const std::string& world) {
+    const std::lock_guard lock(mutex_);
+    owned_.erase(world);
+  }
   /// The session has ended: the worlds that end with it.
-  [[nodiscard]] std::vector<std::string> end() {
+  [[nodiscard]] std::set<std::string> end() {
     const std::lock_guard lock(mutex_);
     has_ended_ = true;
     return std::exchange(owned_, {});
@@ -62,7 +66,7 @@ class Session {
   const GrantPtr grant_;
   std::mutex mutex_;
   std::set<std::string> topologies_;
-  std::vector<std::string> owned_;
+  std::set<std::string> owned_;
   bool has_ended_ = false;
 };
 

@@ -16,7 +16,7 @@ namespace {
 // A nonce, and room for what newer clients may add.
 constexpr std::size_t pong_bytes_max = 64;
 
-/// Of an address as it is counted.
+/// Takes an address as it is counted.
 bool is_loopback(const std::string& address) {
   return address.starts_with("127.") || address == "::1";
 }

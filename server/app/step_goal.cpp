@@ -38,17 +38,19 @@ Status no_such(const std::string& name, const std::string& field) {
 }
 
 bool touches(const physics::World& world, const Named& soft, const Named& other) {
-  if (soft.kind != physics::VertexContact::Other::soft) return false;
+  // A sleeper's contacts are known only where somebody watched as it fell asleep.
+  if (soft.kind != physics::VertexContact::Other::soft || world.is_asleep(soft.index)) return false;
   return std::ranges::any_of(world.contacts(soft.index), [&](const physics::VertexContact& contact) {
     return contact.other == other.kind && contact.index == other.index;
   });
 }
 
+/// A body that was frozen did not come to rest: it was stopped.
 bool is_at_rest(const physics::World& world) {
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    if (!world.is_asleep(i) && !world.is_frozen(i)) return false;
+    if (!world.is_asleep(i)) return false;
   }
-  return std::ranges::none_of(world.rigid_bodies(), &physics::RigidState::is_awake);
+  return std::ranges::all_of(world.rigid_bodies(), [](const auto& body) { return body.rest.asleep; });
 }
 
 std::optional<physics::Vec3d> centre_of(const physics::World& world, const std::string& name) {

@@ -16,20 +16,22 @@ using base::StatusCode;
 
 namespace {
 
-/// Of plain frames, which take the same whatever moves.
+/// Plain frames take the same whatever moves.
 Status check_bandwidth(const v1::Subscribe& request, const FrameSource& source) {
   if (request.encoding() != v1::Subscribe::PLAIN) return {};
   const std::set<std::string> wanted(request.bodies().begin(), request.bodies().end());
   double vertices = 0.0;
   for (std::size_t i = 0; i < source.soft_body_count(); ++i) {
     if (!wanted.empty() && !wanted.contains(source.soft_body_name(i))) continue;
-    vertices += static_cast<double>(source.mesh(i)->positions_m.size());
+    const auto all = static_cast<double>(source.mesh(i)->positions_m.size());
+    const auto coarsest = static_cast<double>(base::coarse_vertices_min);
+    vertices += std::max(all * std::pow(0.25, request.level_of_detail()), std::min(all, coarsest));
   }
-  vertices *= std::pow(0.25, request.level_of_detail());
   const double numbers = request.velocities() ? 6.0 : 3.0;
-  const double number_bytes = request.max_error_m() > 0.0 ? 2.0 : 4.0;
+  constexpr double number_bytes = 4.0;  // 16 bits where they hold the bodies, which may part
   const double world_rate_hz = 1.0 / source.tick_period_s();
-  const double rate_hz = request.rate_hz() == 0.0 ? world_rate_hz : std::min(request.rate_hz(), world_rate_hz);
+  const double divisions = request.rate_hz() == 0.0 ? 1.0 : std::round(world_rate_hz / request.rate_hz());
+  const double rate_hz = world_rate_hz / std::max(divisions, 1.0);
   const double bytes_s = vertices * numbers * number_bytes * rate_hz;
   if (bytes_s <= base::plain_bytes_s_max) return {};
   return {StatusCode::limit_exceeded,
@@ -83,7 +85,8 @@ Status check_terms(const v1::Subscribe& request) {
   return {};
 }
 
-Status check_asked(const v1::Subscribe& request, const FrameSource& source) {
+Status check_subscribed(const v1::Subscribe& request, const FrameSource& source) {
+  if (Status wrong = check_terms(request); !wrong.ok()) return wrong;
   if (static_cast<std::size_t>(request.bodies_size()) > base::world_bodies_max) {
     return {StatusCode::limit_exceeded,
             "names " + std::to_string(request.bodies_size()) + " bodies; a world holds at most " +

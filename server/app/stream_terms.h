@@ -10,8 +10,8 @@ namespace pneuma::app {
 /// Refuses numbers that cannot be, and what does not go together. Errors name the field.
 [[nodiscard]] base::Status check_terms(const v1::Subscribe& request);
 
-/// Refuses what `source` cannot give: bodies that it does not hold, what a recording lacks, and plain frames of more
-/// bytes a second than a stream may have.
-[[nodiscard]] base::Status check_asked(const v1::Subscribe& request, const FrameSource& source);
+/// Refuses the same, and what `source` cannot give: bodies that it does not hold, what a recording lacks, and plain
+/// frames of more bytes a second than a stream may have.
+[[nodiscard]] base::Status check_subscribed(const v1::Subscribe& request, const FrameSource& source);
 
 }  // namespace pneuma::app

@@ -288,6 +288,7 @@ void WorldHost::bury(HostedWorld& world) {
           retry_hint_s);
     }
     registry_.erase(world->name());
+    if (world->owner() == request.session->id()) request.session->disown(world->name());
     metrics_.worlds.Decrement();
     metrics_.count_command("destroy_world", "ok");
     spdlog::info("world={} session={} destroyed", log_name(world->name()), request.session->id());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <set>
@@ -51,6 +52,9 @@ Result<physics::Quatd> read_orientation(const v1::Quaternion& in, const std::str
   if (!orientation.coeffs().allFinite()) return base::invalid("is not finite", field);
   const double length = orientation.coeffs().stableNorm();
   if (!(length > 0.0)) return base::invalid("has no length", field);
+  // What GetState told comes back to the bit.
+  constexpr double rounding = 1e-14;
+  if (std::abs(length - 1.0) <= rounding) return orientation;
   return physics::Quatd(orientation.coeffs() / length);
 }
 
@@ -105,20 +109,30 @@ Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_p
   return double_precision ? read<double>(bytes) : read<float>(bytes);
 }
 
-Status check_asked(const physics::World& world, const v1::Observe& asked) {
-  std::set<std::string> names;
+std::size_t observed_bytes(const physics::World& world, const v1::Observe& asked) {
   std::size_t vertices = 0;
   const std::set<std::string> wanted(asked.bodies().begin(), asked.bodies().end());
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
     const physics::SoftBody& body = world.soft_body(i);
-    names.insert(body.name);
     if (wanted.empty() || wanted.contains(body.name)) vertices += body.mesh->positions_m.size();
   }
+  return vertices * bytes_per_vertex(asked);
+}
+
+Status check_observed(const physics::World& world, const v1::Observe& asked) {
+  if (static_cast<std::size_t>(asked.bodies_size()) > base::world_bodies_max) {
+    return {base::StatusCode::limit_exceeded,
+            "names " + std::to_string(asked.bodies_size()) + " bodies; a world holds at most " +
+                std::to_string(base::world_bodies_max),
+            "bodies"};
+  }
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) names.insert(world.soft_body(i).name);
   for (int i = 0; i < asked.bodies_size(); ++i) {
     if (names.contains(asked.bodies(i))) continue;
     return base::not_found("no soft body \"" + asked.bodies(i) + "\"", "bodies[" + std::to_string(i) + "]");
   }
-  if (const std::size_t bytes = vertices * bytes_per_vertex(asked); bytes > base::state_bytes_max) {
+  if (const std::size_t bytes = observed_bytes(world, asked); bytes > base::state_bytes_max) {
     return {base::StatusCode::limit_exceeded,
             "is of " + std::to_string(bytes) + " bytes; a reply holds at most " +
                 std::to_string(base::state_bytes_max) + ": ask for some of the bodies",

@@ -17,9 +17,11 @@ void append_numbers(std::span<const double> numbers, bool double_precision, std:
 [[nodiscard]] base::Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_precision,
                                                              const std::string& field);
 
-/// Whether the world has what is asked for, and it is no more than a reply holds. Errors name the field within Observe.
-[[nodiscard]] base::Status check_asked(const physics::World& world, const v1::Observe& asked);
-/// Of a world that has what is asked for: a body that is gone since is left out. Leaves `world` and `tick` open.
+/// What positions and velocities take of a State.
+[[nodiscard]] std::size_t observed_bytes(const physics::World& world, const v1::Observe& asked);
+/// Refuses bodies that the world has not, and more than a reply holds. Errors name the field within Observe.
+[[nodiscard]] base::Status check_observed(const physics::World& world, const v1::Observe& asked);
+/// The state without `world` and `tick`. Bodies that the world has not are left out.
 [[nodiscard]] v1::State state_of(const physics::World& world, const v1::Observe& asked);
 
 /// Puts bodies where the request says. Errors name the field from `set_state` on, and nothing has changed then.

@@ -116,11 +116,9 @@ inline constexpr std::size_t world_builds_waiting_bytes_max = 64 * 1024 * 1024; 
 
 // Ten minutes at 60 Hz, for all the steps together that wait on a paused world; a pause ends them sooner.
 inline constexpr std::uint32_t step_ticks_max = 36'000;
-// What steps that wait may say of what they observe and wait for, all together.
-inline constexpr std::size_t steps_waiting_bytes_max = 16 * 1024 * 1024;
-// Of a State: half of the output queue. The largest body at double precision takes 3 MB with its velocities.
+// A State is half of the output queue at most. The largest body at double precision takes 3 MB with its velocities.
 inline constexpr std::size_t state_bytes_max = 4 * 1024 * 1024;
-// Of a stream of plain frames: one gigabit a second, more than a network between two machines takes.
+// A stream of plain frames takes one gigabit a second, more than a network between two machines takes.
 inline constexpr double plain_bytes_s_max = 125e6;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.

@@ -56,12 +56,40 @@ Status find_all(std::vector<State>& states, const std::vector<Placement>& placem
   return {};
 }
 
+Status check_vector(const std::optional<Vec3d>& vector, double limit, const std::string& field) {
+  if (!vector) return {};
+  if (!vector->allFinite()) return base::invalid("is not finite", field);
+  if (vector->cwiseAbs().maxCoeff() <= limit) return {};
+  return {base::StatusCode::limit_exceeded, "its magnitude may be at most " + base::number_text(limit), field};
+}
+
+Status check_rigid(const RigidPlacement& to, const std::string& field) {
+  Status wrong = check_vector(to.position, base::coordinate_max_m, field + ".position");
+  if (wrong.ok()) wrong = check_vector(to.velocity, base::speed_max_m_s, field + ".velocity");
+  if (wrong.ok()) wrong = check_vector(to.angular_velocity, base::speed_max_m_s, field + ".angular_velocity");
+  if (!wrong.ok() || !to.orientation) return wrong;
+  constexpr double rounding = 1e-9;
+  if (std::abs(to.orientation->norm() - 1.0) <= rounding) return {};
+  return base::invalid("is no unit quaternion", field + ".orientation");
+}
+
+/// The origin that a body has may stay while the body is near it: so it comes back to the bits that it was told with.
+template <class Real>
+bool is_near(const SoftState<Real>& body, const std::vector<double>& positions_m) {
+  constexpr double lengths_max = 4.0;
+  const double far_m = lengths_max * static_cast<double>(body.length_m);
+  for (std::size_t i = 0; i < body.x.size(); ++i) {
+    if ((vertex_of(positions_m, i) - body.origin_m).cwiseAbs().maxCoeff() > far_m) return false;
+  }
+  return true;
+}
+
 template <class Real>
 void put(SoftState<Real>& body, const SoftPlacement& to) {
   if (!to.positions_m.empty()) {
-    Vec3d sum = Vec3d::Zero();
-    for (std::size_t i = 0; i < body.x.size(); ++i) sum += vertex_of(to.positions_m, i);
-    if constexpr (std::is_same_v<Real, float>) {
+    if (std::is_same_v<Real, float> && !is_near(body, to.positions_m)) {
+      Vec3d sum = Vec3d::Zero();
+      for (std::size_t i = 0; i < body.x.size(); ++i) sum += vertex_of(to.positions_m, i);
       body.origin_m = origin_near(sum / static_cast<double>(body.x.size()), static_cast<double>(body.length_m));
     }
     for (std::size_t i = 0; i < body.x.size(); ++i) {
@@ -101,13 +129,20 @@ Status World::place(const std::vector<SoftPlacement>& soft, const std::vector<Ri
       if (wrong.ok()) wrong = check_list(soft[i].velocities_m_s, vertices, base::speed_max_m_s, field + ".velocities");
       if (!wrong.ok()) return wrong;
     }
+    for (std::size_t i = 0; i < rigid.size(); ++i) {
+      const Status wrong = check_rigid(rigid[i], "rigid_bodies[" + std::to_string(i) + "]");
+      if (!wrong.ok()) return wrong;
+    }
     for (const SoftPlacement& to : soft) sim.wake(to.body);
     for (const RigidPlacement& to : rigid) sim.wake(to.body);
     for (std::size_t i = 0; i < soft.size(); ++i) put(*skins[i], soft[i]);
     for (std::size_t i = 0; i < rigid.size(); ++i) put(*solids[i], rigid[i]);
     // What touched, touches no more.
     bodies.contacts = {};
-    bodies.notes = {};
+    if (!bodies.notes.empty()) {
+      for (const SoftState<Real>* body : skins)
+        bodies.notes[static_cast<std::size_t>(body - bodies.states.data())] = {};
+    }
     return {};
   });
 }

@@ -238,7 +238,7 @@ ReplayedWorld::Answer ReplayedWorld::subscribe(const app::Request& request) {
                       base::number_text(recorded_error_m + least_m),
                   "subscribe.max_error_m");
   }
-  if (Status lacks = app::check_asked(asked, shown_); !lacks.ok()) return lacks;
+  if (Status lacks = app::check_subscribed(asked, shown_); !lacks.ok()) return lacks;
   const bool is_exact = asked.encoding() == v1::Subscribe::PLAIN && asked.max_error_m() == 0.0;
   if (!is_exact) asked.set_max_error_m(left_m);
   // A whole division of the recording's rate, not of the world's alone.

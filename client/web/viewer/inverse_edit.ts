@@ -22,8 +22,9 @@ type Fields = Record<string, unknown>;
 // Fields where 0 is no value to set.
 const zero: Fields = { onUnstable: meaningOfUnset["onUnstable"], integrator: meaningOfUnset["integrator"] };
 
-// What never bursts is told by no value: a pressure that no gas comes to.
-const unset: Fields = { ...meaningOfUnset, burstPressurePa: 1e30 };
+// What never bursts is told by no value: the largest number that a scene may have.
+const neverBurstsPa = 1e12;
+const unset: Fields = { ...meaningOfUnset, burstPressurePa: neverBurstsPa };
 
 function find<Item extends Named>(items: readonly Item[], name: string): Item | undefined {
   return items.find((item) => item.name === name);

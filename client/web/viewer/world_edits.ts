@@ -1,5 +1,5 @@
 // The scene of the world that is shown, as it holds now, and the edits made to it here, which can be taken back.
-import { type Client, type Done, type ErrorCode, PneumaError, type Scene } from "../src/index.js";
+import { type Client, type Done, PneumaError, type Scene } from "../src/index.js";
 import { type Change, heldOf, inverseOfSteps, joined, type Step } from "./inverse_edit.js";
 import { numbersIn, SceneFeed } from "./scene_feed.js";
 
@@ -8,7 +8,9 @@ const deedsMax = 100;
 const numbersMax = 4_000_000;
 
 // A deed that was refused for one of these can be tried again.
-const passingErrors: ReadonlySet<ErrorCode> = new Set(["UNAVAILABLE", "LIMIT_EXCEEDED"]);
+function passes({ code, retryAfterS }: PneumaError): boolean {
+  return code === "UNAVAILABLE" || (code === "LIMIT_EXCEEDED" && retryAfterS !== undefined);
+}
 
 export interface Wish {
   /** What is to be done, for people: "Remove ball-2". */
@@ -177,7 +179,7 @@ export class WorldEdits {
     try {
       return await action();
     } catch (error) {
-      if (error instanceof PneumaError && passingErrors.has(error.code)) from.push(deed);
+      if (error instanceof PneumaError && passes(error)) from.push(deed);
       throw error;
     } finally {
       this.tell(feed);

@@ -10,6 +10,7 @@
 #include "app/hosted_world.h"
 #include "app/world_state.h"
 #include "ball_scene.h"
+#include "base/limits.h"
 #include "requests.h"
 
 namespace pneuma::app {
@@ -187,6 +188,37 @@ TEST_F(ObservedSteps, UntilEverythingRestsAndUntilATick) {
   const v1::Done passed = ask_one(past).done();
   EXPECT_TRUE(passed.reached());
   EXPECT_EQ(passed.tick(), rested.tick() + 7) << "it is past that tick, and steps no further";
+}
+
+TEST_F(ObservedSteps, ABodyThatRanAwayDidNotComeToRest) {
+  (void)world_->post(request_of(session_, impulse_up("ball", 1e6)));
+  v1::ClientMessage asked = until(2, 60);
+  asked.mutable_step_until()->mutable_rest();
+  const std::vector<v1::ServerMessage> replies = ask(asked);
+  ASSERT_EQ(replies.size(), 2U);
+  EXPECT_FALSE(replies[1].done().reached());
+  EXPECT_TRUE(state().soft_bodies(0).body().frozen());
+}
+
+TEST_F(ObservedSteps, ATickThatIsPassedWhileTheStepWaitsIsReachedInTurn) {
+  (void)world_->post(request_of(session_, observed_step(1, 10)));
+  v1::ClientMessage early = until(2, 100);
+  early.mutable_step_until()->set_tick(5);
+  (void)world_->post(request_of(session_, early));
+  const std::vector<v1::ServerMessage> replies = ask(observed_step(3, 1));
+  ASSERT_EQ(replies.size(), 3U);
+  EXPECT_EQ(replies[1].request_id(), 2U);
+  EXPECT_TRUE(replies[1].done().reached());
+  EXPECT_EQ(replies[1].done().tick(), 10U);
+  EXPECT_EQ(replies[2].done().tick(), 11U);
+}
+
+TEST_F(ObservedSteps, MoreBodiesThanAWorldHoldsAreRefusedBeforeTheyAreLookedAt) {
+  v1::ClientMessage asked = observed_step(1, 1);
+  for (std::size_t i = 0; i <= base::world_bodies_max; ++i) asked.mutable_step()->mutable_observe()->add_bodies("ball");
+  const v1::Error refused = ask_one(asked).error();
+  EXPECT_EQ(refused.code(), v1::Error::LIMIT_EXCEEDED);
+  EXPECT_EQ(refused.where(), "step.observe.bodies");
 }
 
 TEST_F(ObservedSteps, WhatDoesNotComeInTimeIsNotReached) {

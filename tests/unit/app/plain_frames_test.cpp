@@ -175,15 +175,15 @@ TEST_F(PlainStream, RefusesWhatDoesNotGoTogetherAndWhatNoNetworkTakes) {
   large.mutable_stepping()->set_substeps(1);
   const auto world = LiveWorld::create(large);
   ASSERT_TRUE(world.ok()) << world.status().message();
-  const base::Status refused = check_asked(request_, LiveFrames(world->physics()));
+  const base::Status refused = check_subscribed(request_, LiveFrames(world->physics()));
   EXPECT_EQ(refused.code(), base::StatusCode::limit_exceeded);
   EXPECT_EQ(refused.where(), "subscribe.encoding");
   v1::Subscribe seldom = request_;
   seldom.set_rate_hz(30.0);
-  EXPECT_TRUE(check_asked(seldom, LiveFrames(world->physics())).ok());
+  EXPECT_TRUE(check_subscribed(seldom, LiveFrames(world->physics())).ok());
   v1::Subscribe coded = request_;
   coded.set_encoding(v1::Subscribe::ERROR_BOUNDED);
-  EXPECT_TRUE(check_asked(coded, LiveFrames(world->physics())).ok());
+  EXPECT_TRUE(check_subscribed(coded, LiveFrames(world->physics())).ok());
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ class StreamContents : public testing::Test {
   }
 
   [[nodiscard]] base::Status check(const v1::Subscribe& request) const {
-    return check_asked(request, LiveFrames(world_.physics()));
+    return check_subscribed(request, LiveFrames(world_.physics()));
   }
 
   void subscribe(Watcher& watcher, v1::Subscribe request) {

@@ -25,8 +25,7 @@ RigidPlacement placement_of(const RigidState& body) {
   return {body.body.name, body.position, body.orientation, body.velocity, body.angular_velocity};
 }
 
-// The gas keeps its temperature, so places and velocities are all there is of the state.
-TEST(Placement, AWorldThatIsPutWhereAnotherIsGoesOnLikeIt) {
+TEST(Placement, PutsBodiesWhereAnotherWorldHasThem) {
   World there = make(lively_scene());
   World here = make(lively_scene());
   run(there, 90);
@@ -38,9 +37,12 @@ TEST(Placement, AWorldThatIsPutWhereAnotherIsGoesOnLikeIt) {
     EXPECT_EQ(velocities(here, body), velocities(there, body));
   }
   EXPECT_EQ(here.rigid_bodies()[0].position, there.rigid_bodies()[0].position);
+  EXPECT_EQ(here.rigid_bodies()[0].orientation.coeffs(), there.rigid_bodies()[0].orientation.coeffs());
+  EXPECT_EQ(here.rigid_bodies()[0].velocity, there.rigid_bodies()[0].velocity);
   EXPECT_EQ(here.rigid_bodies()[0].angular_velocity, there.rigid_bodies()[0].angular_velocity);
 }
 
+// The gas keeps its temperature, so places and velocities are all there is of the state.
 TEST(Placement, BodiesAloneGoOnBitForBit) {
   Scene scene;
   scene.stepping.substeps = 8;

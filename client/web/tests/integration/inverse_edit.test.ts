@@ -115,3 +115,18 @@ test("several changes are taken back from the last to the first", async () => {
   await client.edit(world, { changes: inverseOf(before, there) });
   assert.deepEqual(inOrder(await client.scene(world)), inOrder(before));
 });
+
+test("a burst pressure is taken back by one that no gas comes to", async () => {
+  const before = await client.scene(world);
+  const there: Change[] = [
+    {
+      change: {
+        case: "changeSoftBody",
+        value: { name: "full", gas: { ...before.softBodies[0]!.gas!, burstPressurePa: 5000 } },
+      },
+    },
+  ];
+  await client.edit(world, { changes: there });
+  await client.edit(world, { changes: inverseOf(before, there) });
+  assert.equal((await client.scene(world)).softBodies[0]?.gas?.burstPressurePa, 1e12);
+});
