@@ -70,7 +70,7 @@ def test_connect_reaches_a_server_that_runs(shared: pneuma.Server) -> None:
 def test_every_method_has_one_that_waits(name: str) -> None:
     inner, outer = getattr(aio, name), getattr(pneuma, name)
     instead = {"get_gravity": "gravity", "set_gravity": "gravity", "connection": "", "program": ""}
-    public = [each for each in vars(inner) if not each.startswith("_")]
+    public = [each for each in vars(inner) if not each.startswith("_") and instead.get(each, each)]
     assert public
     for each in public:
         method = getattr(outer, instead.get(each, each), None)
