@@ -29,9 +29,10 @@ lasting_requests = frozenset(
     ["step", "step_until", "branch_world", "rewind_world", "create_world", "restore_world", "take_snapshot"]
 )
 
-# How many of a kind a connection has under way at once. The server refuses more look-backs of one client than these, and
-# each refusal costs a second. Worlds are made one a core at best.
-look_backs_max = 4
+# How many branches, snapshots and rewinds a connection has under way at once. The server refuses a fifth, and a refusal
+# costs a second. It counts one as under way until just after its reply, hence one less.
+look_backs_max = 3
+# Worlds are made on the server's cores: more at once only fill its queues.
 worlds_made_max = 16
 
 T = TypeVar("T")
