@@ -4,7 +4,7 @@ mkdir -p /tmp/messages
 protoc -Iproto --python_out=/tmp/messages proto/pneuma/v1/*.proto
 PYTHONPATH=/tmp/messages python3 client/python/examples/smallest.py 127.0.0.1:7420 five-balls
 
-It needs protobuf, and protoc to make the messages: nothing else. PNEUMA_TOKEN is said if it is set. A third argument is a file of certificates, for TLS.
+It needs protobuf, and protoc for the messages. PNEUMA_TOKEN is said if it is set. A third argument: certificates, TLS.
 """
 
 import os

@@ -260,6 +260,32 @@ def test_a_state_without_velocities_is_not_put_back_unless_asked(world: World) -
     assert np.array_equal(after.positions.astype(np.float32), start["ball"].positions)
 
 
+def test_set_state_leaves_gas_and_time_and_edits_and_reset_does_not(world: World) -> None:
+    start = world.step(5, velocities=True)
+    first = start["ball"].moles
+    world["ball"].change(SoftBodyChange(gas=Gas(moles=2 * first)))
+    world.gravity = (0, 0, 0)
+    world.step(5)
+    world.set_state(start)
+    state = world.state()
+    assert np.array_equal(state["ball"].positions, start["ball"].positions)
+    assert state["ball"].moles == pytest.approx(2 * first) and state.time_s > start.time_s
+    assert world.gravity == (0, 0, 0)
+    world.reset()
+    assert world.state()["ball"].moles == pytest.approx(first) and world.state().time_s == 0
+    assert world.gravity == (0, -g_m_s2, 0)
+
+
+def test_set_state_leaves_grabs(world: World) -> None:
+    """The one that holds the ball up holds it still, and is gone after a reset."""
+    start = world.state(velocities=True)
+    world["ball"].grab((0, 9, 0), vertex=0, stiffness_n_m=500)
+    world.set_state(start)
+    assert world.step(10)["ball"].momentum[1] > 0
+    world.reset()
+    assert world.step(10)["ball"].momentum[1] < 0
+
+
 def test_a_method_for_bodies_of_the_other_kind_is_told(world: World) -> None:
     with pytest.raises(PneumaError, match='"ball" is soft: `place_vertices`'):
         world["ball"].place((0, 1, 0))

@@ -113,8 +113,8 @@ class Connection:
     async def call(self, request: session_pb2.ClientMessage, expected: type[T]) -> T:
         """Sends a request and waits for its reply, which is an `expected`. Raises PneumaError.
 
-        Requests of which a client may have few under way wait for their turn. Where the server says when to try again, the request is sent again then, for a minute in all. `request` is left
-        as it is, but for its request_id.
+        Requests of which a client may have few under way wait for their turn. Where the server says when to try again,
+        the request is sent again then, for a minute in all. `request` is left as it is, but for its request_id.
         """
         kind = str(request.WhichOneof("request"))
         timeout_s = None if kind in lasting_requests else self.address.timeout_s
