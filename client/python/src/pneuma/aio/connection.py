@@ -32,7 +32,7 @@ lasting_requests = frozenset(
 # How many branches, snapshots and rewinds a connection has under way at once. The server refuses a fifth, and a refusal
 # costs a second. It counts one as under way until just after its reply, hence one less.
 look_backs_max = 3
-# Worlds are made on the server's cores: more at once only fill its queues.
+# Half of the 32 that one client may have waiting to be built (WIRE.md, "Limits").
 worlds_made_max = 16
 
 T = TypeVar("T")
