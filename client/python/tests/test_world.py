@@ -173,6 +173,9 @@ def test_what_is_not_reached_names_bodies_that_are_frozen(world: World) -> None:
     frozen = 'by tick 10; "ball" is frozen: it ran away, and will not move until reset..$'
     with pytest.raises(NotReached, match="^ball did not touch floor " + frozen):
         world.run_until(touch=("ball", "floor"), ticks_max=5)
+    world["stone"].place(position=(3, 0.1, 0), velocity=(0, 0, 0))  # it comes to rest, which the ball never does
+    with pytest.raises(NotReached, match='^not every body was at rest .*; "ball" is frozen'):
+        world.run_until(at_rest=True)
     world.reset()
     assert not world.step()["ball"].frozen
 
