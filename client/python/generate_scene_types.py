@@ -75,7 +75,7 @@ class SceneTypes:
     def dataclass(self, message: DescriptorProto, path: Path, indent: str) -> str:
         inner = indent + "    "
         lines = [
-            f"{indent}@dataclass(kw_only=True, repr=False)",
+            f"{indent}@dataclass(kw_only=True, repr=False, slots=True)",
             f"{indent}class {message.name}(Fields):",
             *self.docstring(message, path, inner),
         ]

@@ -1,9 +1,10 @@
 """The smallest useful client: prints how high the centre of each soft body is, frame by frame.
 
+mkdir -p /tmp/messages
 protoc -Iproto --python_out=/tmp/messages proto/pneuma/v1/*.proto
 PYTHONPATH=/tmp/messages python3 client/python/examples/smallest.py 127.0.0.1:7420 five-balls
 
-It needs nothing but protobuf. PNEUMA_TOKEN is said if it is set. A third argument is a file of certificates, for TLS.
+It needs protobuf, and protoc for the messages. PNEUMA_TOKEN is said if it is set. A third argument: certificates, TLS.
 """
 
 import os
@@ -14,6 +15,8 @@ import sys
 
 from pneuma.v1.session_pb2 import ClientMessage, Hello, Pong, ServerMessage, Subscribe
 
+if not 3 <= len(sys.argv) <= 4:
+    sys.exit(f"usage: {sys.argv[0]} HOST:PORT WORLD [CERTIFICATES]")
 address, world, *ca = sys.argv[1:]
 host, port = address.rsplit(":", 1)
 connection = socket.create_connection((host, int(port)))

@@ -24,6 +24,8 @@ class FakeServer:
         self.welcome = wire.Welcome(protocol_version=1, message_bytes_max=1 << 20, parts_bytes_max=16 << 20)
         self.received: list[wire.ClientMessage] = []
         self.answers: deque[Answer] = deque()
+        #: Kinds that get no answer but what a test pushes.
+        self.unanswered: frozenset[str] = frozenset()
         self.arrived = threading.Condition()
         self.connections: list[socket.socket] = []
         self.thread = threading.Thread(target=self._accept, daemon=True)
@@ -33,15 +35,17 @@ class FakeServer:
         for message in messages:
             self.connections[-1].sendall(enveloped(message.SerializeToString()))
 
-    def wait_for(self, kind: str, count: int = 1) -> list[wire.ClientMessage]:
-        """The messages of a kind, once there are so many. Fails after ten seconds."""
+    def of_kinds(self, kinds: str | list[str]) -> list[wire.ClientMessage]:
+        """The messages of a kind, or of any of some kinds, that have come."""
+        wanted = [kinds] if isinstance(kinds, str) else kinds
+        return [message for message in self.received if message.WhichOneof("request") in wanted]
 
-        def found() -> list[wire.ClientMessage]:
-            return [message for message in self.received if message.WhichOneof("request") == kind]
-
+    def wait_for(self, kinds: str | list[str], count: int = 1) -> list[wire.ClientMessage]:
+        """The same, once there are so many. Fails after ten seconds."""
         with self.arrived:
-            assert self.arrived.wait_for(lambda: len(found()) >= count, 10.0), f"{len(found())} {kind} came"
-            return found()
+            enough = self.arrived.wait_for(lambda: len(self.of_kinds(kinds)) >= count, 10.0)
+            assert enough, f"{len(self.of_kinds(kinds))} {kinds} came"
+            return self.of_kinds(kinds)
 
     def __enter__(self) -> Self:
         self.thread.start()
@@ -83,6 +87,8 @@ class FakeServer:
     def _answer(self, message: wire.ClientMessage) -> list[Reply] | bytes:
         kind = message.WhichOneof("request")
         if kind == "pong" or (kind == "part" and not message.part.last):
+            return []
+        if kind in self.unanswered:
             return []
         if self.answers:
             return self.answers.popleft()(message)

@@ -9,6 +9,7 @@ import pytest
 
 import pneuma
 from pneuma import aio
+from pneuma.aio import connection as connection_module
 from pneuma.testing import near
 
 
@@ -37,6 +38,21 @@ def test_worlds_are_stepped_side_by_side() -> None:
             await server.close()
 
     assert asyncio.run(both()) == [10, 11, 12, 13]
+
+
+def test_many_branches_at_once_are_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No request may be asked again, so that a refusal would be an error."""
+    monkeypatch.setattr(connection_module, "retry_s_max", 0.0)
+
+    async def branches() -> int:
+        async with aio.serve() as server:
+            world = await server.world("bouncing-ball", paused=True)
+            await asyncio.gather(
+                *(world.branch(paused=True) for _ in range(24)), *(world.snapshot() for _ in range(24))
+            )
+            return len(await server.worlds())
+
+    assert asyncio.run(branches()) == 25
 
 
 def test_frames_with_async_for() -> None:
@@ -70,7 +86,7 @@ def test_connect_reaches_a_server_that_runs(shared: pneuma.Server) -> None:
 def test_every_method_has_one_that_waits(name: str) -> None:
     inner, outer = getattr(aio, name), getattr(pneuma, name)
     instead = {"get_gravity": "gravity", "set_gravity": "gravity", "connection": "", "program": ""}
-    public = [each for each in vars(inner) if not each.startswith("_")]
+    public = [each for each in vars(inner) if not each.startswith("_") and instead.get(each, each)]
     assert public
     for each in public:
         method = getattr(outer, instead.get(each, each), None)

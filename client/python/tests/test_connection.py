@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import threading
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -264,3 +265,68 @@ def test_a_client_that_nobody_holds_ends() -> None:
         assert world.pause() == 7
         del world
         assert client_threads() == before
+
+
+@pytest.mark.parametrize(
+    "kinds, most",
+    [
+        (["branch_world", "rewind_world", "take_snapshot"], connection_module.look_backs_max),
+        (["create_world", "restore_world"], connection_module.worlds_made_max),
+    ],
+)
+def test_few_of_what_the_server_limits_are_under_way(fake: FakeServer, kinds: list[str], most: int) -> None:
+    """Threads ask for three times as many. Each that is answered makes room for one more, whatever its kind."""
+    count = 3 * most
+    with connect(fake.address) as server:
+        ask: dict[str, Callable[[], object]] = {
+            "branch_world": lambda: server["w"].branch(),
+            "rewind_world": lambda: server["w"].rewind(3),
+            "take_snapshot": lambda: server["w"].snapshot(),
+            "create_world": lambda: server.world("bouncing-ball"),
+            "restore_world": lambda: server.restore(b"a world"),
+        }
+        fake.unanswered = frozenset(kinds)
+        threads = [threading.Thread(target=ask[kinds[i % len(kinds)]]) for i in range(count)]
+        for thread in threads:
+            thread.start()
+        answered = 0
+        while answered < count:
+            under_way = min(answered + most, count)
+            came = fake.wait_for(kinds, under_way)
+            if answered < 2:
+                time.sleep(0.1)
+                assert len(fake.of_kinds(kinds)) == under_way
+                assert server["w"].pause() == 7  # other requests do not wait behind them
+            request = came[answered]
+            is_snapshot = request.WhichOneof("request") == "take_snapshot"
+            content = {"snapshot": wire.Snapshot()} if is_snapshot else {"done": wire.Done(tick=1, world="w")}
+            fake.push(Reply(request_id=request.request_id, **content))
+            answered += 1
+        for thread in threads:
+            thread.join(10.0)
+            assert not thread.is_alive()
+
+
+def test_closing_ends_what_waits_for_its_turn(fake: FakeServer) -> None:
+    server: Server = connect(fake.address)
+    fake.unanswered = frozenset(["branch_world"])
+    told: list[str] = []
+
+    def branch() -> None:
+        with pytest.raises(PneumaError) as refused:
+            server["w"].branch()
+        told.append(refused.value.code)
+
+    threads = [threading.Thread(target=branch) for _ in range(9)]
+    for thread in threads:
+        thread.start()
+    fake.wait_for("branch_world", connection_module.look_backs_max)
+    server.close()
+    for thread in threads:
+        thread.join(10.0)
+    assert told == ["UNAVAILABLE"] * 9
+
+
+def test_an_http_port_is_told(shared: Server) -> None:
+    with pytest.raises(PneumaError, match="this is the server's HTTP port; clients speak to its TCP port"):
+        connect(shared.page.partition("://")[2].partition("/")[0])

@@ -81,6 +81,17 @@ def test_only_what_is_given_is_shown() -> None:
     assert repr(Shape.Plane()) == "Shape.Plane()"
 
 
+def test_a_misspelt_field_is_refused(tmp_path: Path) -> None:
+    """Also of a scene that was read, whose class is derived from the generated one."""
+    Scene(soft_bodies=[ball()]).save(tmp_path / "a.json")
+    read: Any = Scene.load(tmp_path / "a.json")
+    for each in (read, read.soft_bodies[0], read.soft_bodies[0].gas):
+        with pytest.raises(AttributeError, match="mols"):
+            each.mols = 0.5
+    read.soft_bodies[0].gas.moles = 0.5
+    assert message_of(read).soft_bodies[0].gas.moles == 0.5
+
+
 def test_a_choice_stands_for_what_it_is_a_choice_of() -> None:
     by_choice = message_of(Scene(colliders=[Collider(name="floor", shape=Shape.Plane(normal=(0, 1, 0)))]))
     whole = message_of(Scene(colliders=[Collider(name="floor", shape=Shape(plane=Shape.Plane(normal=(0, 1, 0))))]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from importlib import metadata, resources
@@ -31,7 +32,17 @@ def run(*arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
 
 def test_types_are_told() -> None:
     assert resources.files(pneuma).joinpath("py.typed").is_file()
-    assert metadata.version("pneuma") == "0.1.0"
+    assert metadata.version("pneuma") == pneuma.__version__ == "0.1.0"
+
+
+@pytest.mark.parametrize("tool", ["pytest", "mypy"])
+def test_the_environment_has_the_tools(tool: str, tmp_path: Path) -> None:
+    """Those of its own python, which finds the package."""
+    (tmp_path / "test_it.py").write_text("import pneuma\n\n\ndef test_it() -> None:\n    assert pneuma.Gas()\n")
+    launcher = Path(sys.executable).parent / tool
+    words = ["-p", "no:cacheprovider"] if tool == "pytest" else ["--follow-imports=skip", f"--cache-dir={tmp_path}"]
+    ended = subprocess.run([launcher, *words, "test_it.py"], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
 @pytest.mark.parametrize("first", ["pneuma", "pneuma.v1.session_pb2"])
@@ -70,6 +81,11 @@ def test_the_smallest_client_prints_heights(messages: Path) -> None:
     lines = ended.stdout.splitlines()
     assert ended.returncode == 0 and len(lines) == 20 * 5, ended.stderr
     assert lines[0].split()[2] == "ball-1" and -2 < float(lines[0].split()[3]) < 2
+
+
+def test_the_smallest_client_tells_how_it_is_used(messages: Path) -> None:
+    ended = run(str(sources / "examples" / "smallest.py"), PYTHONPATH=str(messages))
+    assert ended.returncode != 0 and re.fullmatch(r"usage: \S+/smallest.py HOST:PORT WORLD .*\n", ended.stderr)
 
 
 def test_the_smallest_client_says_a_token_over_tls(messages: Path, guarded: Guarded) -> None:

@@ -99,10 +99,26 @@ def test_a_server_that_dies_is_told() -> None:
         world = server.world("bouncing-ball", paused=True)
         assert server.process_id
         os.kill(server.process_id, signal.SIGKILL)
-        with pytest.raises(PneumaError, match="UNAVAILABLE: the connection broke"):
+        told = r"UNAVAILABLE: the connection broke: pneuma-server .process \d+. ended by SIGKILL, and wrote nothing on"
+        with pytest.raises(PneumaError, match=told):
             for _ in range(100):
                 world.state()
         assert server.error
+
+
+def test_what_a_server_that_dies_has_said_is_told(tmp_path: Path) -> None:
+    """A wrapper that complains and fails once the server within it has ended."""
+    wrapper = tmp_path / "wrapper"
+    wrapper.write_text(f'#!/bin/sh\n{find_program()} "$@"\necho out of luck >&2\nexit 3\n')
+    wrapper.chmod(0o755)
+    with pneuma.serve(program=wrapper) as server:
+        children = Path(f"/proc/{server.process_id}/task/{server.process_id}/children").read_text()
+        os.kill(int(children), signal.SIGKILL)
+        with pytest.raises(PneumaError) as told:
+            for _ in range(100):
+                server.worlds()
+        assert "ended with the exit code 3; its last lines on standard error:\n" in str(told.value)
+        assert str(told.value).endswith("\nout of luck")
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,21 @@ def test_a_test_has_no_worlds_of_those_before_it(pytester: pytest.Pytester) -> N
     run(pytester, source).assert_outcomes(passed=2)
 
 
+def test_the_fixture_has_a_name_that_hides_no_module(pytester: pytest.Pytester) -> None:
+    source = """
+import pneuma
+
+def test_both(pneuma_server, request):
+    assert isinstance(pneuma_server, pneuma.Server)
+    assert request.getfixturevalue("pneuma") is pneuma_server
+    pneuma_server.world(pneuma.Scene(name="empty"), paused=True)
+
+def test_after(pneuma_server):
+    assert pneuma_server.worlds() == []
+"""
+    run(pytester, source).assert_outcomes(passed=2)
+
+
 def test_tests_share_a_server_and_get_another_when_it_dies(pytester: pytest.Pytester) -> None:
     source = """
 import os, signal
@@ -92,3 +107,10 @@ def test_near_is_within_a_distance(shared: Server) -> None:
     assert repr(point) == "within 0.5 m of (0.000, 0.000, 0.000) m; (0.000, 3.000, 0.000) m is 3 m away"
     with shared.world("bouncing-ball", paused=True) as world:
         assert world.state()["ball"] == near((-2, 2, 0), within_m=1e-6)
+        for what in (world, world["ball"], world.state()):
+            with pytest.raises(
+                TypeError, match="near compares points, and bodies of a state.*; a state has the places"
+            ):
+                assert what == near((0, 0, 0), within_m=1)
+    with pytest.raises(TypeError, match="not 'ball'$"):
+        assert "ball" == near((0, 0, 0), within_m=1)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import pickle
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,14 +150,71 @@ def test_until_a_tick(world: World) -> None:
 def test_until_rest(shared: Server) -> None:
     with shared.world(scene(ball(height_m=0.6), Collider(name="floor", shape=Shape.Plane())), paused=True) as world:
         state = world.run_until(at_rest=True)
-        assert state["ball"].asleep
+        assert state["ball"].asleep and "asleep" in repr(state["ball"])
         assert np.abs(world.step(60)["ball"].positions - state["ball"].positions).max() == 0
 
 
 def test_what_is_not_reached_is_told_with_the_state(world: World) -> None:
-    with pytest.raises(NotReached, match="not reached by tick 5: ball touches floor") as missed:
+    with pytest.raises(NotReached, match="^ball did not touch floor by tick 5$") as missed:
         world.run_until(touch=("ball", "floor"), ticks_max=5)
     assert missed.value.state.tick == 5
+
+
+def run_away(world: World) -> None:
+    """Freezes the ball: it leaves the bounds of coordinates, 1e7 m."""
+    body = world.state()["ball"]
+    far = body.positions.astype(np.float64) + (9.999e6, 0, 0)
+    world["ball"].place_vertices(far, np.zeros_like(far) + (9e4, 0, 0))
+    assert world.step(5)["ball"].frozen
+
+
+def test_what_is_not_reached_names_bodies_that_are_frozen(world: World) -> None:
+    run_away(world)
+    frozen = 'by tick 10; "ball" is frozen: it ran away, and will not move until reset..$'
+    with pytest.raises(NotReached, match="^ball did not touch floor " + frozen):
+        world.run_until(touch=("ball", "floor"), ticks_max=5)
+    world["stone"].place(position=(3, 0.1, 0), velocity=(0, 0, 0))  # it comes to rest, which the ball never does
+    with pytest.raises(NotReached, match='^not every body was at rest .*; "ball" is frozen'):
+        world.run_until(at_rest=True)
+    world.reset()
+    assert not world.step()["ball"].frozen
+
+
+def test_a_body_that_is_frozen_shows_it(world: World) -> None:
+    assert repr(world.state()) == "<State of test at tick 0: ball, stone>"
+    run_away(world)
+    state = world.state()
+    assert repr(state) == "<State of test at tick 5: ball (frozen), stone>"
+    assert repr(state["ball"]).endswith("m, 42 vertices, frozen>")
+
+
+def test_not_reached_is_an_error_like_others(world: World) -> None:
+    """With a code, a place and words that do not say that the goal was reached. It survives a copy."""
+    with pytest.raises(PneumaError) as missed:
+        world.run_until(at_rest=True, ticks_max=6)
+    error = missed.value
+    assert isinstance(error, NotReached)
+    assert (error.code, error.where) == ("LIMIT_EXCEEDED", "step_until.ticks_max")
+    assert str(error) == error.what == "not every body was at rest by tick 6"
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
+    for goal, told in (
+        ({"tick": 50}, "tick 50 was not reached"),
+        ({"past": ("ball", (0, 1, 0), 9)}, "ball was not past"),
+    ):
+        with pytest.raises(NotReached, match=f"^{told}"):
+            world.run_until(**goal, ticks_max=1)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "ticks, told",
+    [(-1, "is -1"), (0, "is 0"), (1.5, "is 1.5; ticks are whole"), (2**40, "is 1099511627776; .* below")],
+)
+def test_what_is_no_number_of_ticks_is_refused(world: World, ticks: Any, told: str) -> None:
+    with pytest.raises(PneumaError, match=f"INVALID_ARGUMENT: {told}.*.step.ticks"):
+        world.step(ticks)
+    with pytest.raises(PneumaError, match=f"INVALID_ARGUMENT: {told}.*.run_until.ticks_max"):
+        world.run_until(at_rest=True, ticks_max=ticks)
+    assert world.step(np.int64(2)).tick == 2  # type: ignore[arg-type]
 
 
 def test_one_thing_is_waited_for(world: World) -> None:
@@ -188,6 +247,66 @@ def test_a_state_is_put_back_and_goes_on_as_it_did(world: World) -> None:
     again = world.step(40, double_precision=True)
     assert np.allclose(again["ball"].positions, there["ball"].positions, rtol=0, atol=1e-9)
     assert again.rigid["stone"] == near(there.rigid["stone"].position, within_m=1e-9)
+
+
+def test_a_state_without_velocities_is_not_put_back_unless_asked(world: World) -> None:
+    """Otherwise an episode would begin with the velocities that the one before it ended with."""
+    start = world.step(10)
+    world.step(10)
+    with pytest.raises(ValueError, match="no velocities of ball: take it with velocities=True"):
+        world.set_state(start)
+    before = world.state(velocities=True, double_precision=True)["ball"]
+    world.set_state(start, keep_velocities=True)
+    after = world.state(velocities=True, double_precision=True)["ball"]
+    assert before.velocities is not None and after.velocities is not None
+    assert np.array_equal(after.velocities, before.velocities)
+    assert np.array_equal(after.positions.astype(np.float32), start["ball"].positions)
+
+
+def test_set_state_leaves_gas_and_time_and_edits_and_reset_does_not(world: World) -> None:
+    start = world.step(5, velocities=True)
+    first = start["ball"].moles
+    world["ball"].change(SoftBodyChange(gas=Gas(moles=2 * first)))
+    world.gravity = (0, 0, 0)
+    world.step(5)
+    world.set_state(start)
+    state = world.state()
+    assert np.array_equal(state["ball"].positions, start["ball"].positions)
+    assert state["ball"].moles == pytest.approx(2 * first) and state.time_s > start.time_s
+    assert world.gravity == (0, 0, 0)
+    world.reset()
+    assert world.state()["ball"].moles == pytest.approx(first) and world.state().time_s == 0
+    assert world.gravity == (0, -g_m_s2, 0)
+
+
+def test_set_state_leaves_grabs(world: World) -> None:
+    """The one that holds the ball up holds it still, and is gone after a reset."""
+    start = world.state(velocities=True)
+    world["ball"].grab((0, 9, 0), vertex=0, stiffness_n_m=500)
+    world.set_state(start)
+    assert world.step(10)["ball"].momentum[1] > 0
+    world.reset()
+    assert world.step(10)["ball"].momentum[1] < 0
+
+
+def test_a_method_for_bodies_of_the_other_kind_is_told(world: World) -> None:
+    with pytest.raises(PneumaError, match='"ball" is soft: `place_vertices`'):
+        world["ball"].place((0, 1, 0))
+    with pytest.raises(PneumaError, match='"stone" is rigid: `place`'):
+        world["stone"].place_vertices(np.zeros((4, 3)))
+    with pytest.raises(PneumaError, match='NOT_FOUND: no such body "bal"'):
+        world["bal"].place((0, 1, 0))
+    assert repr(world["ball"]) == "<Body ball of the world test>"
+
+
+@pytest.mark.parametrize("of", ["pneuma", "pneuma.aio"])
+def test_misspelt_attributes_are_refused(world: World, of: str) -> None:
+    misspelt: list[Any] = [world, world["ball"]]
+    if of == "pneuma.aio":
+        misspelt = [each._inner for each in misspelt]
+    for each in misspelt:
+        with pytest.raises(AttributeError, match="gravty"):
+            each.gravty = (0, 0, 0)
 
 
 def test_vertices_are_put_elsewhere(world: World) -> None:
@@ -260,6 +379,12 @@ def test_a_saved_world_goes_on_as_it_was(shared: Server, world: World, tmp_path:
     with shared.restore(tmp_path / "w.world", name="again") as again:
         assert again.name == "again"
         assert again.step(50).state_hash == world.step(50).state_hash
+
+
+def test_a_snapshot_is_restored_as_it_is(shared: Server, world: World) -> None:
+    world.step(25)
+    with shared.restore(world.snapshot(), name="again") as again:
+        assert_hash(again, world.state().state_hash)
 
 
 def test_a_large_world_is_saved_and_restored_in_parts(shared: Server, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@
 `pneuma.aio` is the same for asyncio.
 """
 
+from importlib.metadata import version
 from pkgutil import extend_path
 
 from pneuma import aio
@@ -44,6 +45,8 @@ from pneuma.state import RigidState, SoftState, State
 
 # Others may have protoc's own pneuma.v1 on their path: it is found beside this package.
 __path__ = extend_path(__path__, __name__)
+
+__version__ = version("pneuma")
 
 __all__ = [
     "Anchor",
@@ -83,6 +86,7 @@ __all__ = [
     "Surface",
     "Volume",
     "World",
+    "__version__",
     "aio",
     "connect",
     "read_mesh",

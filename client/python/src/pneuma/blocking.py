@@ -13,7 +13,7 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any, Concatenate, Generic, ParamSpec, TypeVar
 
-from pneuma.errors import NotReached, PneumaError
+from pneuma.errors import PneumaError
 
 Inner = TypeVar("Inner")
 Made = TypeVar("Made")
@@ -45,7 +45,7 @@ class LoopThread:
         done = asyncio.run_coroutine_threadsafe(work, self._loop)
         try:
             return done.result()
-        except (PneumaError, NotReached) as error:
+        except PneumaError as error:
             raise error.with_traceback(None) from None  # the place that matters is the script's
         except concurrent.futures.CancelledError:
             raise PneumaError("UNAVAILABLE", "the server was closed") from None
@@ -89,6 +89,8 @@ def end_loop(
 
 class Blocking(Generic[Inner]):
     """Something of `pneuma.aio`, with the thread that its calls run in."""
+
+    __slots__ = ("_inner", "_thread", "__weakref__")
 
     def __init__(self, inner: Inner, thread: LoopThread) -> None:
         self._inner = inner

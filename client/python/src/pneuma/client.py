@@ -21,6 +21,7 @@ Reply = TypeVar("Reply")
 
 class Grab(Blocking[aio.Grab]):
     __doc__ = aio.Grab.__doc__
+    __slots__ = ()
 
     move = waits(aio.Grab.move)
     release = waits(aio.Grab.release)
@@ -42,6 +43,7 @@ class Grab(Blocking[aio.Grab]):
 
 class Body(Blocking[aio.Body]):
     __doc__ = aio.Body.__doc__
+    __slots__ = ()
 
     kick = waits(aio.Body.kick)
     change = waits(aio.Body.change)
@@ -56,6 +58,7 @@ class Body(Blocking[aio.Body]):
 
 class Stream(Blocking[aio.Stream]):
     __doc__ = aio.Stream.__doc__
+    __slots__ = ()
 
     open = waits(aio.Stream.open)
     next = waits(aio.Stream.next)
@@ -91,6 +94,7 @@ class Stream(Blocking[aio.Stream]):
 
 class World(Blocking[aio.World]):
     __doc__ = aio.World.__doc__
+    __slots__ = ()
 
     step = waits(aio.World.step)
     run_until = waits(aio.World.run_until)
@@ -151,6 +155,7 @@ class World(Blocking[aio.World]):
 
 class Server(Blocking[aio.Server]):
     __doc__ = aio.Server.__doc__
+    __slots__ = ()
 
     world = waits_for(World, aio.Server.world)
     restore = waits_for(World, aio.Server.restore)

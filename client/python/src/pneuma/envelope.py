@@ -18,6 +18,10 @@ def enveloped(message: bytes) -> bytes:
 
 def length_of(head: bytes) -> int:
     """The length that an envelope begins with. Raises PneumaError where no message has it."""
+    if head == b"HTTP":
+        raise PneumaError(
+            "MALFORMED", "this is the server's HTTP port; clients speak to its TCP port, 7420 by default", "connect"
+        )
     length = int.from_bytes(head, "big")
     if not 1 <= length <= message_bytes_max:
         raise PneumaError("MALFORMED", f"the server sends a message of {length} bytes")

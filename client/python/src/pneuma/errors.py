@@ -46,16 +46,16 @@ class PneumaError(Exception):
         return f"{self.code}: {self.what}" + (f" ({self.where})" if self.where else "")
 
 
-class NotReached(Exception):
+class NotReached(PneumaError):
     """`World.run_until` did not come to what it waited for. `state` is the world's at the last tick."""
 
     def __init__(self, what: str, state: State) -> None:
-        super().__init__(what, state)
-        self.what = what
+        super().__init__("LIMIT_EXCEEDED", what, "step_until.ticks_max")
+        self.args = (what, state)  # from which a copy is made
         self.state = state
 
     def __str__(self) -> str:
-        return f"not reached by tick {self.state.tick}: {self.what}"
+        return self.what
 
 
 def error_of(reply: wire.Error) -> PneumaError:

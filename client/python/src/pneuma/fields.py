@@ -8,7 +8,9 @@ import numpy as np
 
 
 class Fields:
-    """A dataclass most of whose fields are unset: only the others are shown."""
+    """A dataclass most of whose fields are unset: only the others are shown. A name that is no field is refused."""
+
+    __slots__ = ()
 
     def __repr__(self) -> str:
         assert dataclasses.is_dataclass(self)

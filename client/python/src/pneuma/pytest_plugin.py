@@ -1,4 +1,4 @@
-"""For pytest: the fixture `pneuma`, a private server whose worlds live as long as a test.
+"""For pytest: the fixture `pneuma`, a private server whose worlds live as long as a test; `pneuma_server` is the same.
 
 When a test fails its worlds are kept as files, and their paths printed: `pneuma restore FILE` looks at one again.
 """
@@ -39,19 +39,19 @@ class SharedServer:
 
 
 @pytest.fixture(scope="session")
-def pneuma_server() -> Iterator[SharedServer]:
-    """What the fixture `pneuma` takes its server from."""
+def _pneuma_shared() -> Iterator[SharedServer]:
+    """What the fixtures take their server from."""
     shared = SharedServer()
     yield shared
     shared.close()
 
 
 @pytest.fixture
-def pneuma(
-    request: pytest.FixtureRequest, pneuma_server: SharedServer, tmp_path_factory: pytest.TempPathFactory
+def pneuma_server(
+    request: pytest.FixtureRequest, _pneuma_shared: SharedServer, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Server]:
     """A pneuma-server of the session's own, without worlds. Those that a test makes are destroyed after it."""
-    server = pneuma_server.get()
+    server = _pneuma_shared.get()
     request.node.stash[server_of] = server
     request.node.stash[folder_of] = (
         tmp_path_factory.getbasetemp() / "worlds" / re.sub(r"[^\w.-]+", "_", request.node.nodeid)
@@ -60,6 +60,12 @@ def pneuma(
     if server.error is None:
         for world in server.worlds():
             server[world.name].destroy()
+
+
+@pytest.fixture
+def pneuma(pneuma_server: Server) -> Server:
+    """The same server as `pneuma_server`. In such a test the name `pneuma` is not the module."""
+    return pneuma_server
 
 
 @pytest.hookimpl(hookwrapper=True)  # type: ignore[misc]  # pluggy has no types

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from typing import Self, TypeAlias
@@ -26,6 +27,8 @@ class Scene(scene_types.Scene):
     >>> scene = Scene(name="drop", gravity=(0, -9.81, 0))
     >>> scene.add(Mesh(name="ball", icosphere=Mesh.Icosphere(subdivisions=2, radius_m=0.5)))
     """
+
+    __slots__ = ()
 
     def add(self, *parts: Part) -> Self:
         """Appends each to the list of its kind. Returns the scene."""
@@ -52,7 +55,8 @@ class Scene(scene_types.Scene):
 
     @classmethod
     def of_message(cls, message: wire.Scene) -> Self:
-        return cls(**vars(messages.value_of(message)))
+        read = messages.value_of(message)
+        return cls(**{each.name: getattr(read, each.name) for each in fields(read)})
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the scene as JSON, which `pneuma create` and `pneuma-sim` take too."""

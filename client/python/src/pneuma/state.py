@@ -23,7 +23,10 @@ class SoftState:
 
     positions: (n, 3), metres, in the mesh's order; float32, or float64 where double precision was asked for.
     velocities: the same in m/s; None where they were not asked for.
+    pressure_pa: of the gas, over the outside pressure.
     centre_of_mass, momentum, angular_momentum: (3,), m, kg m/s, kg m^2/s about the origin.
+    frozen: it ran away (its numbers left all bounds), and is not simulated until `World.reset`.
+    asleep: it is at rest, and not simulated until something moves it.
     """
 
     name: str
@@ -46,7 +49,7 @@ class SoftState:
     asleep: bool
 
     def __repr__(self) -> str:
-        return f"<{self.name} at {metres(self.centre_of_mass)}, {len(self.positions)} vertices>"
+        return f"<{self.name} at {metres(self.centre_of_mass)}, {len(self.positions)} vertices{condition(self)}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,6 +58,7 @@ class RigidState:
 
     position: (3,), metres, of the centre of mass. orientation: (4,), w x y z of a unit quaternion.
     velocity, angular_velocity: (3,), m/s and rad/s.
+    frozen, asleep: as of a SoftState.
     """
 
     name: str
@@ -71,7 +75,7 @@ class RigidState:
         return self.position
 
     def __repr__(self) -> str:
-        return f"<{self.name} at {metres(self.position)}>"
+        return f"<{self.name} at {metres(self.position)}{condition(self)}>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +109,15 @@ class State:
         return len(self.soft)
 
     def __repr__(self) -> str:
-        return f"<State of {self.world} at tick {self.tick}: {', '.join([*self.soft, *self.rigid])}>"
+        bodies: list[SoftState | RigidState] = [*self.soft.values(), *self.rigid.values()]
+        named = ", ".join(f"{body.name}{condition(body, ' (', ')')}" for body in bodies)
+        return f"<State of {self.world} at tick {self.tick}: {named}>"
+
+
+def condition(body: SoftState | RigidState, before: str = ", ", after: str = "") -> str:
+    """Whether the body is frozen or asleep, in a word; empty where it is neither."""
+    word = "frozen" if body.frozen else "asleep" if body.asleep else ""
+    return before + word + after if word else ""
 
 
 def metres(place: Array) -> str:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pneuma._proto import session_pb2 as wire
 from pneuma.arrays import Vector
-from pneuma.client import World
+from pneuma.client import Body, World
 from pneuma.state import RigidState, SoftState, State, metres
 
 
@@ -21,6 +22,16 @@ def assert_hash(world: World | State, expected: int | str) -> None:
         raise AssertionError(
             f"{state.world} at tick {state.tick} has the hash {state.state_hash:#018x}, not {wanted:#018x}"
         )
+
+
+def point_of(other: object) -> NDArray[np.float64]:
+    try:
+        return np.asarray(other, np.float64)
+    except (TypeError, ValueError):
+        hint = ""
+        if isinstance(other, (Body, State, World)):
+            hint = '; a state has the places: world.state()["ball"], or .rigid["stone"] of a rigid body'
+        raise TypeError(f"near compares points, and bodies of a state, not {other!r}{hint}") from None
 
 
 class near:
@@ -41,7 +52,7 @@ class near:
         self._other: Any = None
 
     def __eq__(self, other: object) -> bool:
-        place = other.centre_of_mass if isinstance(other, (SoftState, RigidState)) else np.asarray(other, np.float64)
+        place = other.centre_of_mass if isinstance(other, (SoftState, RigidState)) else point_of(other)
         self._other = place
         return place.shape == (3,) and bool(np.linalg.norm(place - self.point) <= self.within_m)
 

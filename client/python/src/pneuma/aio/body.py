@@ -9,11 +9,14 @@ from pneuma._proto import scene_types
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection
 from pneuma.arrays import Points, Rotation, Vector
+from pneuma.errors import PneumaError
 from pneuma.state import little_endian
 
 
 class Grab:
     """A vertex that is held to a point by a damped spring, made by `Body.grab`. As a block, lets go at its end."""
+
+    __slots__ = ("_connection", "_world", "_grab_id", "body", "vertex", "__weakref__")
 
     def __init__(self, connection: Connection, world: str, grabbed: wire.Grabbed) -> None:
         self._connection = connection
@@ -43,10 +46,15 @@ class Grab:
 class Body:
     """A name in a world; whether there is a body of that name, the first request tells (NOT_FOUND)."""
 
+    __slots__ = ("_connection", "_world", "name", "__weakref__")
+
     def __init__(self, connection: Connection, world: str, name: str) -> None:
         self._connection = connection
         self._world = world
         self.name = name
+
+    def __repr__(self) -> str:
+        return f"<Body {self.name} of the world {self._world}>"
 
     async def kick(
         self,
@@ -112,7 +120,7 @@ class Body:
         soft = request.soft_bodies.add(name=self.name)
         soft.positions = little_endian(positions, "set_state.soft_bodies[0].positions")
         soft.velocities = little_endian(velocities, "set_state.soft_bodies[0].velocities")
-        return (await self._connection.call(wire.ClientMessage(set_state=request), wire.Done)).tick
+        return await self._place(request, soft_expected=True)
 
     async def place(
         self,
@@ -138,7 +146,23 @@ class Body:
             "angular_velocity": angular_velocity,
         }
         messages.fill(rigid, given, "set_state.rigid_bodies[0]")
-        return (await self._connection.call(wire.ClientMessage(set_state=request), wire.Done)).tick
+        return await self._place(request, soft_expected=False)
+
+    async def _place(self, request: wire.SetState, *, soft_expected: bool) -> int:
+        """Where the body is of the other kind, the error names the method for it."""
+        try:
+            return (await self._connection.call(wire.ClientMessage(set_state=request), wire.Done)).tick
+        except PneumaError as error:
+            if error.code != "NOT_FOUND":
+                raise
+            stats = await self._connection.call(
+                wire.ClientMessage(get_stats=wire.GetStats(world=self._world)), wire.Stats
+            )
+            others = stats.rigid_bodies if soft_expected else stats.soft_bodies
+            if self.name not in [other.name for other in others]:
+                raise
+        what = "is rigid: `place`" if soft_expected else "is soft: `place_vertices`"
+        raise messages.invalid("set_state", f'"{self.name}" {what} puts it elsewhere')
 
 
 def choose_place(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ssl
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -28,7 +29,20 @@ lasting_requests = frozenset(
     ["step", "step_until", "branch_world", "rewind_world", "create_world", "restore_world", "take_snapshot"]
 )
 
+# How many branches, snapshots and rewinds a connection has under way at once. The server refuses a fifth, and a refusal
+# costs a second. It counts one as under way until just after its reply, hence one less.
+look_backs_max = 3
+# Half of the 32 that one client may have waiting to be built (WIRE.md, "Limits").
+worlds_made_max = 16
+
 T = TypeVar("T")
+
+
+WhyItBroke = Callable[[], Awaitable[str]]
+
+
+async def nothing_known() -> str:
+    return ""
 
 
 @dataclass(frozen=True)
@@ -46,8 +60,11 @@ class Address:
 class Connection:
     """Made by `open`. Answers the server's pings by itself."""
 
-    def __init__(self, address: Address, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(
+        self, address: Address, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, why_it_broke: WhyItBroke
+    ) -> None:
         self.address = address
+        self._why_it_broke = why_it_broke
         self.welcome = session_pb2.Welcome(message_bytes_max=hello_bytes_max)
         self.feeds: dict[int, Feed] = {}
         self._topologies: dict[bytes, frame_pb2.Topology] = {}
@@ -55,23 +72,34 @@ class Connection:
         self._writer = writer
         self._waiting: dict[int, asyncio.Future[session_pb2.ServerMessage]] = {}
         self._last_id = 0
+        look_backs, worlds_made = asyncio.Semaphore(look_backs_max), asyncio.Semaphore(worlds_made_max)
+        self._turns: dict[str, asyncio.Semaphore] = {
+            "branch_world": look_backs,
+            "rewind_world": look_backs,
+            "take_snapshot": look_backs,
+            "create_world": worlds_made,
+            "restore_world": worlds_made,
+        }
         self._error: PneumaError | None = None
         self._reading = asyncio.create_task(self._read())
 
     @classmethod
-    async def open(cls, address: Address) -> Connection:
-        """Connects and says hello. Raises PneumaError."""
-        return await retried(lambda: cls._open_once(address))
+    async def open(cls, address: Address, why_it_broke: WhyItBroke = nothing_known) -> Connection:
+        """Connects and says hello. Raises PneumaError.
+
+        why_it_broke: asked when the connection breaks; its text is told with the error.
+        """
+        return await retried(lambda: cls._open_once(address, why_it_broke))
 
     @classmethod
-    async def _open_once(cls, address: Address) -> Connection:
+    async def _open_once(cls, address: Address, why_it_broke: WhyItBroke) -> Connection:
         try:
             opening = asyncio.open_connection(address.host, address.port, ssl=address.tls, limit=read_buffer_bytes)
             reader, writer = await asyncio.wait_for(opening, address.timeout_s)
         except (OSError, asyncio.TimeoutError) as error:
             why = str(error) or f"no answer in {address.timeout_s} s"
             raise PneumaError("UNAVAILABLE", f"cannot connect to {address.host}:{address.port}: {why}") from None
-        connection = cls(address, reader, writer)
+        connection = cls(address, reader, writer, why_it_broke)
         hello = session_pb2.Hello(protocol_version=protocol_version, token=address.token, client_name="pneuma Python")
         try:
             connection.welcome = await connection._ask(
@@ -85,14 +113,15 @@ class Connection:
     async def call(self, request: session_pb2.ClientMessage, expected: type[T]) -> T:
         """Sends a request and waits for its reply, which is an `expected`. Raises PneumaError.
 
-        Where the server says when to try again, the request is sent again then, for a minute in all. `request` is left
-        as it is, but for its request_id.
+        Requests of which a client may have few under way wait for their turn. Where the server says when to try again,
+        the request is sent again then, for a minute in all. `request` is left as it is, but for its request_id.
         """
-        kind = request.WhichOneof("request")
+        kind = str(request.WhichOneof("request"))
         timeout_s = None if kind in lasting_requests else self.address.timeout_s
         # The ticks of a step that is UNAVAILABLE may be done already.
         codes = ("LIMIT_EXCEEDED",) if kind in ("step", "step_until") else ("LIMIT_EXCEEDED", "UNAVAILABLE")
-        return await retried(lambda: self._ask(request, expected, timeout_s), codes, lambda: self._error is None)
+        async with self._turns.get(kind, contextlib.nullcontext()):
+            return await retried(lambda: self._ask(request, expected, timeout_s), codes, lambda: self._error is None)
 
     def tell(self, request: session_pb2.ClientMessage) -> None:
         """Sends a request whose reply nobody waits for, if the connection still takes it."""
@@ -158,7 +187,8 @@ class Connection:
         except TimeoutError:
             self._end(PneumaError("UNAVAILABLE", "the server has gone silent"))
         except (OSError, asyncio.IncompleteReadError):
-            self._end(PneumaError("UNAVAILABLE", "the connection broke"))
+            why = await self._why_it_broke()
+            self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
         except Exception as error:  # of protobuf, or of what a message tells
             self._end(PneumaError("MALFORMED", f"a message that cannot be read: {error}"))
 

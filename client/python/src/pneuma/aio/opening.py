@@ -39,7 +39,7 @@ async def serve(
         words += ["--data-dir", os.fspath(data_dir)]
     started = await Program.start(os.fspath(program or find_program()), [*words, *flags])
     try:
-        connection = await Connection.open(Address(started.host, started.port))
+        connection = await Connection.open(Address(started.host, started.port), started.how_it_ended)
     except BaseException:
         await started.end()
         raise

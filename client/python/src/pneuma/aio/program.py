@@ -22,6 +22,10 @@ ready_s = 30.0
 end_s = 8.0
 # What the end of a log may tell of a server that did not start.
 log_tail_bytes = 4000
+# Of a server that ended while it was used, so many lines are told.
+last_lines = 10
+# How long a process may take to be gone once its connection is.
+told_s = 1.0
 
 # Unless the caller's flags say otherwise. A script is one client, which waits for its replies: no rate is needed.
 own_flags = {
@@ -65,6 +69,14 @@ def ends_with_this_program() -> Callable[[], None]:
             os._exit(1)  # the parent ended before
 
     return arrange
+
+
+def signal_name(number: int) -> str:
+    """SIGKILL of 9; a number that has no name as it is."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 @dataclass
@@ -129,6 +141,17 @@ class Program:
         begin = max(0, os.fstat(file).st_size - log_tail_bytes)
         # Its place in the file is the server's too: left alone.
         return os.pread(file, log_tail_bytes, begin).decode("utf-8", "replace").strip()
+
+    async def how_it_ended(self) -> str:
+        """By which signal or code, and its last lines on standard error. Empty where it still runs."""
+        try:
+            code = await asyncio.wait_for(self.process.wait(), told_s)
+        except asyncio.TimeoutError:
+            return ""
+        how = f"by {signal_name(-code)}" if code < 0 else f"with the exit code {code}"
+        lines = "" if self.log.closed else "\n".join(self.log_tail().splitlines()[-last_lines:])
+        told = f"; its last lines on standard error:\n{lines}" if lines else ", and wrote nothing on standard error"
+        return f"pneuma-server (process {self.process.pid}) ended {how}{told}"
 
     async def end(self) -> None:
         """Asks it to end, and kills it where that takes too long."""

@@ -21,6 +21,8 @@ Reply = TypeVar("Reply")
 class Server:
     """A connection to a server, made by `serve` or `connect`."""
 
+    __slots__ = ("connection", "page", "program", "_owns_worlds", "__weakref__")
+
     def __init__(
         self, connection: Connection, page: str, program: Program | None = None, *, owns_worlds: bool = False
     ) -> None:
@@ -53,11 +55,14 @@ class Server:
         return World(self.connection, done.world, self.page)
 
     async def restore(
-        self, path: str | PathLike[str], *, name: str = "", paused: bool = False, owned: bool | None = None
+        self, source: str | PathLike[str] | bytes, *, name: str = "", paused: bool = False, owned: bool | None = None
     ) -> World:
-        """Makes a world of a file that `World.save` wrote, with the same bits. `owned` as of `world`."""
+        """Makes a world, with the same bits, of a file that `World.save` wrote or of the bytes of `World.snapshot`.
+
+        `owned` as of `world`.
+        """
         request = wire.RestoreWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
-        request.snapshot = await asyncio.to_thread(Path(path).read_bytes)
+        request.snapshot = source if isinstance(source, bytes) else await asyncio.to_thread(Path(source).read_bytes)
         done = await self.call(wire.ClientMessage(restore_world=request), wire.Done)
         return World(self.connection, done.world, self.page)
 

@@ -18,6 +18,8 @@ class Stream:
     frame is asked for. It unsubscribes at the block's end, by `close`, or once nobody holds it any more.
     """
 
+    __slots__ = ("_connection", "_request", "_feed", "_reader", "__weakref__")
+
     def __init__(self, connection: Connection, request: wire.Subscribe) -> None:
         self._connection = connection
         self._request = request

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import operator
 import webbrowser
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -47,6 +48,8 @@ class World:
     As a block, the world is destroyed at its end.
     """
 
+    __slots__ = ("_connection", "_page", "name", "__weakref__")
+
     def __init__(self, connection: Connection, name: str, page: str) -> None:
         self._connection = connection
         self._page = page
@@ -62,6 +65,7 @@ class World:
         self, ticks: int = 1, *, bodies: Sequence[str] = (), velocities: bool = False, double_precision: bool = False
     ) -> State:
         """Steps a paused world. Returns its state at exactly that tick; `state` says of what."""
+        ticks = whole(ticks, "step.ticks", least=1)
         request = wire.Step(world=self.name, ticks=ticks, observe=observe(bodies, velocities, double_precision))
         done = await self._connection.call(wire.ClientMessage(step=request), wire.Done)
         return state_in(done)
@@ -85,30 +89,33 @@ class World:
         touch: two bodies meet, one of them a soft one.
         past: (body, normal, offset_m): a body's centre of mass is where normal . position > offset_m.
 
-        Raises NotReached after ticks_max ticks: ten minutes at 60 Hz unless given. For the others see `state`.
+        Raises NotReached after ticks_max ticks: ten minutes at 60 Hz unless given. It names the bodies that are frozen.
+        For the others see `state`.
         """
         if sum([tick is not None, at_rest, touch is not None, past is not None]) != 1:
             raise messages.invalid("run_until", "one of tick, at_rest, touch and past is waited for")
         request = wire.StepUntil(
-            world=self.name, ticks_max=ticks_max, observe=observe(bodies, velocities, double_precision)
+            world=self.name,
+            ticks_max=whole(ticks_max, "run_until.ticks_max", least=1),
+            observe=observe(bodies, velocities, double_precision),
         )
         if tick is not None:
-            request.tick = tick
-            waited = f"tick {tick}"
+            request.tick = whole(tick, "run_until.tick", bits=64)
+            missed = f"tick {tick} was not reached"
         elif touch is not None:
             request.touch.first, request.touch.second = touch
-            waited = f"{touch[0]} touches {touch[1]}"
+            missed = f"{touch[0]} did not touch {touch[1]}"
         elif past is not None:
             body, normal, offset_m = past
             messages.fill(request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "step_until.past")
-            waited = f"{body} past {offset_m} m along {tuple(normal)}"
+            missed = f"{body} was not past {offset_m} m along {tuple(normal)}"
         else:
             request.rest.SetInParent()
-            waited = "every body is at rest"
+            missed = "not every body was at rest"
         done = await self._connection.call(wire.ClientMessage(step_until=request), wire.Done)
         state = state_in(done)
         if not done.reached:
-            raise NotReached(waited, state)
+            raise NotReached(f"{missed} by tick {state.tick}{await self._frozen()}", state)
         return state
 
     async def pause(self) -> int:
@@ -120,12 +127,16 @@ class World:
         return await self._do(wire.ClientMessage(resume=wire.Resume(world=self.name, time_scale=time_scale)))
 
     async def reset(self) -> int:
-        """Back to the scene as it was created: time is 0 again, ticks go on counting."""
+        """Back to the scene as it was created, without its edits: time is 0 again, ticks go on counting.
+
+        Frozen bodies move again.
+        """
         return await self._do(wire.ClientMessage(reset=wire.Reset(world=self.name)))
 
     async def rewind(self, tick: int) -> int:
         """Back to what it was when it had done so many ticks; of a server that keeps worlds (data_dir)."""
-        return await self._do(wire.ClientMessage(rewind_world=wire.RewindWorld(world=self.name, tick=tick)))
+        request = wire.RewindWorld(world=self.name, tick=whole(tick, "rewind.tick", bits=64))
+        return await self._do(wire.ClientMessage(rewind_world=request))
 
     # What is so
 
@@ -205,11 +216,20 @@ class World:
             messages.fill(request.edit.changes.add(), change, f"edit.edit.changes[{index}]")
         return await self._do(wire.ClientMessage(edit=request))
 
-    async def set_state(self, state: State) -> int:
+    async def set_state(self, state: State, *, keep_velocities: bool = False) -> int:
         """Puts all bodies of a paused world where they are in `state`: one of this world, or of one of the same scene.
 
-        Velocities of soft bodies that the state does not have stay as they are.
+        keep_velocities: soft bodies whose velocities the state does not have keep those that they have now. Otherwise
+        such a state raises ValueError. Take it with velocities=True.
+
+        Gas, time and grabs stay as they are. `reset` puts all of them back.
         """
+        without = [soft.name for soft in state.soft.values() if soft.velocities is None]
+        if without and not keep_velocities:
+            raise ValueError(
+                f"the state has no velocities of {', '.join(without)}: take it with velocities=True, "
+                "or let the bodies keep those that they have now, by keep_velocities=True"
+            )
         request = wire.SetState(world=self.name, double_precision=True)
         for soft in state.soft.values():
             request.soft_bodies.add(
@@ -227,6 +247,7 @@ class World:
         self, *, tick: int | None = None, name: str = "", paused: bool = False, owned: bool = False
     ) -> World:
         """A second world of this one, as it is or as it was at `tick`. `owned`: it ends with this connection."""
+        tick = None if tick is None else whole(tick, "branch.tick", bits=64)
         request = wire.BranchWorld(world=self.name, tick=tick, name=name, paused=paused, owned=owned)
         done = await self._connection.call(wire.ClientMessage(branch_world=request), wire.Done)
         return World(self._connection, done.world, self._page)
@@ -284,10 +305,30 @@ class World:
     async def _do(self, request: wire.ClientMessage) -> int:
         return (await self._connection.call(request, wire.Done)).tick
 
+    async def _frozen(self) -> str:
+        """Which bodies are frozen, to be told with what was not reached; empty where none is."""
+        stats = await self.stats()
+        frozen = [f'"{body.name}"' for body in (*stats.soft_bodies, *stats.rigid_bodies) if body.frozen]
+        if not frozen:
+            return ""
+        which = f"{frozen[0]} is frozen: it" if len(frozen) == 1 else f"{', '.join(frozen)} are frozen: they"
+        return f"; {which} ran away, and will not move until reset()"
+
     async def _scene_reply(self) -> wire.SceneReply:
         return await self._connection.call(
             wire.ClientMessage(get_scene=wire.GetScene(world=self.name)), wire.SceneReply
         )
+
+
+def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
+    """A count that the wire can hold. Raises PneumaError."""
+    try:
+        value = operator.index(number)
+    except TypeError:
+        raise messages.invalid(where, f"is {number!r}; ticks are whole numbers") from None
+    if not least <= value < 2**bits:
+        raise messages.invalid(where, f"is {value}; it must be {least} or more, and below 2^{bits}")
+    return value
 
 
 def observe(bodies: Sequence[str], velocities: bool, double_precision: bool) -> wire.Observe:
