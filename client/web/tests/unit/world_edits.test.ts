@@ -161,7 +161,7 @@ test("what could not be taken back now stays to be taken back; what never can do
   await assert.rejects(edits.undo());
   assert.equal(edits.toUndo, "Change gravity");
   await edits.undo();
-  client.refusal = new PneumaError("LIMIT_EXCEEDED", "too many requests");
+  client.refusal = new PneumaError("LIMIT_EXCEEDED", "too many requests", "", 1);
   await assert.rejects(edits.redo());
   assert.equal(edits.toRedo, "Change gravity");
   await edits.redo();
