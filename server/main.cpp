@@ -73,15 +73,18 @@ void add_limits(CLI::App& app, pneuma::base::Limits& limits) {
         ->group("Limits");
   };
   const auto rate = [&](const char* flag, double& value, const char* what) {
-    return app.add_option(flag, value, what)->capture_default_str()->check(number_between(1.0, 1e9))->group("Limits");
+    app.add_option(flag, value, what)
+        ->capture_default_str()
+        ->check(number_between(1.0, 1e9))
+        ->each([&limits](const std::string&) { limits.limits_loopback = true; })
+        ->group("Limits");
   };
   amount("--message-bytes-max", limits.message_bytes_max, "Largest message taken of a client");
   amount("--connections-max", limits.connections_max, "Connections in all");
   amount("--connections-per-address-max", limits.connections_per_address_max, "Connections of one address");
   amount("--worlds-max", limits.worlds_max, "Worlds in all; one client may make all but a fourth");
   rate("--commands-per-s", limits.commands_per_s,
-       "Commands a second of one client; without this flag those on this machine are not counted")
-      ->each([&limits](const std::string&) { limits.limits_loopback = true; });
+       "Commands a second of one client; those on this machine count where this flag or the next is given");
   rate("--commands-burst", limits.commands_burst, "Commands of one client at once");
   amount("--output-queue-bytes-max", limits.output_queue_bytes_max, "Unsent bytes past which frames are dropped");
   amount("--queued-bytes-max", limits.queued_bytes_max, "Unsent bytes of all clients together");

@@ -6,9 +6,7 @@
 #include <utility>
 
 #include "app/frame_contacts.h"
-#include "app/plain_frames.h"
 #include "app/protocol.h"
-#include "app/world_state.h"
 
 namespace pneuma::app {
 
@@ -49,7 +47,9 @@ const std::optional<BodyScalars>& MeasuredScalars::of(std::size_t body) {
 }
 
 FrameEncoder::FrameEncoder(std::uint32_t stream_id, const FrameContents& contents)
-    : stream_id_(stream_id), contents_(contents) {}
+    : stream_id_(stream_id), contents_(contents) {
+  if (contents.plain) plain_.emplace();
+}
 
 net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars& scalars, std::uint64_t tick,
                                       const WorldLayout& layout, std::uint32_t layer, bool with_key) {
@@ -74,8 +74,8 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
   out.vertices = vertices_;
   v1::ServerMessage message = header();
   v1::Frame& frame = *message.mutable_frame();
-  if (contents_.plain) {
-    write_plain(source, layout);
+  if (plain_) {
+    take_plain(source, layout);
   } else {
     write(source, &FrameSource::copy_positions, layout, *writer_, delta ? frame.mutable_payload() : nullptr);
   }
@@ -99,7 +99,7 @@ net::StreamFrame FrameEncoder::encode(const FrameSource& source, MeasuredScalars
 
 void FrameEncoder::begin_layout(const FrameSource& source, const WorldLayout& layout) {
   layout_id_ = layout.id();
-  if (contents_.plain) return;
+  if (plain_) return;
   std::vector<codec::MeshOrderPtr> orders;
   std::vector<codec::SimulatedMotionPtr> simulations;
   for (const WorldLayout::Body& body : layout.bodies()) {
@@ -123,25 +123,12 @@ void FrameEncoder::write(const FrameSource& source, Copy copy, const WorldLayout
   writer.take_delta(*payload);
 }
 
-void FrameEncoder::write_plain(const FrameSource& source, const WorldLayout& layout) {
-  plain_positions_.clear();
-  plain_velocities_.clear();
+void FrameEncoder::take_plain(const FrameSource& source, const WorldLayout& layout) {
   gather(source, &FrameSource::copy_positions, layout);
-  int16_ = int16_grid(numbers_, contents_.max_error_m);
-  if (int16_) {
-    append_int16(numbers_, int16_->origin(), int16_->step_m(), plain_positions_);
-  } else {
-    append_numbers(numbers_, false, plain_positions_);
-  }
+  plain_->take_positions(numbers_, contents_.max_error_m);
   if (!contents_.velocities) return;
   gather(source, &FrameSource::copy_velocities, layout);
-  const double step_m_s = int16_ ? int16_velocity_step_m_s(numbers_, contents_.max_velocity_error_m_s) : 0.0;
-  if (step_m_s > 0.0) {
-    int16_->set_velocity_step_m_s(step_m_s);
-    append_int16(numbers_, v1::Vec3(), step_m_s, plain_velocities_);
-  } else {
-    append_numbers(numbers_, false, plain_velocities_);
-  }
+  plain_->take_velocities(numbers_, contents_.max_velocity_error_m_s);
 }
 
 void FrameEncoder::gather(const FrameSource& source, Copy copy, const WorldLayout& layout) {
@@ -209,10 +196,8 @@ net::SharedBytes FrameEncoder::key() const {
   v1::Frame& frame = *message.mutable_frame();
   frame.set_layout_id(layout_id_);
   frame.set_time_s(time_s_);
-  if (contents_.plain) {
-    frame.set_payload(plain_positions_);
-    frame.set_velocities(plain_velocities_);
-    if (int16_) *frame.mutable_int16() = *int16_;
+  if (plain_) {
+    plain_->write(frame);
   } else {
     writer_->write_key(*frame.mutable_payload());
     if (velocity_writer_) velocity_writer_->write_key(*frame.mutable_velocities());

@@ -10,6 +10,7 @@
 
 #include "app/frame_source.h"
 #include "app/layout.h"
+#include "app/plain_numbers.h"
 #include "codec/frame_codec.h"
 #include "net/server.h"
 #include "pneuma/v1/session.pb.h"
@@ -60,8 +61,8 @@ class FrameEncoder {
   /// A delta goes to `payload`; null: the stream begins anew.
   void write(const FrameSource& source, Copy copy, const WorldLayout& layout, codec::FrameWriter& writer,
              std::string* payload);
-  /// Of all bodies, as plain numbers.
-  void write_plain(const FrameSource& source, const WorldLayout& layout);
+  void take_plain(const FrameSource& source, const WorldLayout& layout);
+  /// Fills numbers_ with those of all bodies.
   void gather(const FrameSource& source, Copy copy, const WorldLayout& layout);
   std::span<const double> vectors_of(const FrameSource& source, Copy copy, const WorldLayout::Body& body);
   void take_scalars(MeasuredScalars& scalars, const WorldLayout& layout);
@@ -86,10 +87,7 @@ class FrameEncoder {
   google::protobuf::RepeatedPtrField<v1::Contact> contacts_;
   std::vector<physics::Pose> poses_;  // rigid bodies, then colliders
 
-  // Of a plain stream, in place of the writers:
-  std::string plain_positions_;
-  std::string plain_velocities_;
-  std::optional<v1::Int16Grid> int16_;
+  std::optional<PlainFrame> plain_;  // of a plain stream, in place of the writers
 
   std::vector<double> vectors_;  // of a body; kept for its memory
   std::vector<double> numbers_;  // of all bodies; likewise

@@ -189,8 +189,7 @@ HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox&
     if (Status failed = write_ahead(message); !failed.ok()) return failed;
     hub_.applied(live_.tick(), message, outbox);
   }
-  end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick()), "step"},
-            outbox);
+  end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick())}, outbox);
   paused_ = true;
   return done_reply(message.request_id(), live_.tick(), name_);
 }
@@ -204,8 +203,7 @@ HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePo
     if (Status failed = write_ahead(message); !failed.ok()) return failed;
     hub_.applied(live_.tick(), message, outbox);
   }
-  end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick()), "step"},
-            outbox);
+  end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick())}, outbox);
   time_scale_ = time_scale;
   if (paused_) clock_.start(now);
   paused_ = false;
@@ -328,9 +326,7 @@ void HostedWorld::end_steps(const Status& why, Outbox& outbox) {
   if (pending_steps_.empty()) return;
   if (journal_) (void)journal_->note_tick(live_.tick());  // no tick of theirs is acknowledged as done
   for (const PendingStep& pending : pending_steps_) {
-    const bool is_of_the_step = why.where() == "step";
-    const Status named(why.code(), why.what(), is_of_the_step ? std::string(pending.kind) : why.where());
-    outbox.send(pending.session->id(), error_reply(pending.request_id, named));
+    outbox.send(pending.session->id(), error_reply(pending.request_id, why.inside(std::string(pending.kind))));
   }
   pending_steps_.clear();
 }

@@ -1,13 +1,10 @@
 #include "app/world_state.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <cstring>
 #include <set>
 
-#include "app/request_fields.h"
+#include "app/plain_numbers.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
 
@@ -18,33 +15,12 @@ using base::Status;
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little);
-
-template <class Number>
-void append(std::span<const double> numbers, std::string& out) {
-  const std::size_t begin = out.size();
-  out.resize(begin + numbers.size() * sizeof(Number));
-  char* to = out.data() + begin;
-  for (const double number : numbers) {
-    const auto told = static_cast<Number>(number);
-    std::memcpy(to, &told, sizeof told);
-    to += sizeof told;
-  }
-}
-
-template <class Number>
-std::vector<double> read(const std::string& bytes) {
-  std::vector<double> numbers(bytes.size() / sizeof(Number));
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    Number number{};
-    std::memcpy(&number, bytes.data() + i * sizeof number, sizeof number);
-    numbers[i] = static_cast<double>(number);
-  }
-  return numbers;
-}
-
 std::size_t bytes_per_vertex(const v1::Observe& asked) {
   return 3 * (asked.double_precision() ? sizeof(double) : sizeof(float)) * (asked.velocities() ? 2 : 1);
+}
+
+physics::Vec3d to_vector(const v1::Vec3& in) {
+  return {in.x(), in.y(), in.z()};
 }
 
 Result<physics::Quatd> read_orientation(const v1::Quaternion& in, const std::string& field) {
@@ -69,45 +45,18 @@ Result<physics::SoftPlacement> read_soft(const v1::SetState::Soft& in, bool doub
 
 Result<physics::RigidPlacement> read_rigid(const v1::SetState::Rigid& in, const std::string& field) {
   physics::RigidPlacement out{in.name(), {}, {}, {}, {}};
-  Status wrong;
-  const auto read_into = [&](std::optional<physics::Vec3d>& to, const v1::Vec3& vector, double limit,
-                             const char* name) {
-    const auto read = read_vector(vector, limit, field + name);
-    if (!read.ok()) {
-      wrong = read.status();
-    } else {
-      to = *read;
-    }
-  };
-  if (in.has_position()) read_into(out.position, in.position(), base::coordinate_max_m, ".position");
-  if (wrong.ok() && in.has_velocity()) read_into(out.velocity, in.velocity(), base::speed_max_m_s, ".velocity");
-  if (wrong.ok() && in.has_angular_velocity()) {
-    read_into(out.angular_velocity, in.angular_velocity(), base::speed_max_m_s, ".angular_velocity");
-  }
-  if (wrong.ok() && in.has_orientation()) {
+  if (in.has_position()) out.position = to_vector(in.position());
+  if (in.has_velocity()) out.velocity = to_vector(in.velocity());
+  if (in.has_angular_velocity()) out.angular_velocity = to_vector(in.angular_velocity());
+  if (in.has_orientation()) {
     const auto orientation = read_orientation(in.orientation(), field + ".orientation");
     if (!orientation.ok()) return orientation.status();
     out.orientation = *orientation;
   }
-  if (!wrong.ok()) return wrong;
   return out;
 }
 
 }  // namespace
-
-void append_numbers(std::span<const double> numbers, bool double_precision, std::string& out) {
-  double_precision ? append<double>(numbers, out) : append<float>(numbers, out);
-}
-
-Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_precision, const std::string& field) {
-  const std::size_t each = double_precision ? sizeof(double) : sizeof(float);
-  if (bytes.size() % each != 0) {
-    return base::invalid("has " + std::to_string(bytes.size()) + " bytes, which are no whole numbers of " +
-                             std::to_string(each) + " bytes each",
-                         field);
-  }
-  return double_precision ? read<double>(bytes) : read<float>(bytes);
-}
 
 std::size_t observed_bytes(const physics::World& world, const v1::Observe& asked) {
   std::size_t vertices = 0;

@@ -1,21 +1,13 @@
 // Where everything is at one tick, as the wire says it, and back.
 #pragma once
 
-#include <span>
-#include <string>
-#include <vector>
+#include <cstddef>
 
 #include "base/status.h"
 #include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::app {
-
-/// Little-endian floats, or doubles, one after the other.
-void append_numbers(std::span<const double> numbers, bool double_precision, std::string& out);
-/// What append_numbers() wrote; refuses bytes that are no whole number of them.
-[[nodiscard]] base::Result<std::vector<double>> read_numbers(const std::string& bytes, bool double_precision,
-                                                             const std::string& field);
 
 /// What positions and velocities take of a State.
 [[nodiscard]] std::size_t observed_bytes(const physics::World& world, const v1::Observe& asked);

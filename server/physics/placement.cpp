@@ -1,5 +1,6 @@
 // How a script puts bodies elsewhere: World::place.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -19,6 +20,13 @@ Vec3d vertex_of(const std::vector<double>& numbers, std::size_t vertex) {
   return {numbers[3 * vertex], numbers[3 * vertex + 1], numbers[3 * vertex + 2]};
 }
 
+/// What is wrong with a number that is not finite, or past the limit.
+Status refuse(double number, double limit, const std::string& where) {
+  if (!std::isfinite(number)) return base::invalid("is not finite", where);
+  return {base::StatusCode::limit_exceeded,
+          "is " + base::number_text(number) + "; its magnitude may be at most " + base::number_text(limit), where};
+}
+
 /// Each vector finite and no longer than `limit` on any axis.
 Status check_list(const std::vector<double>& numbers, std::size_t vertices, double limit, const std::string& field) {
   if (numbers.empty()) return {};
@@ -27,16 +35,9 @@ Status check_list(const std::vector<double>& numbers, std::size_t vertices, doub
                              std::to_string(vertices) + " vertices, of three each",
                          field);
   }
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::string where = field + "[" + std::to_string(i / 3) + "]";
-    if (!std::isfinite(numbers[i])) return base::invalid("is not finite", where);
-    if (std::abs(numbers[i]) > limit) {
-      return {base::StatusCode::limit_exceeded,
-              "is " + base::number_text(numbers[i]) + "; its magnitude may be at most " + base::number_text(limit),
-              where};
-    }
-  }
-  return {};
+  const auto wrong = std::ranges::find_if_not(numbers, [limit](double number) { return std::abs(number) <= limit; });
+  if (wrong == numbers.end()) return {};
+  return refuse(*wrong, limit, field + "[" + std::to_string((wrong - numbers.begin()) / 3) + "]");
 }
 
 /// The states of the bodies that are named, in that order.
@@ -58,9 +59,12 @@ Status find_all(std::vector<State>& states, const std::vector<Placement>& placem
 
 Status check_vector(const std::optional<Vec3d>& vector, double limit, const std::string& field) {
   if (!vector) return {};
-  if (!vector->allFinite()) return base::invalid("is not finite", field);
-  if (vector->cwiseAbs().maxCoeff() <= limit) return {};
-  return {base::StatusCode::limit_exceeded, "its magnitude may be at most " + base::number_text(limit), field};
+  constexpr std::array axes{".x", ".y", ".z"};
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const double number = (*vector)[static_cast<Eigen::Index>(axis)];
+    if (!(std::abs(number) <= limit)) return refuse(number, limit, field + axes[axis]);
+  }
+  return {};
 }
 
 Status check_rigid(const RigidPlacement& to, const std::string& field) {
@@ -140,8 +144,9 @@ Status World::place(const std::vector<SoftPlacement>& soft, const std::vector<Ri
     // What touched, touches no more.
     bodies.contacts = {};
     if (!bodies.notes.empty()) {
-      for (const SoftState<Real>* body : skins)
+      for (const SoftState<Real>* body : skins) {
         bodies.notes[static_cast<std::size_t>(body - bodies.states.data())] = {};
+      }
     }
     return {};
   });

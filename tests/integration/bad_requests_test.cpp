@@ -21,7 +21,7 @@ struct BadRequest {
 
 class BadRequests : public Served {
  protected:
-  void SetUp() override { start({"--commands-burst", "1000"}); }
+  void SetUp() override { start(); }
 
   template <class Fill>
   void add(const std::string& name, v1::Error::Code code, const std::string& says, Fill fill) {

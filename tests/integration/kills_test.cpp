@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "app/live_world.h"
-#include "app/world_state.h"
+#include "app/plain_numbers.h"
 #include "served.h"
 #include "support/environment.h"
 #include "support/sanitizers.h"

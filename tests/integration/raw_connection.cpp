@@ -132,6 +132,17 @@ bool RawConnection::say_hello(const std::string& token) {
   return reply && reply->has_welcome();
 }
 
+std::string RawConnection::lists(std::uint64_t first_id, std::uint64_t count) {
+  std::string bytes;
+  for (std::uint64_t id = first_id; id < first_id + count; ++id) {
+    v1::ClientMessage message;
+    message.set_request_id(id);
+    message.mutable_list_worlds();
+    bytes += envelope(message.SerializeAsString());
+  }
+  return bytes;
+}
+
 std::string RawConnection::envelope(std::string_view message) {
   const std::uint32_t length = htonl(static_cast<std::uint32_t>(message.size()));
   std::string out(reinterpret_cast<const char*>(&length), sizeof(length));

@@ -41,6 +41,8 @@ class RawConnection {
   bool say_hello(const std::string& token = {});
 
   [[nodiscard]] static std::string envelope(std::string_view message);
+  /// So many ListWorlds in one go, of ids from `first_id` on.
+  [[nodiscard]] static std::string lists(std::uint64_t first_id, std::uint64_t count);
 
  private:
   bool read(char* out, std::size_t count);

@@ -141,14 +141,7 @@ TEST_F(Scripts, OnThisMachineRequestsAreNotCounted) {
   RawConnection connection(server_->tcp_address());
   ASSERT_TRUE(connection.say_hello());
   constexpr std::uint64_t requests = 1'000;
-  std::string pipeline;
-  for (std::uint64_t id = 2; id < 2 + requests; ++id) {
-    v1::ClientMessage message;
-    message.set_request_id(id);
-    message.mutable_list_worlds();
-    pipeline += RawConnection::envelope(message.SerializeAsString());
-  }
-  ASSERT_TRUE(connection.send(pipeline));
+  ASSERT_TRUE(connection.send(RawConnection::lists(2, requests)));
   for (std::uint64_t id = 2; id < 2 + requests; ++id) {
     const auto reply = connection.receive();
     ASSERT_TRUE(reply);

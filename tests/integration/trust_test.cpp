@@ -128,14 +128,7 @@ TEST_F(Trust, PastTheRateRequestsAreRefusedAndTheConnectionIsKept) {
   ASSERT_TRUE(raw.say_hello());
   // In one go: hardly a second passes for the server while it reads them.
   constexpr std::uint64_t requests = 100;
-  std::string pipeline;
-  for (std::uint64_t id = 2; id < 2 + requests; ++id) {
-    v1::ClientMessage message;
-    message.set_request_id(id);
-    message.mutable_list_worlds();
-    pipeline += RawConnection::envelope(message.SerializeAsString());
-  }
-  ASSERT_TRUE(raw.send(pipeline));
+  ASSERT_TRUE(raw.send(RawConnection::lists(2, requests)));
   std::uint64_t refused = 0;
   for (std::uint64_t id = 2; id < 2 + requests; ++id) {
     const auto reply = raw.receive();

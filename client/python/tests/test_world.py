@@ -419,6 +419,29 @@ def test_a_file_that_is_no_scene_is_told_with_its_place(shared: Server, tmp_path
     assert refused.value.code == "INVALID_ARGUMENT" and "line 1" in refused.value.where
 
 
+def test_a_block_ends_though_what_it_was_about_is_gone(shared: Server, world: World) -> None:
+    with world["ball"].grab((0, 3, 0), vertex=0):
+        world.reset()
+    with shared.world(scene(ball()), paused=True) as gone:
+        gone.destroy()
+
+
+def test_an_error_in_a_block_is_told_though_the_server_is_gone() -> None:
+    server = pneuma.serve()
+    with pytest.raises(ZeroDivisionError), server.world("bouncing-ball", paused=True):
+        server.close()
+        1 / 0
+
+
+def test_a_branch_may_be_owned(shared: Server, world: World) -> None:
+    with pneuma.connect(shared.address) as other:
+        other[world.name].branch(name="owned", owned=True)
+        assert "owned" in [each.name for each in shared.worlds()]
+    until_s = time.monotonic() + 30
+    while "owned" in [each.name for each in shared.worlds()]:
+        assert time.monotonic() < until_s
+
+
 def test_a_branch_goes_its_own_way(world: World) -> None:
     world.step(5)
     with world.branch(name="other", paused=True) as other:

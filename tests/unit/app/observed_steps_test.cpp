@@ -2,7 +2,6 @@
 // when what they wait for is so.
 #include <algorithm>
 #include <chrono>
-#include <limits>
 #include <optional>
 
 #include <gtest/gtest.h>
@@ -131,11 +130,11 @@ TEST_F(ObservedSteps, RefusesToSetWhatIsNotThereOrNotTheStateOfAWorldThatRuns) {
   cut.mutable_set_state()->add_soft_bodies()->set_name("ball");
   cut.mutable_set_state()->mutable_soft_bodies(0)->set_positions("abc");
   EXPECT_EQ(ask_one(cut).error().where(), "set_state.soft_bodies[0].positions");
-  v1::ClientMessage nan = nobody;
-  auto& stone = *nan.mutable_set_state()->add_rigid_bodies();
-  stone.set_name("stone");
-  stone.mutable_position()->set_x(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_EQ(ask_one(nan).error().where(), "set_state.rigid_bodies[0].position.x");
+  v1::ClientMessage stone = nobody;
+  stone.mutable_set_state()->add_rigid_bodies()->set_name("stone");
+  EXPECT_EQ(ask_one(stone).error().where(), "set_state.rigid_bodies[0].name");
+  stone.mutable_set_state()->mutable_rigid_bodies(0)->mutable_orientation()->set_w(0.0);
+  EXPECT_EQ(ask_one(stone).error().where(), "set_state.rigid_bodies[0].orientation");
   v1::ClientMessage resume = message(2);
   resume.mutable_resume()->set_world("w");
   (void)world_->post(request_of(session_, resume));

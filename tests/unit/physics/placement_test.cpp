@@ -131,6 +131,9 @@ TEST(Placement, WhatCannotBeChangesNothingAndIsNamed) {
       {{{"a", {}, too_fast}}, {}, limit_exceeded, "soft_bodies[0].velocities[0]"},
       {{{"b", too_few, {}}}, {}, invalid_argument, "soft_bodies[0].positions"},
       {{{"a", good, {}}}, {{"pebble", {}, {}, {}, {}}}, not_found, "rigid_bodies[0].name"},
+      {{}, {{"stone", Vec3d(0.0, bad[7], 0.0), {}, {}, {}}}, invalid_argument, "rigid_bodies[0].position.y"},
+      {{}, {{"stone", {}, Quatd(2.0, 0.0, 0.0, 0.0), {}, {}}}, invalid_argument, "rigid_bodies[0].orientation"},
+      {{}, {{"stone", {}, {}, {}, Vec3d(0.0, 0.0, far[9])}}, limit_exceeded, "rigid_bodies[0].angular_velocity.z"},
   };
   for (const Case& each : cases) {
     const base::Status status = world.place(each.soft, each.rigid);

@@ -11,7 +11,7 @@ from pneuma._proto import session_pb2 as wire
 from pneuma.aio import opening
 from pneuma.arrays import Vector
 from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
-from pneuma.errors import PneumaError
+from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
 
@@ -37,8 +37,9 @@ class Grab(Blocking[aio.Grab]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.release()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with at_a_blocks_end(failed=kind is not None):
+            self.release()
 
 
 class Body(Blocking[aio.Body]):
@@ -134,9 +135,10 @@ class World(Blocking[aio.World]):
         """Opens the world's page in a browser, that of the variable BROWSER where it is set. Returns its address."""
         return self._inner.show()
 
-    def branch(self, *, tick: int | None = None, name: str = "", paused: bool = False) -> World:
-        """A second world of this one, as it is or as it was at `tick`."""
-        return World(self._thread.run(self._inner.branch(tick=tick, name=name, paused=paused)), self._thread)
+    def branch(self, *, tick: int | None = None, name: str = "", paused: bool = False, owned: bool = False) -> World:
+        """A second world of this one, as it is or as it was at `tick`. `owned`: it ends with this connection."""
+        branch = self._inner.branch(tick=tick, name=name, paused=paused, owned=owned)
+        return World(self._thread.run(branch), self._thread)
 
     def __getitem__(self, body: str) -> Body:
         """A soft or rigid body, by its name."""
@@ -149,8 +151,9 @@ class World(Blocking[aio.World]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.destroy()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with at_a_blocks_end(failed=kind is not None):
+            self.destroy()
 
 
 class Server(Blocking[aio.Server]):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Literal, TypeAlias, cast, get_args
 
 from pneuma._proto import session_pb2 as wire
@@ -56,6 +58,16 @@ class NotReached(PneumaError):
 
     def __str__(self) -> str:
         return self.what
+
+
+@contextmanager
+def at_a_blocks_end(*, failed: bool) -> Iterator[None]:
+    """Ends what a block was about. That it is gone already is no error; nor, after one, that the server is."""
+    try:
+        yield
+    except PneumaError as error:
+        if error.code != "NOT_FOUND" and not (failed and error.code == "UNAVAILABLE"):
+            raise
 
 
 def error_of(reply: wire.Error) -> PneumaError:

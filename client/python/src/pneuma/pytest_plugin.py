@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from pneuma.client import Server, serve
-from pneuma.errors import PneumaError
+from pneuma.errors import PneumaError, at_a_blocks_end
 
 server_of = pytest.StashKey[Server]()
 folder_of = pytest.StashKey[Path]()
@@ -59,7 +59,8 @@ def pneuma_server(
     yield server
     if server.error is None:
         for world in server.worlds():
-            server[world.name].destroy()
+            with at_a_blocks_end(failed=False):
+                server[world.name].destroy()
 
 
 @pytest.fixture

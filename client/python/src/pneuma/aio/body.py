@@ -9,7 +9,7 @@ from pneuma._proto import scene_types
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection
 from pneuma.arrays import Points, Rotation, Vector
-from pneuma.errors import PneumaError
+from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.state import little_endian
 
 
@@ -39,8 +39,9 @@ class Grab:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self.release()
+    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with at_a_blocks_end(failed=kind is not None):
+            await self.release()
 
 
 class Body:

@@ -18,7 +18,7 @@ from pneuma.aio.body import Body
 from pneuma.aio.connection import Connection
 from pneuma.aio.stream import Stream
 from pneuma.arrays import Vector
-from pneuma.errors import NotReached, PneumaError
+from pneuma.errors import NotReached, PneumaError, at_a_blocks_end
 from pneuma.scene import Scene, json_of
 from pneuma.state import State, little_endian, state_of
 
@@ -299,8 +299,9 @@ class World:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self.destroy()
+    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        with at_a_blocks_end(failed=kind is not None):
+            await self.destroy()
 
     async def _do(self, request: wire.ClientMessage) -> int:
         return (await self._connection.call(request, wire.Done)).tick

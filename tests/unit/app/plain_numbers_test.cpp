@@ -1,6 +1,6 @@
 // Shows that plain numbers are what a reader without a codec makes of them, within the error asked for, and that a
 // plain stream stands on no frame before.
-#include "app/plain_frames.h"
+#include "app/plain_numbers.h"
 
 #include <cmath>
 #include <cstring>
@@ -11,7 +11,6 @@
 #include "app/frame_hub.h"
 #include "app/live_world.h"
 #include "app/stream_terms.h"
-#include "app/world_state.h"
 #include "ball_scene.h"
 #include "viewer.h"
 
