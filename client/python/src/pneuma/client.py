@@ -64,7 +64,10 @@ class Subscription(Blocking[Told]):
 
     __slots__ = ()
 
-    open = waits(aio.Subscription.open)
+    def open(self) -> Self:
+        """Subscribes, if it has not yet."""
+        self._thread.run(self._inner.open())
+        return self
 
     @property
     def subscribed(self) -> wire.Subscribed:
