@@ -107,34 +107,37 @@ SurfaceQueries::SurfaceQueries(const World& world, const std::vector<BodyRef>& a
   }
 }
 
-std::optional<FoundSurface> SurfaceQueries::first_hit(const Ray& ray, double length_m) {
-  std::optional<FoundSurface> first;
-  double within_m = length_m;
-  for (Candidate& candidate : candidates_) {
-    const bool is_endless = !candidate.box.low_m.allFinite();
-    const auto entered_m = is_endless ? 0.0 : candidate.box.entered_m(ray);
-    if (!entered_m || *entered_m > within_m) continue;
-    std::optional<FoundSurface> met = hit(candidate, ray);
-    if (!met || met->distance_m > within_m || (first && met->distance_m == within_m)) continue;
-    within_m = met->distance_m;
-    first = std::move(met);
+// Of two that are as near, the one that comes first among those asked about.
+template <class Distance, class Find>
+std::optional<FoundSurface> SurfaceQueries::least(double within_m, const Distance& distance_m, const Find& find) {
+  order_.clear();
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const std::optional<double> least_m = candidates_[i].is_endless() ? 0.0 : distance_m(candidates_[i].box);
+    if (least_m && *least_m <= within_m) order_.emplace_back(*least_m, i);
   }
-  return first;
+  std::ranges::sort(order_);
+  std::optional<FoundSurface> found;
+  std::pair<double, std::size_t> best(within_m, candidates_.size());
+  for (const auto& [least_m, i] : order_) {
+    if (least_m > best.first) break;
+    std::optional<FoundSurface> next = find(candidates_[i]);
+    if (!next || std::pair(std::abs(next->distance_m), i) >= best) continue;
+    best = {std::abs(next->distance_m), i};
+    found = std::move(next);
+  }
+  return found;
+}
+
+std::optional<FoundSurface> SurfaceQueries::first_hit(const Ray& ray, double length_m) {
+  return least(
+      length_m, [&](const FaceTree::Box& box) { return box.entered_m(ray); },
+      [&](Candidate& candidate) { return hit(candidate, ray); });
 }
 
 std::optional<FoundSurface> SurfaceQueries::nearest(const Vec3d& point, double within_m) {
-  std::optional<FoundSurface> nearest;
-  double least_m = within_m;
-  for (Candidate& candidate : candidates_) {
-    const bool is_endless = !candidate.box.low_m.allFinite();
-    if (!is_endless && candidate.box.distance_m(point) > least_m) continue;
-    FoundSurface found = nearest_of(candidate, point);
-    const double distance_m = std::abs(found.distance_m);
-    if (distance_m > least_m || (nearest && distance_m == least_m)) continue;
-    least_m = distance_m;
-    nearest = found;
-  }
-  return nearest;
+  return least(
+      within_m, [&](const FaceTree::Box& box) { return std::optional(box.distance_m(point)); },
+      [&](Candidate& candidate) { return std::optional(nearest_of(candidate, point)); });
 }
 
 std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray& ray) const {

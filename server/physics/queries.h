@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "physics/contact/contact_note.h"
@@ -70,13 +71,19 @@ class SurfaceQueries {
     FaceTree::Box box;  // infinite where it has no end
     Frame frame;        // of solids
     Skin skin;          // of soft bodies
+
+    [[nodiscard]] bool is_endless() const { return !box.low_m.allFinite(); }
   };
 
+  /// The nearest of what `find` finds of candidates, in the order of what they are away at least.
+  template <class Distance, class Find>
+  [[nodiscard]] std::optional<FoundSurface> least(double within_m, const Distance& distance_m, const Find& find);
   [[nodiscard]] std::optional<FoundSurface> hit(Candidate& candidate, const Ray& ray) const;
   [[nodiscard]] FoundSurface nearest_of(Candidate& candidate, const Vec3d& point) const;
 
   const World& world_;
   std::vector<Candidate> candidates_;
+  std::vector<std::pair<double, std::size_t>> order_;  // of a question: what a candidate is away at least, and which
 };
 
 }  // namespace pneuma::physics

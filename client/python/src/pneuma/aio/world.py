@@ -173,7 +173,7 @@ class World:
     async def raycast(
         self, origins: Points | Vector, directions: Points | Vector, *, length_m: float = 0.0, bodies: Sequence[str] = ()
     ) -> Surfaces:
-        """Where rays first meet a body or collider: at most 4,096.
+        """Where rays first meet a body or collider: at most 1,024.
 
         origins: (n, 3), metres, or one of all rays. directions: the same, of any length.
         length_m: no further than that; 0: however far.
@@ -192,7 +192,7 @@ class World:
     async def nearest(
         self, points: Points | Vector, *, within_m: float = 0.0, bodies: Sequence[str] = ()
     ) -> Surfaces:
-        """The places on surfaces nearest to points: at most 4,096.
+        """The places on surfaces nearest to points: at most 1,024.
 
         points: (n, 3), metres, or one.
         within_m: no further than that; 0: however far.
