@@ -158,6 +158,8 @@ class World {
   /// The state as bytes, to be restored into a world created from the same scene (the one scene() gave then).
   [[nodiscard]] std::string snapshot() const;
   [[nodiscard]] base::Status restore(std::string_view snapshot);
+  /// A second world, between two ticks, that goes on as one restored from this one's snapshot would.
+  [[nodiscard]] World copy() const;
 
   /// While on, steps note what contact answers. Off at first.
   void note_contacts(bool on);
