@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Coroutine
-from typing import Any, ParamSpec, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Self, TypeVar
 
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
@@ -14,6 +14,9 @@ from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
 from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
+
+if TYPE_CHECKING:
+    from pneuma.aio import recorder as aio_recorder
 
 P = ParamSpec("P")
 Reply = TypeVar("Reply")
@@ -93,6 +96,27 @@ class Stream(Blocking[aio.Stream]):
         self.close()
 
 
+class Recorder(Blocking["aio_recorder.Recorder"]):
+    """A recording under way, made by `World.record`. It ends by `close`, or as a block at the block's end."""
+
+    __slots__ = ()
+
+    @property
+    def frames(self) -> int:
+        """How many were recorded."""
+        return self._inner.frames
+
+    def close(self) -> None:
+        """Waits for the frame of the world's last tick, and ends the file. Raises PneumaError where that failed."""
+        self._thread.run(self._inner.close())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 class World(Blocking[aio.World]):
     __doc__ = aio.World.__doc__
     __slots__ = ()
@@ -112,6 +136,7 @@ class World(Blocking[aio.World]):
     save = waits(aio.World.save)
     snapshot = waits(aio.World.snapshot)
     stream = gives(Stream, aio.World.stream)
+    record = waits_for(Recorder, aio.World.record)
 
     @property
     def name(self) -> str:
