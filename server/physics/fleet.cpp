@@ -173,7 +173,7 @@ void Fleet::show_bodies(std::size_t index, const FleetView& view) const {
   for (std::size_t body = 0; body < soft_count; ++body) {
     if (!frozen.empty()) frozen[body] = world.is_frozen(body);
     if (!measured) continue;
-    const BodyMeasures measures = world.measure(body);
+    const BodyMeasures measures = world.measure_motion(body);
     if (!centres_m.empty()) put_vector(measures.centre_of_mass, centres_m, body);
     if (!velocities_m_s.empty()) {
       put_vector(measures.momentum / world.soft_body(body).mass_kg, velocities_m_s, body);
