@@ -214,6 +214,7 @@ def test_a_reader_that_has_gone_wrong_asks_for_a_key_frame(world: World, monkeyp
         read = list(itertools.islice(frames, 20))
         world.pause()
         assert spoilt and spoilt[0] not in [frame.tick for frame in read]
+        assert spoilt[0] in [frame.missed[0] for frame in read if frame.missed]
         state = world.step()
         frame = next(frame for frame in frames if frame.tick == state.tick)
         assert np.linalg.norm(frame["ball-1"].positions - state["ball-1"].positions, axis=1).max() <= 1e-3 + 1e-6

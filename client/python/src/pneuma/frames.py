@@ -74,7 +74,8 @@ class Frame:
     """A world at one tick, within the stream's error bound.
 
     positions, velocities: (N, 3), those of all bodies, one after the other. frame["ball"] is one body's part of them.
-    missed: the first and the last tick whose frames, before this one, were left out because nobody took them in time.
+    missed: the first and the last tick whose frames, before this one, were left out: nobody took them in time, or they
+        came damaged.
     """
 
     tick: int

@@ -167,9 +167,11 @@ def frames_of(stream: session_pb2.Subscribed, messages: Iterator[bytes]) -> Iter
             missed = joined(missed, (message.gap.from_tick, message.gap.to_tick))
         elif kind == "frame" and layout:
             decoded = decoding.frame(message.frame, layout)
-            if decoded:
-                yield frame_of(message.frame, layout, tuple(events), missed, decoded)
-                events, missed = [], None
+            if decoded is None:
+                missed = joined(missed, (message.frame.tick, message.frame.tick))
+                continue
+            yield frame_of(message.frame, layout, tuple(events), missed, decoded)
+            events, missed = [], None
 
 
 def stacked(parts: list[FrameBody | None], name: str) -> Array32:

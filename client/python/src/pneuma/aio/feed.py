@@ -155,14 +155,18 @@ class Feed:
         if self._decoding:
             decoded = self._decoding.frame(message, self._layout)
             if decoded is None:
+                self._miss(message.tick, message.tick)
                 return
         self._last = (message, self._layout, decoded)
         for reader in self._receivers():
             reader.put(*self._last)
 
     def gap(self, message: frame_pb2.Gap) -> None:
+        self._miss(message.from_tick, message.to_tick)
+
+    def _miss(self, from_tick: int, to_tick: int) -> None:
         for reader in self._receivers():
-            reader.gap = joined(reader.gap, (message.from_tick, message.to_tick))
+            reader.gap = joined(reader.gap, (from_tick, to_tick))
 
     def event(self, message: session_pb2.Event) -> None:
         """Takes events of any world, and leaves those of others."""
