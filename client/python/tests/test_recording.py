@@ -50,6 +50,16 @@ def test_a_recording_is_what_the_world_did(world: World, tmp_path: Path) -> None
     assert compared == len(states)
 
 
+@pytest.mark.parametrize("rate_hz", [60.0, 20.0])
+def test_no_frame_is_lost_of_what_the_recorder_steps(world: World, tmp_path: Path, rate_hz: float) -> None:
+    with world.record(tmp_path / "five.pneuma", rate_hz=rate_hz) as recorder:
+        state = recorder.step(300)
+        assert state.tick == 300 and state.state_hash == world.state().state_hash
+    recording = pneuma.read(tmp_path / "five.pneuma")
+    assert recording.ticks.tolist() == list(range(0, 301, round(60 / rate_hz)))
+    assert not any(frame.missed for frame in recording.frames)
+
+
 def test_columns_make_a_table(world: World, tmp_path: Path) -> None:
     with world.record(tmp_path / "five.pneuma"):
         state = world.step()

@@ -14,6 +14,7 @@ from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
 from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
+from pneuma.state import State
 
 if TYPE_CHECKING:
     from pneuma.aio import recorder as aio_recorder
@@ -105,6 +106,10 @@ class Recorder(Blocking["aio_recorder.Recorder"]):
     def frames(self) -> int:
         """How many were recorded."""
         return self._inner.frames
+
+    def step(self, ticks: int = 1) -> State:
+        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick."""
+        return self._thread.run(self._inner.step(ticks))
 
     def close(self) -> None:
         """Waits for the frame of the world's last tick, and ends the file. Raises PneumaError where that failed."""

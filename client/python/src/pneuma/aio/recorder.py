@@ -11,8 +11,10 @@ from typing import Self
 from pneuma._proto import recording_pb2
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Address, Connection
+from pneuma.aio.world import state_in, whole
 from pneuma.errors import PneumaError
 from pneuma.native import need_native
+from pneuma.state import State
 
 need_native()
 from pneuma import _native  # noqa: E402
@@ -23,14 +25,27 @@ recorded_kinds = frozenset(["topology", "layout", "frame", "gap", "event", "appl
 # What a crash of this program may lose.
 flush_interval_s = 0.2
 
-# How long a recording that is ended waits for the last frames.
-last_frames_s = 2.0
+# How long a frame is waited for, of a tick that is done.
+frame_patience_s = 2.0
+
+# A server keeps four frames for a reader that is late (proto/WIRE.md, "Slow readers").
+frames_at_once = 3
 
 
 class Recorder:
     """A recording under way, made by `World.record`. It ends by `close`, or as a block at the block's end."""
 
-    __slots__ = ("_connection", "_writer", "_world", "_ticks_a_frame", "_tick", "_frames", "_flushed_s", "_error")
+    __slots__ = (
+        "_connection",
+        "_writer",
+        "_world",
+        "_ticks_a_frame",
+        "_tick",
+        "_frames",
+        "_flushed_s",
+        "_error",
+        "_came",
+    )
 
     def __init__(self, connection: Connection, world: str) -> None:
         self._connection = connection
@@ -41,6 +56,7 @@ class Recorder:
         self._frames = 0
         self._flushed_s = time.monotonic()
         self._error: PneumaError | None = None
+        self._came = asyncio.Event()
 
     @classmethod
     async def open(
@@ -84,12 +100,29 @@ class Recorder:
         """How many were recorded."""
         return self._frames
 
+    async def step(self, ticks: int = 1) -> State:
+        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick."""
+        left = whole(ticks, "step.ticks", least=1)
+        while True:
+            part = min(left, max(1, int(frames_at_once * self._ticks_a_frame)))
+            left -= part
+            request = wire.Step(world=self._world, ticks=part, observe=None if left else wire.Observe())
+            done = await self._connection.call(wire.ClientMessage(step=request), wire.Done)
+            await self._wait_for(done.tick)
+            if not left:
+                return state_in(done)
+
     async def close(self) -> None:
         """Waits for the frame of the world's last tick, and ends the file. Raises PneumaError where that failed."""
         if self._writer is None:
             return
         try:
-            await self._wait_for_last_frame()
+            stats = await self._connection.call(
+                wire.ClientMessage(get_stats=wire.GetStats(world=self._world)), wire.Stats
+            )
+            await self._wait_for(stats.tick)
+        except PneumaError:
+            pass  # the world, or the server, has gone: what came is all there is
         finally:
             self._connection.tap = None
             await self._connection.close()
@@ -98,16 +131,14 @@ class Recorder:
         if self._error:
             raise self._error
 
-    async def _wait_for_last_frame(self) -> None:
-        try:
-            stats = await self._connection.call(
-                wire.ClientMessage(get_stats=wire.GetStats(world=self._world)), wire.Stats
-            )
-        except PneumaError:
-            return  # the world, or the server, has gone: what came is all there is
-        end_s = time.monotonic() + last_frames_s
-        while self._tick + self._ticks_a_frame <= stats.tick and time.monotonic() < end_s and not self._error:
-            await asyncio.sleep(0.005)
+    async def _wait_for(self, tick: int) -> None:
+        """Until the stream's last frame up to that tick has come, or is long overdue."""
+        while self._tick + self._ticks_a_frame <= tick and not self._error:
+            self._came.clear()
+            try:
+                await asyncio.wait_for(self._came.wait(), frame_patience_s)
+            except asyncio.TimeoutError:
+                return
 
     def _take(self, data: bytes, message: wire.ServerMessage) -> None:
         kind = message.WhichOneof("message")
@@ -127,6 +158,7 @@ class Recorder:
                 self._flushed_s = time.monotonic()
         except PneumaError as error:
             self._error = error  # told at the end: the world goes on
+        self._came.set()
 
     async def __aenter__(self) -> Self:
         return self
