@@ -8,7 +8,7 @@
 namespace pneuma::app {
 namespace {
 
-LocalWorld ball_world(std::size_t threads = 1) {
+LocalWorld local_ball(std::size_t threads = 1) {
   auto world = LocalWorld::create(ball_scene(), threads);
   EXPECT_TRUE(world.ok()) << world.status().message();
   return std::move(*world);
@@ -29,7 +29,7 @@ TEST(LocalWorld, StepsAsALiveWorldDoes) {
   ASSERT_TRUE(live->change(impulse_up("ball", 2.0)).ok());
   for (int tick = 0; tick < 30; ++tick) live->physics().step_tick(workers);
 
-  LocalWorld local = ball_world(2);
+  LocalWorld local = local_ball(2);
   EXPECT_EQ(local.answer(step(30)).done().tick(), 30U);
   EXPECT_EQ(local.answer(impulse_up("ball", 2.0)).done().tick(), 31U);
   const v1::ServerMessage reply = local.answer(step(30));
@@ -40,7 +40,7 @@ TEST(LocalWorld, StepsAsALiveWorldDoes) {
 }
 
 TEST(LocalWorld, WaitsForATouch) {
-  LocalWorld local = ball_world();
+  LocalWorld local = local_ball();
   v1::ClientMessage message;
   message.mutable_step_until()->set_ticks_max(600);
   message.mutable_step_until()->mutable_touch()->set_first("ball");
@@ -54,7 +54,7 @@ TEST(LocalWorld, WaitsForATouch) {
 }
 
 TEST(LocalWorld, GrabsAndResets) {
-  LocalWorld local = ball_world();
+  LocalWorld local = local_ball();
   const v1::ServerMessage grabbed = local.answer(grab_vertex(3));
   EXPECT_EQ(grabbed.grabbed().vertex(), 3U);
   EXPECT_EQ(grabbed.grabbed().tick(), 1U);
@@ -67,7 +67,7 @@ TEST(LocalWorld, GrabsAndResets) {
 }
 
 TEST(LocalWorld, ErrorsAreTheWiresOwn) {
-  LocalWorld local = ball_world();
+  LocalWorld local = local_ball();
   EXPECT_EQ(local.answer(step(0)).error().where(), "step.ticks");
   EXPECT_EQ(local.answer(impulse_up("stone", 1.0)).error().code(), v1::Error::NOT_FOUND);
   v1::ClientMessage subscribe;
