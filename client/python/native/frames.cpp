@@ -49,7 +49,6 @@ py::array_t<double> poses_of(const client::DecodedFrame& frame) {
 class Decoder {
  public:
   void stream(std::string_view subscribed) { check(decoder_.add_stream(parsed<v1::Subscribed>(subscribed))); }
-  void end_stream(std::uint32_t stream_id) { decoder_.remove_stream(stream_id); }
   void topology(std::string_view topology) { check(decoder_.take_topology(parsed<v1::Topology>(topology))); }
   void layout(std::string_view layout) { check(decoder_.take_layout(parsed<v1::Layout>(layout))); }
 
@@ -82,7 +81,6 @@ void add_frames(py::module_& module) {
   py::class_<Decoder>(module, "Decoder")
       .def(py::init<>())
       .def("stream", &Decoder::stream, "subscribed"_a)
-      .def("end_stream", &Decoder::end_stream, "stream_id"_a)
       .def("topology", &Decoder::topology, "topology"_a)
       .def("layout", &Decoder::layout, "layout"_a)
       .def("frame", &Decoder::frame, "frame"_a)
