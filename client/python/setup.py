@@ -1,10 +1,11 @@
 """Builds the wheel: the sources, and what generate.py makes of the .proto files."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
-from setuptools import setup
+from setuptools import Distribution, setup
 from setuptools.command.build_py import build_py
 
 here = Path(__file__).resolve().parent
@@ -16,10 +17,24 @@ from generate import generate  # noqa: E402
 proto_folder = Path(os.environ.get("PNEUMA_PROTO", here.parent.parent / "proto"))
 
 
+# The module in C++, which CMake builds. Without it the package is a client, and what needs the module says so.
+native = os.environ.get("PNEUMA_NATIVE", "")
+
+
 class BuildWithMessages(build_py):
     def run(self) -> None:
         super().run()
-        generate(proto_folder, Path(self.build_lib) / "pneuma" / "_proto")
+        package = Path(self.build_lib) / "pneuma"
+        generate(proto_folder, package / "_proto")
+        if native:
+            shutil.copy(native, package)
 
 
-setup(cmdclass={"build_py": BuildWithMessages})
+class ForThisMachine(Distribution):
+    """A wheel with the module is for this Python and processor alone."""
+
+    def has_ext_modules(self) -> bool:
+        return bool(native)
+
+
+setup(cmdclass={"build_py": BuildWithMessages}, distclass=ForThisMachine)

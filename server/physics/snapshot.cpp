@@ -235,6 +235,16 @@ base::Status World::restore(std::string_view snapshot) {
   return {};
 }
 
+World World::copy() const {
+  World copy(std::make_unique<Simulation>(*simulation_));
+  copy.simulation_->visit([](auto& bodies) {
+    bodies.contacts = {};
+    bodies.notes = {};
+  });
+  copy.simulation_->make_plan();  // of its own bodies
+  return copy;
+}
+
 std::uint64_t World::state_hash() const {
   Hasher hasher;
   state_fields(hasher, *simulation_);

@@ -244,6 +244,12 @@ BodyMeasures World::measure(std::size_t soft_index) const {
   });
 }
 
+BodyMeasures World::measure_motion(std::size_t soft_index) const {
+  return simulation_->visit([&](const auto& bodies) {
+    return physics::measure_motion(bodies.states[soft_index], simulation_->scene.atmosphere.pressure_pa);
+  });
+}
+
 const std::vector<RigidState>& World::rigid_bodies() const {
   return simulation_->rigid;
 }

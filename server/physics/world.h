@@ -128,6 +128,8 @@ class World {
   /// Likewise, of each vertex at the end of the last substep.
   void copy_velocities(std::size_t soft_index, std::span<double> out_m_s) const;
   [[nodiscard]] BodyMeasures measure(std::size_t soft_index) const;
+  /// The same without the area and the potential energies, which are 0 in it.
+  [[nodiscard]] BodyMeasures measure_motion(std::size_t soft_index) const;
   [[nodiscard]] const std::vector<RigidState>& rigid_bodies() const;
   [[nodiscard]] const std::vector<ColliderState>& colliders() const;
   /// Those that hold.
@@ -158,6 +160,8 @@ class World {
   /// The state as bytes, to be restored into a world created from the same scene (the one scene() gave then).
   [[nodiscard]] std::string snapshot() const;
   [[nodiscard]] base::Status restore(std::string_view snapshot);
+  /// A second world, between two ticks, that goes on as one restored from this one's snapshot would.
+  [[nodiscard]] World copy() const;
 
   /// While on, steps note what contact answers. Off at first.
   void note_contacts(bool on);

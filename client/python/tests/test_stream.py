@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 from collections.abc import Iterator
 
@@ -10,6 +11,7 @@ import pytest
 
 import pneuma
 from pneuma import PneumaError, Server, Stream, World, wire
+from pneuma._proto import frame_pb2
 
 
 @pytest.fixture
@@ -18,9 +20,10 @@ def world(shared: Server) -> Iterator[World]:
         yield world
 
 
+@pytest.mark.parametrize("plain", [False, True], ids=["coded", "plain"])
 @pytest.mark.parametrize("max_error", [0.0, 1e-4, 1e-2])
-def test_a_frame_is_the_state_within_the_bound(world: World, max_error: float) -> None:
-    with world.stream(max_error=max_error, velocities=True, scalars=True) as frames:
+def test_a_frame_is_the_state_within_the_bound(world: World, max_error: float, plain: bool) -> None:
+    with world.stream(max_error=max_error, velocities=True, scalars=True, plain=plain) as frames:
         for _ in range(20):
             state = world.step(7, velocities=True)
             frame = next(frame for frame in frames if frame.tick == state.tick)
@@ -136,6 +139,96 @@ def test_a_stream_breaks_with_its_server() -> None:
 def test_the_wire_of_a_plain_stream(world: World) -> None:
     """No frame builds on another, and a bound is told by integers."""
     assert wire.Subscribe.PLAIN == 1
+    with world.stream(max_error=1e-3, plain=True) as frames:
+        next(frames)
+        assert frames.subscribed.max_error_m == 1e-3 and frames.subscribed.grid_step_m == 0
+
+
+@pytest.mark.parametrize("level_of_detail", [0, 1])
+def test_coded_frames_are_the_plain_ones_within_the_bound(world: World, level_of_detail: int) -> None:
+    """Of a running world, side by side: every vertex, every velocity, the solids and what they touch."""
+    asked = {"velocities": True, "scalars": True, "contacts": True, "level_of_detail": level_of_detail}
+    with world.stream(**asked) as plain, world.stream(max_error=1e-3, **asked) as coded:  # type: ignore[arg-type]
+        assert next(coded).tick == next(plain).tick == 0
+        assert coded.subscribed.grid_step_m > 0 and plain.subscribed.grid_step_m == 0
+        world.resume()
+        theirs = {frame.tick: frame for frame in itertools.islice(plain, 60)}
+        compared = 0
+        for frame in itertools.islice(coded, 60):
+            true = theirs.get(frame.tick)
+            if true is None:
+                continue
+            compared += 1
+            assert frame.time_s == pytest.approx(true.time_s) and list(frame.bodies) == list(true.bodies)
+            assert np.linalg.norm(frame.positions - true.positions, axis=1).max() <= 1e-3 + 1e-6
+            assert frame.velocities is not None and true.velocities is not None
+            off = np.linalg.norm(frame.velocities - true.velocities, axis=1).max()
+            assert off <= coded.subscribed.max_velocity_error_m_s + 1e-5
+            for name, body in true.bodies.items():
+                assert np.array_equal(frame[name].faces, body.faces) and frame[name].volume_m3 == body.volume_m3
+            assert frame.solids["room"].orientation == pytest.approx(true.solids["room"].orientation)
+            assert len(frame.contacts) == len(true.contacts)
+        assert compared > 40
+
+
+def test_an_edit_brings_another_layout_of_coded_frames(world: World) -> None:
     with world.stream(max_error=1e-3) as frames:
         next(frames)
-        assert frames.subscribed.max_error_m == 1e-3
+        world.step(5)
+        world.edit({"remove_soft_body": "ball-3"})
+        state = world.step(5)
+        frame = next(frame for frame in frames if frame.tick == state.tick)
+        assert list(frame.bodies) == list(state)
+        for name, body in state.soft.items():
+            assert np.linalg.norm(frame[name].positions - body.positions, axis=1).max() <= 1e-3 + 1e-6
+
+
+def test_who_joins_late_gets_the_last_coded_frame(world: World) -> None:
+    with world.stream(max_error=1e-3) as first:
+        next(first)
+        state = world.step(5)
+        next(frame for frame in first if frame.tick == state.tick)
+        with world.stream(max_error=1e-3) as second:
+            frame = next(second)
+            assert frame.tick == state.tick
+            assert np.linalg.norm(frame["ball-1"].positions - state["ball-1"].positions, axis=1).max() <= 1e-3 + 1e-6
+
+
+def test_a_reader_that_has_gone_wrong_asks_for_a_key_frame(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A byte of a frame is changed on its way: nothing of it is shown, and the next frames are right again."""
+    with world.stream(max_error=1e-3) as frames:
+        next(frames)
+        feed = frames._inner._feed
+        assert feed
+        whole = feed.frame
+        spoilt: list[int] = []
+
+        def spoil(message: frame_pb2.Frame) -> None:
+            if message.HasField("base_tick") and not spoilt:
+                spoilt.append(message.tick)
+                message.check ^= 1
+            whole(message)
+
+        monkeypatch.setattr(feed, "frame", spoil)
+        world.resume()
+        read = list(itertools.islice(frames, 20))
+        world.pause()
+        assert spoilt and spoilt[0] not in [frame.tick for frame in read]
+        assert spoilt[0] in [frame.missed[0] for frame in read if frame.missed]
+        state = world.step()
+        frame = next(frame for frame in frames if frame.tick == state.tick)
+        assert np.linalg.norm(frame["ball-1"].positions - state["ball-1"].positions, axis=1).max() <= 1e-3 + 1e-6
+
+
+def test_coded_frames_with_async_for() -> None:
+    async def watch() -> float:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("bouncing-ball", paused=True)
+            async with world.stream(max_error=1e-3) as frames:
+                state = await world.step(9)
+                async for frame in frames:
+                    if frame.tick == state.tick:
+                        return float(np.abs(frame["ball"].positions - state["ball"].positions).max())
+        return 1.0
+
+    assert asyncio.run(watch()) <= 1e-3 + 1e-6

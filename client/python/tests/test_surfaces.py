@@ -11,7 +11,20 @@ import numpy as np
 import pytest
 
 import pneuma
-from pneuma import Collider, Mesh, PneumaError, RigidBody, Scene, Server, Shape, SoftBody, Springs, Stepping, Touch, World
+from pneuma import (
+    Collider,
+    Mesh,
+    PneumaError,
+    RigidBody,
+    Scene,
+    Server,
+    Shape,
+    SoftBody,
+    Springs,
+    Stepping,
+    Touch,
+    World,
+)
 
 g_m_s2 = 9.81
 
@@ -150,7 +163,9 @@ def test_touches_for_asyncio() -> None:
     async def bounce() -> list[str]:
         async with pneuma.aio.serve() as server:
             stone = RigidBody(name="stone", shape=Shape.Sphere(radius_m=0.05), position=(0, 0.2, 0))
-            scene = Scene(name="falling", gravity=(0, -g_m_s2, 0)).add(stone, Collider(name="floor", shape=Shape.Plane()))
+            scene = Scene(name="falling", gravity=(0, -g_m_s2, 0)).add(
+                stone, Collider(name="floor", shape=Shape.Plane())
+            )
             world = await server.world(scene)
             async for touch in world.touches():
                 return [touch.kind, touch.first, touch.second]

@@ -13,6 +13,10 @@ namespace pneuma::physics {
 template <class Real>
 [[nodiscard]] double potential_j(const SoftState<Real>& state, const EnergyPlace& at, const Surroundings& surroundings);
 
+/// Without the area and the potential energies, which are 0 in it: half of the work.
+template <class Real>
+[[nodiscard]] BodyMeasures measure_motion(const SoftState<Real>& state, double outside_pressure_pa);
+
 /// `Real` is float or double.
 template <class Real>
 [[nodiscard]] BodyMeasures measure(const SoftState<Real>& state, double outside_pressure_pa, const Vec3d& gravity_m_s2);

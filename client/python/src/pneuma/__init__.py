@@ -36,10 +36,11 @@ from pneuma._proto.scene_types import (
     Surface,
     Volume,
 )
-from pneuma.client import Body, Grab, Server, Stream, TouchStream, World, connect, serve
+from pneuma.client import Body, Grab, Recorder, Server, Stream, TouchStream, World, connect, serve
 from pneuma.errors import Code, NotReached, PneumaError
 from pneuma.frames import Contact, Event, Frame, FrameBody, Pose
 from pneuma.mesh_files import read_mesh
+from pneuma.recording import RecordedBody, Recording, read
 from pneuma.scene import Scene, triangles
 from pneuma.state import RigidState, SoftState, State
 from pneuma.surfaces import Surfaces
@@ -71,6 +72,9 @@ __all__ = [
     "NotReached",
     "PneumaError",
     "Pose",
+    "RecordedBody",
+    "Recorder",
+    "Recording",
     "RigidBody",
     "RigidBodyChange",
     "RigidState",
@@ -94,6 +98,7 @@ __all__ = [
     "__version__",
     "aio",
     "connect",
+    "read",
     "read_mesh",
     "serve",
     "triangles",

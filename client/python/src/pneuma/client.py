@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Coroutine
-from typing import Any, ParamSpec, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, Self, TypeVar
 
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
@@ -14,7 +14,11 @@ from pneuma.blocking import Blocking, LoopThread, gives, waits, waits_for
 from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
+from pneuma.state import State
 from pneuma.touch import Touch
+
+if TYPE_CHECKING:
+    from pneuma.aio import recorder as aio_recorder
 
 P = ParamSpec("P")
 Reply = TypeVar("Reply")
@@ -124,6 +128,31 @@ class TouchStream(Subscription[aio.TouchStream]):
         return touch
 
 
+class Recorder(Blocking["aio_recorder.Recorder"]):
+    """A recording under way, made by `World.record`. It ends by `close`, or as a block at the block's end."""
+
+    __slots__ = ()
+
+    @property
+    def frames(self) -> int:
+        """How many were recorded."""
+        return self._inner.frames
+
+    def step(self, ticks: int = 1) -> State:
+        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick."""
+        return self._thread.run(self._inner.step(ticks))
+
+    def close(self) -> None:
+        """Waits for the frame of the world's last tick, and ends the file. Raises PneumaError where that failed."""
+        self._thread.run(self._inner.close())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
 class World(Blocking[aio.World]):
     __doc__ = aio.World.__doc__
     __slots__ = ()
@@ -146,6 +175,7 @@ class World(Blocking[aio.World]):
     nearest = waits(aio.World.nearest)
     bodies_in_box = waits(aio.World.bodies_in_box)
     stream = gives(Stream, aio.World.stream)
+    record = waits_for(Recorder, aio.World.record)
     touches = gives(TouchStream, aio.World.touches)
 
     @property

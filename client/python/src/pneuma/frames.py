@@ -1,4 +1,4 @@
-"""Frames of a plain stream, as numpy arrays. See proto/WIRE.md, "Plain frames"."""
+"""Frames as numpy arrays: of a plain stream (proto/WIRE.md, "Plain frames"), and what the codec made of others."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ class Frame:
     """A world at one tick, within the stream's error bound.
 
     positions, velocities: (N, 3), those of all bodies, one after the other. frame["ball"] is one body's part of them.
-    missed: the first and the last tick whose frames, before this one, were left out because nobody took them in time.
+    missed: the first and the last tick whose frames, before this one, were left out: nobody took them in time, or they
+        came damaged.
     """
 
     tick: int
@@ -114,13 +115,22 @@ class Layout:
         return self.names[index] if index < len(self.names) else ""
 
 
-def frame_of(
-    message: wire.Frame,
-    layout: Layout,
-    events: tuple[Event, ...] = (),
-    missed: tuple[int, int] | None = None,
-) -> Frame:
-    """Raises ValueError where the payloads are not of the layout's vertices."""
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """What a frame says of vertices and solids: positions and velocities as those of `Frame`."""
+
+    time_s: float
+    positions: Floats32
+    velocities: Floats32 | None
+    poses: tuple[Pose, ...]
+
+    @property
+    def bytes(self) -> int:
+        return self.positions.nbytes + (0 if self.velocities is None else self.velocities.nbytes)
+
+
+def decoded_of(message: wire.Frame, layout: Layout) -> Decoded:
+    """Of a plain frame. Raises ValueError where the payloads are not of the layout's vertices."""
     grid = message.int16
     if message.HasField("int16"):
         positions = (integers_of(message.payload, layout) * grid.step_m + xyz(grid.origin)).astype(np.float32)
@@ -131,6 +141,20 @@ def frame_of(
         velocities = (integers_of(message.velocities, layout) * grid.velocity_step_m_s).astype(np.float32)
     elif message.velocities:
         velocities = floats_of(message.velocities, layout)
+    poses = (Pose(layout.solid(p.solid), xyz(p.position), wxyz(p.orientation)) for p in message.poses)
+    return Decoded(message.time_s, positions, velocities, tuple(poses))
+
+
+def frame_of(
+    message: wire.Frame,
+    layout: Layout,
+    events: tuple[Event, ...] = (),
+    missed: tuple[int, int] | None = None,
+    decoded: Decoded | None = None,
+) -> Frame:
+    """The frame; of a plain one nothing is decoded yet. Raises ValueError as `decoded_of`."""
+    decoded = decoded or decoded_of(message, layout)
+    positions, velocities = decoded.positions, decoded.velocities
     bodies = {
         name: FrameBody(
             name,
@@ -141,14 +165,13 @@ def frame_of(
         )
         for index, (name, part) in enumerate(zip(layout.names, layout.rows))
     }
-    poses = [Pose(layout.solid(p.solid), xyz(p.position), wxyz(p.orientation)) for p in message.poses]
     return Frame(
         tick=message.tick,
-        time_s=message.time_s,
+        time_s=decoded.time_s,
         positions=positions,
         velocities=velocities,
         bodies=bodies,
-        solids={pose.name: pose for pose in poses},
+        solids={pose.name: pose for pose in decoded.poses},
         contacts=tuple(contact_of(contact, layout) for contact in message.contacts),
         events=events,
         missed=missed,

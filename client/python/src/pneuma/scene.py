@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import fields
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Self, TypeAlias
 
@@ -14,7 +14,7 @@ from google.protobuf import json_format
 
 from pneuma import messages
 from pneuma._proto import scene_pb2 as wire
-from pneuma._proto import scene_types
+from pneuma._proto import scene_types, session_pb2
 from pneuma._proto.scene_types import Collider, Joint, Mesh, RigidBody, SoftBody
 from pneuma.arrays import Numbers, Points
 
@@ -68,6 +68,21 @@ def message_of(scene: scene_types.Scene | Mapping[str, object]) -> wire.Scene:
     message = wire.Scene()
     messages.fill(message, scene, "scene")
     return message
+
+
+Source: TypeAlias = str | PathLike[str] | scene_types.Scene | Mapping[str, object]
+
+
+def fill_source(request: session_pb2.CreateWorld, source: Source) -> None:
+    """Says which scene a world is made of: a built-in one, a scene, a dict like its JSON form, JSON, or a file's path."""
+    if isinstance(source, (scene_types.Scene, Mapping)):
+        request.scene.CopyFrom(message_of(source))
+    elif isinstance(source, str) and source.lstrip().startswith("{"):
+        request.scene_json = source
+    elif Path(source).suffix == ".json":
+        request.scene_json = Path(source).read_text("utf-8")
+    else:
+        request.builtin = fspath(source)
 
 
 def json_of(message: wire.Scene) -> str:

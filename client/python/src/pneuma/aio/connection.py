@@ -67,6 +67,8 @@ class Connection:
         self._why_it_broke = why_it_broke
         self.welcome = session_pb2.Welcome(message_bytes_max=hello_bytes_max)
         self.feeds: dict[int, Feed] = {}
+        #: Is shown every message that comes, and its bytes, before it is taken.
+        self.tap: Callable[[bytes, session_pb2.ServerMessage], None] | None = None
         self._topologies: dict[bytes, frame_pb2.Topology] = {}
         self._reader = reader
         self._writer = writer
@@ -154,13 +156,7 @@ class Connection:
             raise PneumaError("UNAVAILABLE", f"no reply in {timeout_s} s", str(request.WhichOneof("request"))) from None
         finally:
             self._waiting.pop(request_id, None)
-        kind = message.WhichOneof("message")
-        content = getattr(message, kind)
-        if kind == "error":
-            raise error_of(content)
-        if not isinstance(content, expected):
-            raise PneumaError("MALFORMED", f"a reply of the kind {kind}", str(request.WhichOneof("request")))
-        return content
+        return reply_in(message, expected)
 
     def _send(
         self, request: session_pb2.ClientMessage, reply: asyncio.Future[session_pb2.ServerMessage] | None = None
@@ -181,7 +177,10 @@ class Connection:
                 async with asyncio.timeout(silence_s):
                     length = length_of(await self._reader.readexactly(length_bytes))
                     data = await self._reader.readexactly(length)
-                self._take(session_pb2.ServerMessage.FromString(data))
+                message = session_pb2.ServerMessage.FromString(data)
+                if self.tap:
+                    self.tap(data, message)
+                self._take(message)
         except PneumaError as error:
             self._end(error)
         except TimeoutError:
@@ -199,7 +198,10 @@ class Connection:
         content = getattr(message, kind)
         if kind == "subscribed":
             # Before what follows the reply. Asking again for the same gives the same stream.
-            self.feeds.setdefault(content.stream_id, Feed(content, self._topologies)).expect()
+            if content.stream_id not in self.feeds:
+                request = session_pb2.ClientMessage(request_key=session_pb2.RequestKey(stream_id=content.stream_id))
+                self.feeds[content.stream_id] = Feed(content, self._topologies, lambda: self.tell(request))
+            self.feeds[content.stream_id].expect()
         if message.request_id:
             waiting = self._waiting.pop(message.request_id, None)
             if waiting and not waiting.done():
@@ -228,6 +230,17 @@ class Connection:
         for feed in self.feeds.values():
             feed.end(error)
         self._writer.close()
+
+
+def reply_in(message: session_pb2.ServerMessage, expected: type[T]) -> T:
+    """What a reply says. Raises PneumaError where that is an error, or no `expected`."""
+    kind = str(message.WhichOneof("message"))
+    content = getattr(message, kind)
+    if kind == "error":
+        raise error_of(content)
+    if not isinstance(content, expected):
+        raise PneumaError("MALFORMED", f"a reply of the kind {kind}", expected.__name__)
+    return content
 
 
 async def retried(

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from pneuma._proto import frame_pb2, session_pb2
 from pneuma.errors import PneumaError
-from pneuma.frames import Event, Frame, Layout, event_of, frame_of
+from pneuma.frames import Decoded, Event, Frame, Layout, event_of, frame_of
 from pneuma.touch import Touch, touch_of
+
+if TYPE_CHECKING:
+    from pneuma.decoding import Decoding
 
 # A stream that nobody reads for a while keeps four seconds at 60 Hz, and of a large world no more bytes than these.
 frames_kept = 240
@@ -25,8 +29,13 @@ class Kept:
 
     message: frame_pb2.Frame
     layout: Layout
+    decoded: Decoded | None  # of a coded stream
     events: tuple[Event, ...]
     missed: tuple[int, int] | None
+
+    @property
+    def bytes(self) -> int:
+        return self.decoded.bytes if self.decoded else len(self.message.payload) + len(self.message.velocities)
 
 
 def joined(first: tuple[int, int] | None, second: tuple[int, int] | None) -> tuple[int, int] | None:
@@ -34,10 +43,6 @@ def joined(first: tuple[int, int] | None, second: tuple[int, int] | None) -> tup
     if first is None or second is None:
         return first or second
     return (min(first[0], second[0]), max(first[1], second[1]))
-
-
-def bytes_of(message: frame_pb2.Frame) -> int:
-    return len(message.payload) + len(message.velocities)
 
 
 @dataclass(eq=False)
@@ -54,11 +59,12 @@ class Reader:
     touches: deque[Touch] = field(default_factory=deque)
     touches_dropped: int = 0
 
-    def put(self, message: frame_pb2.Frame, layout: Layout) -> None:
-        self.frames.append(Kept(message, layout, tuple(self.events), self.gap))
+    def put(self, message: frame_pb2.Frame, layout: Layout, decoded: Decoded | None) -> None:
+        kept = Kept(message, layout, decoded, tuple(self.events), self.gap)
+        self.frames.append(kept)
         self.events.clear()
         self.gap = None
-        self.bytes += bytes_of(message)
+        self.bytes += kept.bytes
         while len(self.frames) > frames_kept or (self.bytes > frame_bytes_kept and len(self.frames) > 1):
             lost = self._pop()
             after = self.frames[0]
@@ -101,7 +107,7 @@ class Reader:
                 return None
         kept = self._pop()
         try:
-            return frame_of(kept.message, kept.layout, kept.events, kept.missed)
+            return frame_of(kept.message, kept.layout, kept.events, kept.missed, kept.decoded)
         except ValueError as error:
             raise PneumaError("MALFORMED", str(error), "frame") from None
 
@@ -117,18 +123,29 @@ class Reader:
 
     def _pop(self) -> Kept:
         kept = self.frames.popleft()
-        self.bytes -= bytes_of(kept.message)
+        self.bytes -= kept.bytes
         return kept
 
 
 class Feed:
     """A stream of the connection. Several may read it: asking for the same twice gives one stream."""
 
-    def __init__(self, subscribed: session_pb2.Subscribed, topologies: Mapping[bytes, frame_pb2.Topology]) -> None:
+    def __init__(
+        self,
+        subscribed: session_pb2.Subscribed,
+        topologies: Mapping[bytes, frame_pb2.Topology],
+        ask_for_key: Callable[[], None] = lambda: None,
+    ) -> None:
         self.subscribed = subscribed
         self._topologies = topologies
         self._layout: Layout | None = None
-        self._last: frame_pb2.Frame | None = None
+        self._last: tuple[frame_pb2.Frame, Layout, Decoded | None] | None = None
+        self._decoding: Decoding | None = None
+        # Frames of a plain stream count on no grid.
+        if subscribed.grid_step_m > 0.0:
+            from pneuma.decoding import Decoding  # only here is the codec needed
+
+            self._decoding = Decoding(subscribed, ask_for_key)
         self._readers: list[Reader] = []
         # Replies to Subscribe whose askers did not come yet.
         self._awaited = 0
@@ -146,8 +163,8 @@ class Feed:
             reader, self._first = self._first, Reader()
         else:
             reader = Reader()
-            if self._last and self._layout:
-                reader.put(self._last, self._layout)
+            if self._last:
+                reader.put(*self._last)
         self._readers.append(reader)
         return reader
 
@@ -163,17 +180,30 @@ class Feed:
 
     def layout(self, message: frame_pb2.Layout) -> None:
         self._layout = Layout(message, self._topologies)
+        if self._decoding:
+            self._decoding.layout(message, self._topologies)
 
     def frame(self, message: frame_pb2.Frame) -> None:
-        if self._layout is None or message.layout_id != self._layout.layout_id:
+        # A frame that builds on another is of that one's layout, and does not tell it.
+        builds_on_another = message.HasField("base_tick") and message.layout_id == 0
+        if self._layout is None or not (builds_on_another or message.layout_id == self._layout.layout_id):
             raise PneumaError("MALFORMED", f"a frame of the layout {message.layout_id}, which was not told")
-        self._last = message
+        decoded = None
+        if self._decoding:
+            decoded = self._decoding.frame(message, self._layout)
+            if decoded is None:
+                self._miss(message.tick, message.tick)
+                return
+        self._last = (message, self._layout, decoded)
         for reader in self._receivers():
-            reader.put(message, self._layout)
+            reader.put(*self._last)
 
     def gap(self, message: frame_pb2.Gap) -> None:
+        self._miss(message.from_tick, message.to_tick)
+
+    def _miss(self, from_tick: int, to_tick: int) -> None:
         for reader in self._receivers():
-            reader.gap = joined(reader.gap, (message.from_tick, message.to_tick))
+            reader.gap = joined(reader.gap, (from_tick, to_tick))
 
     def touches(self, message: session_pb2.Touches) -> None:
         for reader in self._receivers():

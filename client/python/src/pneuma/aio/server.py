@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
-from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Self, TypeVar
@@ -13,7 +11,7 @@ from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection
 from pneuma.aio.program import Program
 from pneuma.aio.world import World
-from pneuma.scene import Scene, message_of
+from pneuma.scene import Source, fill_source
 
 Reply = TypeVar("Reply")
 
@@ -33,24 +31,19 @@ class Server:
 
     async def world(
         self,
-        source: str | PathLike[str] | Scene | Mapping[str, object],
+        source: Source,
         *,
         name: str = "",
         paused: bool = False,
         owned: bool | None = None,
     ) -> World:
-        """Makes a world of a built-in scene, a scene, a dict like its JSON form, or a file (a path that ends in .json).
+        """Makes a world of a built-in scene, a scene, a dict like its JSON form, JSON, or a file (a path with .json).
 
         name: the scene's unless given, with -2, -3... where that is taken.
         owned: the world ends with this connection. That is the default on a server of one's own that keeps no worlds.
         """
         request = wire.CreateWorld(name=name, paused=paused, owned=self._owns_worlds if owned is None else owned)
-        if isinstance(source, (Scene, Mapping)):
-            request.scene.CopyFrom(message_of(source))
-        elif Path(source).suffix == ".json":
-            request.scene_json = await asyncio.to_thread(Path(source).read_text, "utf-8")
-        else:
-            request.builtin = os.fspath(source)
+        await asyncio.to_thread(fill_source, request, source)
         done = await self.call(wire.ClientMessage(create_world=request), wire.Done)
         return World(self.connection, done.world, self.page)
 

@@ -1,0 +1,130 @@
+"""Environments: the forms that Gymnasium's users know, episodes that repeat to the bit, and tasks that can be learnt."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from pneuma import envs
+
+from conftest import sources
+
+tasks = [envs.InflateToHeight, envs.RollToPlace]
+
+
+@pytest.mark.parametrize("task", tasks)
+def test_one_world_has_gymnasiums_form(task: type[envs.Task]) -> None:
+    with envs.Env(task()) as env:
+        observation, info = env.reset(seed=3)
+        assert env.observation_space.contains(observation) and observation.dtype == np.float32
+        assert info == {"reached": False}
+        steps = 0
+        while True:
+            observation, reward, terminated, truncated, info = env.step(env.action_space.sample(seed=steps))
+            steps += 1
+            assert isinstance(reward, float) and reward < 0 and env.observation_space.contains(observation)
+            if terminated or truncated:
+                break
+        assert truncated == (steps == env.task.steps_max) and not (terminated and truncated)
+        with pytest.raises(RuntimeError, match="reset"):
+            env.step(env.action_space.sample())
+        env.reset()
+        env.step(env.action_space.sample())
+
+
+@pytest.mark.parametrize("task", tasks)
+def test_a_seed_makes_the_same_episode_again(task: type[envs.Task]) -> None:
+    def episode(env: envs.VectorEnv, seed: int) -> list[bytes]:
+        told = [env.reset(seed=seed)[0].tobytes()]
+        env.action_space.seed(seed)
+        for _ in range(10):
+            observations, rewards, *_ = env.step(env.action_space.sample())
+            told += [observations.tobytes(), rewards.tobytes()]
+        return told
+
+    env = envs.VectorEnv(task(), 8)
+    first, other = episode(env, 1), episode(env, 2)
+    assert episode(env, 1) == first != other
+    assert episode(envs.VectorEnv(task(), 8, threads=1), 1) == first
+
+
+@pytest.mark.parametrize("task", tasks)
+def test_a_row_is_what_one_world_does(task: type[envs.Task]) -> None:
+    """The first of many worlds has the first goal of the seed, as one alone has: so it sees the same."""
+    many, one = envs.VectorEnv(task(), 4), envs.Env(task())
+    seen, seen_alone = many.reset(seed=5)[0][0], one.reset(seed=5)[0]
+    for step in range(12):
+        assert np.array_equal(seen, seen_alone)
+        actions = many.action_space.sample(seed=step)
+        observations, rewards, *_ = many.step(actions)
+        seen_alone, reward, *_ = one.step(actions[0])
+        seen = observations[0]
+        assert reward == rewards[0]
+
+
+def test_an_episode_that_ends_makes_room_for_another() -> None:
+    task = envs.RollToPlace()
+    task.steps_max = 3
+    env = envs.VectorEnv(task, 5)
+    assert env.observation_space.shape == (5, 4) and env.single_action_space.shape == (2,)
+    _, infos = env.reset(seed=0)
+    assert infos["begun"].all()
+    still = np.zeros((5, 2))
+    first_goals = env._goals.copy()
+    for _ in range(2):
+        assert not any(flags.any() for flags in env.step(still)[2:4])
+    truncated = env.step(still)[3]
+    assert truncated.all()
+    observations, rewards, terminated, truncated, infos = env.step(np.ones((5, 2)))
+    assert infos["begun"].all() and not rewards.any() and not terminated.any() and not truncated.any()
+    assert (env.worlds.ticks == 0).all() and (env._goals != first_goals).all()
+    assert np.abs(observations[:, 2:]).max() < 1e-6  # at rest, whatever was asked for
+
+
+def test_what_is_refused_is_told() -> None:
+    env = envs.VectorEnv(envs.RollToPlace(), 3)
+    with pytest.raises(ValueError, match=r"\(3, 1\), not \(3, 2\)"):
+        env.step(np.zeros((3, 1)))
+    with pytest.raises(ValueError, match="options"):
+        env.reset(options={"gravity": 3})
+
+
+def test_a_place_is_reached_by_who_pushes_towards_it() -> None:
+    """A policy by hand: push along the way, and against the velocity."""
+    env = envs.Env(envs.RollToPlace())
+    seen, _ = env.reset(seed=11)
+    for _ in range(env.task.steps_max):
+        seen, _, terminated, truncated, info = env.step(0.6 * seen[:2] - 0.6 * seen[2:])
+        if terminated or truncated:
+            break
+    assert info["reached"] and terminated
+    assert np.linalg.norm(seen[:2]) < envs.RollToPlace.near_m
+
+
+def test_a_height_is_reached_by_who_pumps_what_is_missing() -> None:
+    env = envs.Env(envs.InflateToHeight())
+    seen, _ = env.reset(seed=11)
+    for _ in range(env.task.steps_max):
+        seen, _, terminated, truncated, info = env.step(seen[:1])
+        if terminated or truncated:
+            break
+    assert info["reached"] and abs(seen[0]) < envs.InflateToHeight.near_m
+
+
+@pytest.mark.parametrize("task", ["inflate", "roll"])
+def test_random_search_solves_it(task: str) -> None:
+    """From the example's own command line, within two minutes. Its seed makes it the same search everywhere."""
+    begun = time.monotonic()
+    ended = subprocess.run(
+        [sys.executable, str(sources / "examples" / "random_search.py"), task],
+        capture_output=True,
+        text=True,
+        timeout=150,
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    assert time.monotonic() - begun < 120
+    assert f"{task}: " in ended.stdout.splitlines()[-1]

@@ -1,0 +1,171 @@
+"""Recordings: what was streamed comes back from the file, whole or cut off."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pneuma
+from pneuma import PneumaError, Server, World
+
+max_error_m = 1e-3
+
+
+@pytest.fixture
+def world(shared: Server) -> Iterator[World]:
+    with shared.world("five-balls", paused=True) as world:
+        yield world
+
+
+def test_a_recording_is_what_the_world_did(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "five.pneuma"
+    with world.record(path, velocities=True) as recorder:
+        states = [world.state(velocities=True), *(world.step(3, velocities=True) for _ in range(20))]
+    recording = pneuma.read(path)
+    assert recorder.frames == len(recording)
+    assert (recording.world, recording.scene.name, recording.damage) == (world.name, "five-balls", "")
+    assert recording.max_error_m == max_error_m and recording.bodies == tuple(states[0])
+    assert recording.ticks[0] == 0 and recording.ticks[-1] == 60
+    rows = {int(tick): row for row, tick in enumerate(recording.ticks)}
+    compared = 0
+    for state in states:
+        if state.tick not in rows:
+            continue
+        compared += 1
+        row = rows[state.tick]
+        assert recording.times_s[row] == pytest.approx(state.time_s)
+        for name, body in state.soft.items():
+            recorded = recording[name]
+            assert recorded.positions.shape == (len(recording), 162, 3)
+            assert np.linalg.norm(recorded.positions[row] - body.positions, axis=1).max() <= max_error_m + 1e-6
+            assert recorded.velocities is not None and body.velocities is not None
+            assert np.linalg.norm(recorded.velocities[row] - body.velocities, axis=1).max() <= 60 * max_error_m + 1e-5
+            assert recorded.volume_m3 is not None and recorded.volume_m3[row] == pytest.approx(body.volume_m3)
+            assert recorded.pressure_pa is not None
+            assert recorded.pressure_pa[row] == pytest.approx(body.pressure_pa, rel=1e-4)
+    assert compared == len(states)
+
+
+@pytest.mark.parametrize("rate_hz", [60.0, 20.0])
+def test_no_frame_is_lost_of_what_the_recorder_steps(world: World, tmp_path: Path, rate_hz: float) -> None:
+    with world.record(tmp_path / "five.pneuma", rate_hz=rate_hz) as recorder:
+        state = recorder.step(300)
+        assert state.tick == 300 and state.state_hash == world.state().state_hash
+    recording = pneuma.read(tmp_path / "five.pneuma")
+    assert recording.ticks.tolist() == list(range(0, 301, round(60 / rate_hz)))
+    assert not any(frame.missed for frame in recording.frames)
+
+
+def test_columns_make_a_table(world: World, tmp_path: Path) -> None:
+    with world.record(tmp_path / "five.pneuma"):
+        state = world.step()
+    table = pneuma.read(tmp_path / "five.pneuma").columns()
+    assert list(table)[:6] == ["tick", "time_s", "ball-1.x_m", "ball-1.y_m", "ball-1.z_m", "ball-1.volume_m3"]
+    assert {column.shape for column in table.values()} == {(2,)}
+    assert table["ball-2.y_m"][-1] == pytest.approx(state["ball-2"].centre_of_mass[1], abs=max_error_m)
+
+
+def test_bodies_that_come_and_go_are_nan_elsewhere(shared: Server, tmp_path: Path) -> None:
+    path = tmp_path / "edited.pneuma"
+    with shared.world("five-balls", paused=True) as world, world.record(path, bodies=["ball-3", "ball-4"]):
+        world.step()
+        world.edit({"remove_soft_body": "ball-3"})
+        world.step()
+    recording = pneuma.read(path)
+    gone = np.isnan(recording["ball-3"].positions).all(axis=(1, 2))
+    assert gone.any() and np.array_equal(gone, np.arange(len(recording)) >= np.argmax(gone))
+    assert not np.isnan(recording["ball-4"].positions).any()
+    with pytest.raises(KeyError, match="no soft body ball-1 .there are ball-3, ball-4"):
+        recording["ball-1"]
+
+
+def test_a_body_of_two_meshes_is_in_the_frames(shared: Server, tmp_path: Path) -> None:
+    from test_world import ball, scene
+
+    path = tmp_path / "edited.pneuma"
+    finer = pneuma.Mesh(name="finer", icosphere=pneuma.Mesh.Icosphere(subdivisions=2, radius_m=0.5))
+    other = ball()
+    other.mesh = "finer"
+    with shared.world(scene(ball()), paused=True) as world, world.record(path):
+        world.step()
+        world.edit({"remove_soft_body": "ball"}, finer, other)
+        world.step()
+    recording = pneuma.read(path)
+    assert {len(frame["ball"].positions) for frame in recording.frames} == {42, 162}
+    with pytest.raises(PneumaError, match="FAILED_PRECONDITION: ball has 42 and then 162 vertices"):
+        recording["ball"]
+
+
+def test_events_are_recorded(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "reset.pneuma"
+    with world.record(path):
+        world.step(3)
+        world.reset()
+        world.step(2)
+    recording = pneuma.read(path)
+    assert [event.kind for event in recording.events] == ["WORLD_RESET"]
+    assert recording.times_s.max() == pytest.approx(3 / 60) and recording.times_s[-1] == pytest.approx(2 / 60)
+
+
+def test_a_file_that_was_cut_off_is_read_up_to_there(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "whole.pneuma"
+    with world.record(path):
+        for _ in range(10):
+            world.step()
+    whole = pneuma.read(path)
+    cut = tmp_path / "cut.pneuma"
+    cut.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    part = pneuma.read(cut)
+    assert 0 < len(part) < len(whole) and "cut off" in part.damage
+    first = slice(0, len(part))
+    assert np.array_equal(part["ball-1"].positions, whole["ball-1"].positions[first])
+
+
+def test_what_is_no_recording_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.pneuma").write_bytes(b"something else, that is long enough for a header")
+    with pytest.raises(PneumaError, match="INVALID_ARGUMENT: is no recording"):
+        pneuma.read(tmp_path / "a.pneuma")
+    with pytest.raises(PneumaError, match="NOT_FOUND"):
+        pneuma.read(tmp_path / "b.pneuma")
+
+
+def test_a_file_that_is_there_stays(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "a.pneuma"
+    path.write_text("mine")
+    with pytest.raises(PneumaError, match="ALREADY_EXISTS"):
+        world.record(path)
+    assert path.read_text() == "mine"
+    with world.record(path, replace=True):
+        world.step()
+    assert len(pneuma.read(path)) == 2
+
+
+def test_what_is_refused_is_told_before_there_is_a_file(world: World, tmp_path: Path) -> None:
+    with pytest.raises(PneumaError, match="NOT_FOUND"):
+        world.record(tmp_path / "a.pneuma", bodies=["no such"])
+    assert not (tmp_path / "a.pneuma").exists()
+
+
+def test_a_world_that_ends_ends_its_recording(shared: Server, tmp_path: Path) -> None:
+    world = shared.world("bouncing-ball", paused=True)
+    with world.record(tmp_path / "a.pneuma"):
+        world.step(2)
+        world.destroy()
+    recording = pneuma.read(tmp_path / "a.pneuma")
+    assert recording.ticks[-1] == 2 and recording.damage == ""
+
+
+def test_a_recording_with_await(tmp_path: Path) -> None:
+    async def record() -> None:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("bouncing-ball", paused=True)
+            async with await world.record(tmp_path / "a.pneuma") as recorder:
+                await world.step(4)
+            assert recorder.frames >= 2
+
+    asyncio.run(record())
+    assert pneuma.read(tmp_path / "a.pneuma").ticks[-1] == 4

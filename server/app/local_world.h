@@ -1,0 +1,42 @@
+// A world in the caller's own program: it answers the wire's requests without a server.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+#include "app/live_world.h"
+#include "base/status.h"
+#include "physics/machine/workers.h"
+#include "pneuma/v1/session.pb.h"
+
+namespace pneuma::app {
+
+/// It is paused, as it were: time goes on by Step and StepUntil. Not thread-safe.
+class LocalWorld {
+ public:
+  /// `threads` counts the caller.
+  [[nodiscard]] static base::Result<LocalWorld> create(v1::Scene scene, std::size_t threads);
+
+  /// The reply of a server's world to Step, StepUntil, GetState, GetScene, GetStats and what LiveWorld changes by.
+  /// Other requests are UNSUPPORTED. Stats have what the physics tells. Worlds are called by their scene's name.
+  [[nodiscard]] v1::ServerMessage answer(const v1::ClientMessage& request);
+
+  [[nodiscard]] const LiveWorld& live() const { return live_; }
+
+ private:
+  LocalWorld(LiveWorld live, std::size_t threads);
+  [[nodiscard]] base::Result<v1::ServerMessage> try_to_answer(const v1::ClientMessage& request);
+  [[nodiscard]] base::Result<v1::ServerMessage> step(const v1::ClientMessage& request);
+  [[nodiscard]] base::Result<v1::ServerMessage> change(const v1::ClientMessage& request);
+  [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
+  /// The reply with what a question found in `field`.
+  template <class Told>
+  [[nodiscard]] base::Result<v1::ServerMessage> found(const v1::ClientMessage& request,
+                                                      Told* (v1::ServerMessage::*field)(),
+                                                      base::Result<Told> told) const;
+
+  LiveWorld live_;
+  std::unique_ptr<physics::Workers> workers_;
+};
+
+}  // namespace pneuma::app
