@@ -26,40 +26,6 @@ constexpr std::chrono::seconds key_request_interval{1};
 // Of a part, at most: ids, lengths and the flag.
 constexpr std::size_t part_head_bytes = 32;
 
-base::Status to_status(const v1::Error& error) {
-  using Code = base::StatusCode;
-  const auto code = [&] {
-    switch (error.code()) {
-      case v1::Error::INVALID_ARGUMENT:
-        return Code::invalid_argument;
-      case v1::Error::NOT_FOUND:
-        return Code::not_found;
-      case v1::Error::ALREADY_EXISTS:
-        return Code::already_exists;
-      case v1::Error::LIMIT_EXCEEDED:
-        return Code::limit_exceeded;
-      case v1::Error::UNAUTHENTICATED:
-      case v1::Error::PERMISSION_DENIED:  // the token is good, and not for this
-        return Code::unauthenticated;
-      case v1::Error::FAILED_PRECONDITION:
-        return Code::failed_precondition;
-      case v1::Error::UNSUPPORTED:
-        return Code::unsupported;
-      case v1::Error::MALFORMED:
-        return Code::malformed;
-      case v1::Error::UNAVAILABLE:
-        return Code::unavailable;
-      default:
-        return Code::internal;
-    }
-  }();
-  std::string what = error.what();
-  if (error.retry_after_s() > 0.0) {
-    what += " (try again in " + std::to_string(static_cast<int>(std::ceil(error.retry_after_s()))) + " s)";
-  }
-  return {code, std::move(what), error.where()};
-}
-
 /// With the server's address where the status names no place of its own.
 base::Status located(const base::Status& status, const std::string& address) {
   return status.where().empty() ? status.inside(address) : status;
@@ -438,6 +404,40 @@ bool split_address(std::string_view address, std::string& host, std::string& por
   host = name;
   port = number;
   return true;
+}
+
+base::Status to_status(const v1::Error& error) {
+  using Code = base::StatusCode;
+  const auto code = [&] {
+    switch (error.code()) {
+      case v1::Error::INVALID_ARGUMENT:
+        return Code::invalid_argument;
+      case v1::Error::NOT_FOUND:
+        return Code::not_found;
+      case v1::Error::ALREADY_EXISTS:
+        return Code::already_exists;
+      case v1::Error::LIMIT_EXCEEDED:
+        return Code::limit_exceeded;
+      case v1::Error::UNAUTHENTICATED:
+      case v1::Error::PERMISSION_DENIED:  // the token is good, and not for this
+        return Code::unauthenticated;
+      case v1::Error::FAILED_PRECONDITION:
+        return Code::failed_precondition;
+      case v1::Error::UNSUPPORTED:
+        return Code::unsupported;
+      case v1::Error::MALFORMED:
+        return Code::malformed;
+      case v1::Error::UNAVAILABLE:
+        return Code::unavailable;
+      default:
+        return Code::internal;
+    }
+  }();
+  std::string what = error.what();
+  if (error.retry_after_s() > 0.0) {
+    what += " (try again in " + std::to_string(static_cast<int>(std::ceil(error.retry_after_s()))) + " s)";
+  }
+  return {code, std::move(what), error.where()};
 }
 
 }  // namespace pneuma::client

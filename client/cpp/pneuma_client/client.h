@@ -143,6 +143,9 @@ class Client {
   std::unique_ptr<Impl> impl_;
 };
 
+/// What an error reply says.
+[[nodiscard]] base::Status to_status(const v1::Error& error);
+
 /// The largest request that the server takes, in parts (which a Client cuts it into) or at once.
 [[nodiscard]] std::size_t request_bytes_max(const v1::Welcome& welcome);
 

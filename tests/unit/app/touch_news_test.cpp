@@ -176,7 +176,7 @@ TEST(TouchNews, WhereThereIsNoRoomTheyComeLaterAndTheHardestComeFirst) {
   scene.stepping.sleep = false;
   constexpr int stones = 200;
   for (int i = 0; i < stones; ++i) {
-    scene.rigid_bodies.push_back(stone("stone " + std::to_string(i), {0.5 * i - 50.0, 0.1, 0.0}));
+    scene.rigid_bodies.push_back(stone(std::string("stone ").append(std::to_string(i)), {0.5 * i - 50.0, 0.1, 0.0}));
     scene.rigid_bodies.back().mass_kg = 1.0 + i;
   }
   World world = noting(scene);
