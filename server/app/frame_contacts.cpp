@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/limits.h"
+#include "scene_io/vectors.h"
 
 namespace pneuma::app {
 
@@ -51,9 +52,7 @@ google::protobuf::RepeatedPtrField<v1::Contact> contacts_of(const FrameSource& s
     contact.set_vertex(touched.vertex);
     if (!touched.is_of_soft_body) contact.set_other_solid(static_cast<std::uint32_t>(touched.other));
     if (touched.is_of_soft_body && in_layout[touched.other]) contact.set_other_soft(*in_layout[touched.other]);
-    contact.mutable_normal()->set_x(touched.normal.x());
-    contact.mutable_normal()->set_y(touched.normal.y());
-    contact.mutable_normal()->set_z(touched.normal.z());
+    scene_io::set(*contact.mutable_normal(), touched.normal);
   }
   return contacts;
 }

@@ -7,6 +7,7 @@
 
 #include "app/frame_contacts.h"
 #include "app/protocol.h"
+#include "scene_io/vectors.h"
 
 namespace pneuma::app {
 
@@ -22,13 +23,8 @@ bool same(const physics::Pose& a, const physics::Pose& b) {
 void add_pose(v1::Frame& frame, std::size_t solid, const physics::Pose& pose) {
   v1::Pose& out = *frame.add_poses();
   out.set_solid(static_cast<std::uint32_t>(solid));
-  out.mutable_position()->set_x(pose.position.x());
-  out.mutable_position()->set_y(pose.position.y());
-  out.mutable_position()->set_z(pose.position.z());
-  out.mutable_orientation()->set_w(pose.orientation.w());
-  out.mutable_orientation()->set_x(pose.orientation.x());
-  out.mutable_orientation()->set_y(pose.orientation.y());
-  out.mutable_orientation()->set_z(pose.orientation.z());
+  scene_io::set(*out.mutable_position(), pose.position);
+  scene_io::set(*out.mutable_orientation(), pose.orientation);
 }
 
 codec::SimulatedMotionPtr simulation_of(const physics::Mesh& mesh, const WorldLayout::Body& body, double max_error_m) {

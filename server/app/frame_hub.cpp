@@ -400,6 +400,21 @@ void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Out
   }
 }
 
+void FrameHub::tell_touches(const TickTouches& touches, std::uint64_t tick, Outbox& outbox) {
+  for (auto& [quality, quality_class] : classes_) {
+    for (auto& [session, subscriber] : quality_class.subscribers) {
+      if (!subscriber.touches) continue;
+      std::optional<v1::Touches> news = subscriber.touches->tell(touches);
+      if (!news) continue;
+      news->set_stream_id(quality_class.stream_id);
+      news->set_tick(tick);
+      v1::ServerMessage message;
+      *message.mutable_touches() = std::move(*news);
+      outbox.send(session, message);
+    }
+  }
+}
+
 void FrameHub::send_to_all(const v1::ServerMessage& message, Outbox& outbox) const {
   std::set<net::SessionId> sessions;
   for (const auto& [quality, quality_class] : classes_) {
@@ -435,6 +450,12 @@ void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& 
 std::size_t FrameHub::streams_of(net::SessionId session) const {
   return static_cast<std::size_t>(std::count_if(
       classes_.begin(), classes_.end(), [&](const auto& entry) { return entry.second.subscribers.contains(session); }));
+}
+
+bool FrameHub::wants_touches() const {
+  const auto wishes = [](const auto& subscriber) { return subscriber.second.touches.has_value(); };
+  return std::ranges::any_of(classes_,
+                             [&](const auto& entry) { return std::ranges::any_of(entry.second.subscribers, wishes); });
 }
 
 bool FrameHub::wants_contacts() const {

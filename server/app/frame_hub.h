@@ -18,6 +18,7 @@
 #include "app/outbox.h"
 #include "app/quality_ladder.h"
 #include "app/session.h"
+#include "app/touch_news.h"
 #include "app/world_bytes.h"
 #include "base/limits.h"
 #include "base/status.h"
@@ -85,6 +86,10 @@ class FrameHub {
   void describe_streams(net::SessionId session, const net::ReaderStats& reader, double world_rate_hz,
                         v1::Stats& out) const;
 
+  /// Tells the subscribers who wish to know what touched in the tick just done.
+  void tell_touches(const TickTouches& touches, std::uint64_t tick, Outbox& outbox);
+  /// Whether a subscriber wishes to know.
+  [[nodiscard]] bool wants_touches() const;
   /// Whether a stream tells contacts.
   [[nodiscard]] bool wants_contacts() const;
   [[nodiscard]] std::size_t subscriber_count() const;
@@ -132,6 +137,7 @@ class FrameHub {
     bool wants_key = true;
     bool takes_no_delta = false;  // the next frame that can be a key is one for it
     bool wants_commands = false;
+    std::optional<TouchNews> touches{};
     double key_interval_s = 0.0;      // 0: none asked for
     std::uint64_t last_key_tick = 0;  // of the last key frame made for it
   };

@@ -2,16 +2,31 @@
 #include <algorithm>
 #include <utility>
 
+#include <google/protobuf/util/message_differencer.h>
+
 #include "app/frame_hub.h"
 #include "base/limits.h"
 #include "base/number_text.h"
 
 namespace pneuma::app {
 
+namespace {
+
+bool is_same(const v1::TouchWish& a, const v1::TouchWish& b) {
+  return google::protobuf::util::MessageDifferencer::Equals(a, b);
+}
+
+}  // namespace
+
 void FrameHub::set_wishes(Classes::value_type& entry, net::SessionId session, const v1::Subscribe& request,
                           const Quality& asked) {
   Subscriber& subscriber = entry.second.subscribers.at(session);
   subscriber.wants_commands = request.commands();
+  if (!request.has_touches()) {
+    subscriber.touches.reset();
+  } else if (!subscriber.touches || !is_same(subscriber.touches->wish(), request.touches())) {
+    subscriber.touches.emplace(request.touches());
+  }
   subscriber.key_interval_s = request.key_interval_s();
   std::optional<Adaptive>& adaptive = subscriber.adaptive;
   if (request.adaptive()) {
@@ -87,6 +102,7 @@ bool FrameHub::move_reader(Classes::iterator from, net::SessionId session, std::
 
   Subscriber subscriber{before.session};
   subscriber.wants_commands = before.wants_commands;
+  subscriber.touches = before.touches;
   subscriber.key_interval_s = before.key_interval_s;
   if (!before.adaptive->ends) {
     Adaptive& adaptive = subscriber.adaptive.emplace(*before.adaptive);

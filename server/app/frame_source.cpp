@@ -3,6 +3,7 @@
 #include "app/mechanics.h"
 #include "physics/mesh/polyhedron.h"
 #include "scene_io/translate.h"
+#include "scene_io/vectors.h"
 
 namespace pneuma::app {
 
@@ -12,11 +13,7 @@ namespace {
 v1::Mesh::Triangles triangles_of(const physics::Mesh& mesh, const physics::Vec3d& origin_m) {
   v1::Mesh::Triangles out;
   for (const Eigen::Vector3d& in_mesh : mesh.positions_m) {
-    const Eigen::Vector3d p = in_mesh - origin_m;
-    v1::Vec3& position = *out.add_positions();
-    position.set_x(p.x());
-    position.set_y(p.y());
-    position.set_z(p.z());
+    scene_io::set(*out.add_positions(), in_mesh - origin_m);
   }
   for (const physics::Face& face : mesh.faces) out.mutable_indices()->Add(face.begin(), face.end());
   return out;
@@ -48,10 +45,7 @@ void describe_end(const physics::JointState& joint, std::size_t which, std::size
   }
   const std::size_t before = end.of == Of::collider ? rigid_count : 0;
   if (end.of != Of::world) out.set_solid(static_cast<std::uint32_t>(before + end.index));
-  const physics::Vec3d& point = joint.points_m[which];
-  out.mutable_point()->set_x(point.x());
-  out.mutable_point()->set_y(point.y());
-  out.mutable_point()->set_z(point.z());
+  scene_io::set(*out.mutable_point(), joint.points_m[which]);
 }
 
 }  // namespace
@@ -66,11 +60,11 @@ BodyScalars LiveFrames::scalars(std::size_t index) const {
 }
 
 std::vector<TouchedVertex> LiveFrames::contacts(std::size_t index) const {
-  using Other = physics::VertexContact::Other;
   std::vector<TouchedVertex> touched;
   for (const physics::VertexContact& contact : world_.contacts(index)) {
-    const std::size_t before = contact.other == Other::collider ? world_.rigid_bodies().size() : 0;
-    touched.push_back({contact.vertex, contact.other == Other::soft, before + contact.index, contact.normal});
+    const auto [kind, other] = contact.other;
+    const std::size_t before = kind == physics::BodyKind::collider ? world_.rigid_bodies().size() : 0;
+    touched.push_back({contact.vertex, kind == physics::BodyKind::soft, before + other, contact.normal});
   }
   return touched;
 }

@@ -103,7 +103,7 @@ bool HostedWorld::step(const std::function<bool()>& give_way) {
   if (!mid_tick_) {
     sample_ = {};
     tick_began_ = start;
-    live_.physics().note_contacts(hub_.wants_contacts() || awaits_touch());
+    live_.physics().note_contacts(hub_.wants_contacts() || hub_.wants_touches() || awaits_touch());
   }
   mid_tick_ = true;
   do {
@@ -127,6 +127,7 @@ void HostedWorld::encode(Outbox& outbox) {
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
   hub_.encode_tick(LiveFrames(live_.physics()), live_.tick(), last_of_step, outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
+  if (hub_.wants_touches()) hub_.tell_touches(TickTouches(live_.physics()), live_.tick(), outbox);
   send_events(outbox);
 }
 

@@ -10,6 +10,7 @@
 #include "app/request_fields.h"
 #include "app/step_goal.h"
 #include "app/stream_terms.h"
+#include "app/world_queries.h"
 #include "app/world_state.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
@@ -61,6 +62,7 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
   switch (message.request_case()) {
     case v1::ClientMessage::kSubscribe: {
       Status lacks = check_subscribed(message.subscribe(), LiveFrames(live_.physics()));
+      if (lacks.ok()) lacks = check_touch_wish(live_.physics(), message.subscribe().touches());
       if (!lacks.ok()) return Answer(std::move(lacks));
       auto subscribed = hub_.subscribe(request.session, message.subscribe(), 1.0 / live_.physics().tick_period_s(),
                                        [this](double bytes) { return memory_.admit_stream(bytes); });
@@ -101,6 +103,14 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       *reply.mutable_state() = observe(asked);
       return Answer(std::move(reply));
     }
+    case v1::ClientMessage::kRaycast:
+      return found(message, &v1::ServerMessage::mutable_surface_points, cast_rays(live_.physics(), message.raycast()));
+    case v1::ClientMessage::kNearestPoint:
+      return found(message, &v1::ServerMessage::mutable_surface_points,
+                   find_nearest(live_.physics(), message.nearest_point()));
+    case v1::ClientMessage::kBodiesInBox:
+      return found(message, &v1::ServerMessage::mutable_body_boxes,
+                   find_bodies(live_.physics(), message.bodies_in_box()));
     case v1::ClientMessage::kGetStats: {
       v1::ServerMessage reply = stats(request, now);
       return Answer(std::move(reply));
@@ -126,6 +136,17 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     default:
       return change(request, outbox);
   }
+}
+
+template <class Found>
+HostedWorld::Answer HostedWorld::found(const v1::ClientMessage& message, Found* (v1::ServerMessage::*place)(),
+                                       base::Result<Found> found) const {
+  if (!found.ok()) return found.status();
+  found->set_world(name_);
+  found->set_tick(live_.tick());
+  v1::ServerMessage reply = reply_to(message);
+  *(reply.*place)() = std::move(*found);
+  return reply;
 }
 
 HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) {

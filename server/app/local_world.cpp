@@ -5,6 +5,7 @@
 
 #include "app/protocol.h"
 #include "app/step_goal.h"
+#include "app/world_queries.h"
 #include "app/world_state.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
@@ -50,9 +51,29 @@ Result<v1::ServerMessage> LocalWorld::try_to_answer(const v1::ClientMessage& req
       reply.mutable_stats()->set_world(live_.scene_name());
       reply.mutable_stats()->set_tick(live_.tick());
       return reply;
+    case v1::ClientMessage::kRaycast:
+      return found(request, &v1::ServerMessage::mutable_surface_points, cast_rays(live_.physics(), request.raycast()));
+    case v1::ClientMessage::kNearestPoint:
+      return found(request, &v1::ServerMessage::mutable_surface_points,
+                   find_nearest(live_.physics(), request.nearest_point()));
+    case v1::ClientMessage::kBodiesInBox:
+      return found(request, &v1::ServerMessage::mutable_body_boxes,
+                   find_bodies(live_.physics(), request.bodies_in_box()));
     default:
       return change(request);
   }
+}
+
+template <class Told>
+Result<v1::ServerMessage> LocalWorld::found(const v1::ClientMessage& request, Told* (v1::ServerMessage::*field)(),
+                                            Result<Told> told) const {
+  if (!told.ok()) return told.status();
+  told->set_world(live_.scene_name());
+  told->set_tick(live_.tick());
+  v1::ServerMessage reply;
+  reply.set_request_id(request.request_id());
+  *(reply.*field)() = std::move(*told);
+  return reply;
 }
 
 Result<v1::ServerMessage> LocalWorld::step(const v1::ClientMessage& request) {

@@ -29,6 +29,11 @@ class LocalWorld {
   [[nodiscard]] base::Result<v1::ServerMessage> step(const v1::ClientMessage& request);
   [[nodiscard]] base::Result<v1::ServerMessage> change(const v1::ClientMessage& request);
   [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
+  /// The reply with what a question found in `field`.
+  template <class Told>
+  [[nodiscard]] base::Result<v1::ServerMessage> found(const v1::ClientMessage& request,
+                                                      Told* (v1::ServerMessage::*field)(),
+                                                      base::Result<Told> told) const;
 
   LiveWorld live_;
   std::unique_ptr<physics::Workers> workers_;

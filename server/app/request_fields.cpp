@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string_view>
 #include <utility>
 
@@ -24,18 +25,13 @@ base::Result<physics::At> read_near(const v1::Impulse::Near& near, const std::st
   return physics::At(physics::NearPoint{*position, near.radius_m()});
 }
 
-base::Result<physics::At> read_ray(const v1::Impulse::Ray& ray, const std::string& field) {
-  const auto origin = read_vector(ray.origin(), base::coordinate_max_m, field + ".origin");
-  if (!origin.ok()) return origin.status();
-  const auto direction = read_vector(ray.direction(), base::coordinate_max_m, field + ".direction");
-  if (!direction.ok()) return direction.status();
-  // stableNorm: the square of a tiny direction is 0 in double.
-  const double length = direction->stableNorm();
-  if (!(length > 0.0)) return base::invalid("has no length", field + ".direction");
-  if (auto status = check_amount(ray.radius_m(), base::coordinate_max_m, field + ".radius_m"); !status.ok()) {
+base::Result<physics::At> read_ray_point(const v1::Impulse::Ray& asked, const std::string& field) {
+  const auto ray = read_ray(asked.origin(), asked.direction(), field);
+  if (!ray.ok()) return ray.status();
+  if (auto status = check_amount(asked.radius_m(), base::coordinate_max_m, field + ".radius_m"); !status.ok()) {
     return status;
   }
-  return physics::At(physics::RayPoint{*origin, *direction / length, ray.radius_m()});
+  return physics::At(physics::RayPoint{ray->origin_m, ray->direction, asked.radius_m()});
 }
 
 base::Status past(double value, double limit, const std::string& field) {
@@ -59,6 +55,40 @@ base::Result<physics::Vec3d> read_vector(const v1::Vec3& vector, double limit, c
   return physics::Vec3d(vector.x(), vector.y(), vector.z());
 }
 
+base::Result<physics::Ray> read_ray(const v1::Vec3& origin, const v1::Vec3& direction, const std::string& field) {
+  const auto from = read_vector(origin, base::coordinate_max_m, field + ".origin");
+  if (!from.ok()) return from.status();
+  const auto along = read_vector(direction, base::coordinate_max_m, field + ".direction");
+  if (!along.ok()) return along.status();
+  // stableNorm: the square of a tiny direction is 0 in double.
+  const double length = along->stableNorm();
+  if (!(length > 0.0)) return base::invalid("has no length", field + ".direction");
+  return physics::Ray{*from, *along / length};
+}
+
+base::Result<std::vector<physics::BodyRef>> read_bodies(const physics::World& world,
+                                                        const google::protobuf::RepeatedPtrField<std::string>& names,
+                                                        const std::string& field) {
+  const std::vector<physics::BodyRef> all = physics::all_bodies(world);
+  if (names.empty()) return all;
+  constexpr std::size_t most = base::world_bodies_max + base::world_colliders_max;
+  if (static_cast<std::size_t>(names.size()) > most) {
+    return base::Status(base::StatusCode::limit_exceeded,
+                        "names " + std::to_string(names.size()) + "; may be at most " + std::to_string(most), field);
+  }
+  std::map<std::string_view, physics::BodyRef> by_name;
+  for (const physics::BodyRef body : all) by_name.emplace(physics::name_of(world, body), body);
+  std::vector<physics::BodyRef> bodies;
+  for (int i = 0; i < names.size(); ++i) {
+    const auto body = by_name.find(names[i]);
+    if (body == by_name.end()) {
+      return base::not_found("no such body \"" + names[i] + "\"", field + "[" + std::to_string(i) + "]");
+    }
+    bodies.push_back(body->second);
+  }
+  return bodies;
+}
+
 base::Status check_amount(double value, double limit, const std::string& field) {
   if (!std::isfinite(value)) return base::invalid("is not finite", field);
   if (value < 0.0) return base::invalid("must not be negative", field);
@@ -73,7 +103,7 @@ base::Result<physics::At> read_at(const v1::Impulse& impulse) {
     case v1::Impulse::kNear:
       return read_near(impulse.near(), "impulse.near");
     case v1::Impulse::kRay:
-      return read_ray(impulse.ray(), "impulse.ray");
+      return read_ray_point(impulse.ray(), "impulse.ray");
     case v1::Impulse::AT_NOT_SET:
       return physics::At(physics::WholeBody{});
   }
@@ -87,7 +117,7 @@ base::Result<physics::At> read_at(const v1::Grab& grab) {
     case v1::Grab::kNear:
       return read_near(grab.near(), "grab.near");
     case v1::Grab::kRay:
-      return read_ray(grab.ray(), "grab.ray");
+      return read_ray_point(grab.ray(), "grab.ray");
     case v1::Grab::AT_NOT_SET:
       break;
   }

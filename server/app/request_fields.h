@@ -2,8 +2,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "base/status.h"
+#include "physics/mesh/picking.h"
+#include "physics/queries.h"
 #include "physics/world.h"
 #include "pneuma/v1/session.pb.h"
 
@@ -14,6 +17,15 @@ namespace pneuma::app {
 
 /// Finite, at least 0 and at most `limit`.
 [[nodiscard]] base::Status check_amount(double value, double limit, const std::string& field);
+
+/// A ray of a direction of length 1. Errors name `field`.origin or .direction.
+[[nodiscard]] base::Result<physics::Ray> read_ray(const v1::Vec3& origin, const v1::Vec3& direction,
+                                                  const std::string& field);
+
+/// Soft bodies, rigid bodies and colliders by name; of no names, all.
+[[nodiscard]] base::Result<std::vector<physics::BodyRef>> read_bodies(
+    const physics::World& world, const google::protobuf::RepeatedPtrField<std::string>& names,
+    const std::string& field);
 
 /// The point of a body that the request names.
 [[nodiscard]] base::Result<physics::At> read_at(const v1::Impulse& impulse);

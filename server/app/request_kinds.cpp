@@ -37,6 +37,9 @@ constexpr std::array kinds{
     Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>},
     Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>},
     Kind{Message::kGetState, Role::view, named_in<&Message::get_state>},
+    Kind{Message::kRaycast, Role::view, named_in<&Message::raycast>},
+    Kind{Message::kNearestPoint, Role::view, named_in<&Message::nearest_point>},
+    Kind{Message::kBodiesInBox, Role::view, named_in<&Message::bodies_in_box>},
     Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>},
     // Of one that the session took.
     Kind{Message::kReadSnapshot, Role::view, nullptr},

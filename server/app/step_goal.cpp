@@ -6,6 +6,7 @@
 
 #include "app/request_fields.h"
 #include "base/limits.h"
+#include "physics/queries.h"
 
 namespace pneuma::app {
 
@@ -13,35 +14,13 @@ using base::Status;
 
 namespace {
 
-/// Its place among the soft bodies, the rigid bodies or the colliders.
-struct Named {
-  physics::VertexContact::Other kind;
-  std::size_t index;
-};
-
-std::optional<Named> find(const physics::World& world, const std::string& name) {
-  using Other = physics::VertexContact::Other;
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    if (world.soft_body(i).name == name) return Named{Other::soft, i};
-  }
-  const auto& rigid = world.rigid_bodies();
-  const auto solid = std::ranges::find(rigid, name, [](const auto& state) { return state.body.name; });
-  if (solid != rigid.end()) return Named{Other::rigid, static_cast<std::size_t>(solid - rigid.begin())};
-  const auto& colliders = world.colliders();
-  const auto wall = std::ranges::find(colliders, name, [](const auto& state) { return state.collider.name; });
-  if (wall != colliders.end()) return Named{Other::collider, static_cast<std::size_t>(wall - colliders.begin())};
-  return std::nullopt;
-}
-
 Status no_such(const std::string& name, const std::string& field) {
   return base::not_found("no such body \"" + name + "\"", field);
 }
 
-bool touches(const physics::World& world, const Named& soft, const Named& other) {
-  // A sleeper's contacts are known only where somebody watched as it fell asleep.
-  if (soft.kind != physics::VertexContact::Other::soft || world.is_asleep(soft.index)) return false;
-  return std::ranges::any_of(world.contacts(soft.index), [&](const physics::VertexContact& contact) {
-    return contact.other == other.kind && contact.index == other.index;
+bool touches(const physics::World& world, physics::BodyRef first, physics::BodyRef second) {
+  return std::ranges::any_of(world.touches(), [&](const physics::BodyTouch& touch) {
+    return (touch.first == first && touch.second == second) || (touch.first == second && touch.second == first);
   });
 }
 
@@ -54,28 +33,20 @@ bool is_at_rest(const physics::World& world) {
 }
 
 std::optional<physics::Vec3d> centre_of(const physics::World& world, const std::string& name) {
-  const std::optional<Named> body = find(world, name);
-  if (!body) return std::nullopt;
-  switch (body->kind) {
-    case physics::VertexContact::Other::soft:
-      return world.measure(body->index).centre_of_mass;
-    case physics::VertexContact::Other::rigid:
-      return world.rigid_bodies()[body->index].position;
-    case physics::VertexContact::Other::collider:
-      break;
-  }
-  return std::nullopt;
+  const auto body = physics::find_body(world, name);
+  if (!body || body->kind == physics::BodyKind::collider) return std::nullopt;
+  if (body->kind == physics::BodyKind::rigid) return world.rigid_bodies()[body->index].position;
+  return world.measure(body->index).centre_of_mass;
 }
 
 Status check_touch(const physics::World& world, const v1::StepUntil::Touch& touch) {
-  const auto first = find(world, touch.first());
+  const auto first = physics::find_body(world, touch.first());
   if (!first) return no_such(touch.first(), "step_until.touch.first");
-  const auto second = find(world, touch.second());
+  const auto second = physics::find_body(world, touch.second());
   if (!second) return no_such(touch.second(), "step_until.touch.second");
-  using Other = physics::VertexContact::Other;
   if (touch.first() == touch.second()) return base::invalid("is the first one", "step_until.touch.second");
-  if (first->kind == Other::soft || second->kind == Other::soft) return {};
-  return base::invalid("neither is a soft body, and of others contacts are not told", "step_until.touch");
+  const bool can_move = first->kind != physics::BodyKind::collider || second->kind != physics::BodyKind::collider;
+  return can_move ? Status() : base::invalid("both are colliders, which never touch", "step_until.touch");
 }
 
 Status check_past(const physics::World& world, const v1::StepUntil::Past& past) {
@@ -110,9 +81,9 @@ bool is_reached(const physics::World& world, std::uint64_t tick, const v1::StepU
     case v1::StepUntil::kRest:
       return is_at_rest(world);
     case v1::StepUntil::kTouch: {
-      const auto first = find(world, request.touch().first());
-      const auto second = find(world, request.touch().second());
-      return first && second && (touches(world, *first, *second) || touches(world, *second, *first));
+      const auto first = physics::find_body(world, request.touch().first());
+      const auto second = physics::find_body(world, request.touch().second());
+      return first && second && touches(world, *first, *second);
     }
     case v1::StepUntil::kPast: {
       const auto centre = centre_of(world, request.past().body());

@@ -108,6 +108,9 @@ Status check_subscribed(const v1::Subscribe& request, const FrameSource& source)
   if (request.contacts() && !source.has_contacts()) {
     return {StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.contacts"};
   }
+  if (request.has_touches() && !source.has_contacts()) {
+    return {StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.touches"};
+  }
   return check_bandwidth(request, source);
 }
 

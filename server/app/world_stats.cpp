@@ -5,18 +5,11 @@
 #include <string>
 
 #include "physics/choice/step_choice.h"
+#include "scene_io/vectors.h"
 
 namespace pneuma::app {
 
-namespace {
-
-void set(v1::Vec3& out, const physics::Vec3d& vector) {
-  out.set_x(vector.x());
-  out.set_y(vector.y());
-  out.set_z(vector.z());
-}
-
-}  // namespace
+using scene_io::set;
 
 void describe(const physics::World& world, std::size_t index, v1::Stats::Body& body) {
   const physics::BodyMeasures measures = world.measure(index);
@@ -42,10 +35,7 @@ void describe(const physics::World& world, std::size_t index, v1::Stats::Body& b
 void describe(const physics::RigidState& state, v1::Stats::Rigid& body) {
   body.set_name(state.body.name);
   set(*body.mutable_position(), state.position);
-  body.mutable_orientation()->set_w(state.orientation.w());
-  body.mutable_orientation()->set_x(state.orientation.x());
-  body.mutable_orientation()->set_y(state.orientation.y());
-  body.mutable_orientation()->set_z(state.orientation.z());
+  set(*body.mutable_orientation(), state.orientation);
   set(*body.mutable_velocity(), state.velocity);
   set(*body.mutable_angular_velocity(), state.angular_velocity);
   body.set_frozen(state.frozen);

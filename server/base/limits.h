@@ -121,6 +121,13 @@ inline constexpr std::size_t state_bytes_max = 4 * 1024 * 1024;
 // A stream of plain frames takes one gigabit a second, more than a network between two machines takes.
 inline constexpr double plain_bytes_s_max = 125e6;
 
+// Rays or points of one request: of a world of the largest size it takes a quarter of a second.
+inline constexpr std::size_t query_points_max = 4'096;
+// More touches in a tick than an ear or a script takes apart; some 80 bytes each.
+inline constexpr std::size_t touches_a_tick_max = 64;
+// Of one stream, over the world's time: 160 kB.
+inline constexpr double touches_per_s_max = 2'000.0;
+
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
 // More points than an eye tells apart; some 40 bytes each.

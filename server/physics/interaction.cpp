@@ -6,7 +6,7 @@
 #include "base/limits.h"
 #include "physics/mesh/picking.h"
 #include "physics/rigid/rigid_mass.h"
-#include "physics/scene/shape_parts.h"
+#include "physics/scene/shape.h"
 #include "physics/simulation.h"
 
 namespace pneuma::physics {
@@ -37,9 +37,7 @@ std::optional<RayHit> meet(const SoftState<Real>& body, const RayPoint& ray) {
 std::optional<RayHit> meet(const RigidState& body, const RayPoint& ray) {
   const Quatd to_body = body.orientation.conjugate();
   const Ray local{to_body * (ray.origin - body.position), to_body * ray.direction};
-  const auto distance_m =
-      of_rigid_shape(body.body.shape, std::optional<double>(),
-                     [&](const auto& rigid, const auto& shape) { return rigid.hit_m(shape, local); });
+  const auto distance_m = surface_hit_m(body.body.shape, local);
   if (!distance_m) return std::nullopt;
   return RayHit{*distance_m, ray.origin + *distance_m * ray.direction.stableNormalized()};
 }

@@ -88,6 +88,7 @@ class Simulation {
   std::vector<BodyGasEvent> gas_events;
   std::vector<BrokenJoint> broken_joints;
   bool noting = false;  // contacts
+  TouchTally touches;   // of the tick under way, or the last; empty unless asked for
   bool profiling = false;
   Profile profile{};
 

@@ -54,6 +54,7 @@ void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratc
 
 bool Simulation::substep(Workers& workers) {
   const SubstepContext context = context_on(workers);
+  if (substep_index == 0) touches.clear();
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
     if (is_at_rest()) return choice.substeps - substep_index;
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, context);
@@ -105,6 +106,7 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .first_order = first_order(),
                            .joints = joints,
                            .notes = bodies.notes,
+                           .touches = noting ? &touches : nullptr,
                            .extents = bodies.extents});
   collect_broken_joints();
   freeze_runaways(bodies, context);

@@ -121,6 +121,7 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
   });
   sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies, renewed);
   sim.colliders = applied_colliders(sim.colliders, scene.colliders);
+  sim.touches.clear();
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
   sim.make_joints(std::exchange(sim.joints, {}), renewed);
@@ -280,12 +281,18 @@ std::vector<BrokenJoint> World::take_broken_joints() {
 
 void World::note_contacts(bool on) {
   if (std::exchange(simulation_->noting, on) == on) return;
-  if (!on) simulation_->visit([](auto& bodies) { bodies.notes = {}; });
+  if (on) return;
+  simulation_->visit([](auto& bodies) { bodies.notes = {}; });
+  simulation_->touches.clear();
 }
 
 ContactNotes World::contacts(std::size_t soft_index) const {
   return distinct(simulation_->visit(
       [&](const auto& bodies) { return bodies.notes.empty() ? ContactNotes() : bodies.notes[soft_index]; }));
+}
+
+std::vector<BodyTouch> World::touches() const {
+  return simulation_->touches.touches();
 }
 
 RowCounts World::row_counts() const {
@@ -318,6 +325,7 @@ Profile World::profile() const {
       add_bytes(Stage::solid_contact, notes.capacity() * sizeof(VertexContact));
     }
   });
+  add_bytes(Stage::solid_contact, simulation_->touches.bytes());
   add_bytes(Stage::joints, simulation_->joints.capacity() * sizeof(JointState));
   add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
   add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));

@@ -169,6 +169,9 @@ class World {
   /// (and each wall of a room); nothing while it is not noted. Rigid bodies and colliders among each other are not in
   /// it.
   [[nodiscard]] ContactNotes contacts(std::size_t soft_index) const;
+  /// What pressed what in the last tick, by pair, rigid bodies and colliders too; nothing while it is not noted. What
+  /// sleeps is not answered, nor in it.
+  [[nodiscard]] std::vector<BodyTouch> touches() const;
 
   /// What the contacts of soft bodies came to since the world was made or edited.
   [[nodiscard]] RowCounts row_counts() const;

@@ -217,8 +217,11 @@ ReplayedWorld::Answer ReplayedWorld::carry_out(const app::Request& request, Time
       return reply;
     }
     case v1::ClientMessage::kGetState:
+    case v1::ClientMessage::kRaycast:
+    case v1::ClientMessage::kNearestPoint:
+    case v1::ClientMessage::kBodiesInBox:
       return Status(StatusCode::failed_precondition, name_ + " is a recording that is played: it has frames alone",
-                    "get_state.world");
+                    std::string(app::kind_of(message)) + ".world");
     default:
       return Status(StatusCode::failed_precondition, name_ + " is a recording that is played: it cannot be changed",
                     std::string(app::kind_of(message)));

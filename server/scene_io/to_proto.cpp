@@ -4,22 +4,10 @@
 #include <variant>
 
 #include "scene_io/translate.h"
+#include "scene_io/vectors.h"
 
 namespace pneuma::scene_io {
 namespace {
-
-void set(v1::Vec3& out, const physics::Vec3d& vector) {
-  out.set_x(vector.x());
-  out.set_y(vector.y());
-  out.set_z(vector.z());
-}
-
-void set(v1::Quaternion& out, const physics::Quatd& rotation) {
-  out.set_w(rotation.w());
-  out.set_x(rotation.x());
-  out.set_y(rotation.y());
-  out.set_z(rotation.z());
-}
 
 // Calls visitor(from, to) for the things of each list that have the same name.
 template <class From, class To, class Visitor>

@@ -3,7 +3,9 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "raw_connection.h"
@@ -65,6 +67,100 @@ TEST_F(Scripts, APlainFrameIsTheStateOfItsTick) {
   EXPECT_EQ(last.payload(), state.soft_bodies(0).positions() + state.soft_bodies(1).positions());
   EXPECT_EQ(last.velocities(), state.soft_bodies(0).velocities() + state.soft_bodies(1).velocities());
   EXPECT_EQ(last.payload().size(), 2U * 162U * 12U);
+}
+
+TEST_F(Scripts, RaysAreAnsweredOfTheTickThatTheWorldIsAt) {
+  start();
+  RawConnection connection(server_->tcp_address());
+  ASSERT_TRUE(connection.say_hello());
+  v1::ClientMessage message;
+  message.set_request_id(2);
+  *message.mutable_create_world() = owned("w");
+  ASSERT_TRUE(connection.send(message));
+  ASSERT_TRUE(connection.receive_reply(2));
+  message.set_request_id(3);
+  message.mutable_step()->set_world("w");
+  message.mutable_step()->set_ticks(3);
+  ASSERT_TRUE(connection.send(message));
+  ASSERT_TRUE(connection.receive_reply(3));
+  message.set_request_id(4);
+  message.mutable_get_stats()->set_world("w");
+  ASSERT_TRUE(connection.send(message));
+  const auto stats = connection.receive_reply(4);
+  ASSERT_TRUE(stats);
+  const v1::Stats::Body& ball = stats->stats().soft_bodies(0);
+  message.set_request_id(5);
+  message.mutable_raycast()->set_world("w");
+  v1::Raycast::Ray& ray = *message.mutable_raycast()->add_rays();
+  *ray.mutable_origin() = ball.centre_of_mass();
+  ray.mutable_direction()->set_x(1.0);
+  ASSERT_TRUE(connection.send(message));
+  const auto met = connection.receive_reply(5);
+  ASSERT_TRUE(met && met->has_surface_points());
+  EXPECT_EQ(met->surface_points().world(), "w");
+  EXPECT_EQ(met->surface_points().tick(), 3U);
+  ASSERT_EQ(met->surface_points().points_size(), 1);
+  EXPECT_EQ(met->surface_points().points(0).body(), ball.name());
+  message.set_request_id(6);
+  message.mutable_bodies_in_box()->set_world("w");
+  *message.mutable_bodies_in_box()->mutable_low() = ball.centre_of_mass();
+  *message.mutable_bodies_in_box()->mutable_high() = ball.centre_of_mass();
+  ASSERT_TRUE(connection.send(message));
+  const auto boxes = connection.receive_reply(6);
+  ASSERT_TRUE(boxes && boxes->body_boxes().boxes_size() == 1);
+  EXPECT_EQ(boxes->body_boxes().boxes(0).body(), ball.name());
+  message.set_request_id(7);
+  message.mutable_nearest_point()->set_world("w");
+  *message.mutable_nearest_point()->add_points() = ball.centre_of_mass();
+  message.mutable_nearest_point()->add_bodies("nobody");
+  ASSERT_TRUE(connection.send(message));
+  EXPECT_EQ(connection.receive_reply(7)->error().where(), "nearest_point.bodies[0]");
+}
+
+TEST_F(Scripts, TouchesAreToldAsTheyBeginAndEnd) {
+  start();
+  RawConnection connection(server_->tcp_address());
+  ASSERT_TRUE(connection.say_hello());
+  v1::ClientMessage message;
+  message.set_request_id(2);
+  *message.mutable_create_world() = owned("w");
+  ASSERT_TRUE(connection.send(message));
+  ASSERT_TRUE(connection.receive_reply(2));
+  message.set_request_id(3);
+  message.mutable_subscribe()->set_world("w");
+  message.mutable_subscribe()->set_rate_hz(0.01);
+  message.mutable_subscribe()->mutable_touches()->add_bodies("nobody");
+  ASSERT_TRUE(connection.send(message));
+  EXPECT_EQ(connection.receive_reply(3)->error().where(), "subscribe.touches.bodies[0]");
+  message.set_request_id(4);
+  message.mutable_subscribe()->mutable_touches()->clear_bodies();
+  ASSERT_TRUE(connection.send(message));
+  const auto subscribed = connection.receive_reply(4);
+  ASSERT_TRUE(subscribed && subscribed->has_subscribed());
+  message.set_request_id(5);
+  message.mutable_step()->set_world("w");
+  message.mutable_step()->set_ticks(600);
+  ASSERT_TRUE(connection.send(message));
+  std::set<std::pair<std::string, std::string>> touching;
+  std::size_t told = 0;
+  for (bool done = false; !done;) {
+    const auto received = connection.receive();
+    ASSERT_TRUE(received);
+    done = received->request_id() == 5;
+    if (!received->has_touches()) continue;
+    EXPECT_EQ(received->touches().stream_id(), subscribed->subscribed().stream_id());
+    for (const v1::Touches::Touch& touch : received->touches().touches()) {
+      ++told;
+      const std::pair pair(touch.first(), touch.second());
+      if (touch.kind() == v1::Touches::Touch::BEGAN) {
+        EXPECT_TRUE(touching.insert(pair).second);
+      }
+      if (touch.kind() == v1::Touches::Touch::ENDED) {
+        EXPECT_EQ(touching.erase(pair), 1U);
+      }
+    }
+  }
+  EXPECT_GT(told, 0U);
 }
 
 TEST_F(Scripts, AnOwnedWorldEndsWithItsConnectionWhateverItDoes) {

@@ -62,6 +62,19 @@ def test_a_state_is_the_servers(shared: Server) -> None:
         assert ours[name].pressure_pa == body.pressure_pa
 
 
+def test_questions_are_answered_as_by_a_server(shared: Server) -> None:
+    def answers(world: pneuma.World | engine.World) -> tuple[object, ...]:
+        world.step(60)
+        down = world.raycast([(x / 4, 1.5, 0) for x in range(-4, 5)], (0, -1, 0))
+        near = world.nearest((0, 1, 0))
+        boxes = world.bodies_in_box((-1, 0, -1), (0, 1, 1))
+        return list(down.bodies), down.distances.tolist(), near.distances.tolist(), list(boxes)
+
+    with shared.world("five-balls", paused=True) as world:
+        theirs = answers(world)
+    assert answers(engine.World("five-balls")) == theirs
+
+
 def test_scenes_come_in_all_forms(tmp_path: Path) -> None:
     world = engine.World("bouncing-ball")
     scene = world.scene()

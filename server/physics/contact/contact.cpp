@@ -145,9 +145,8 @@ void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
 template <class Real>
 void Contacts<Real>::find_rigid_rows(const ContactWorld<Real>& world) {
   const auto first = static_cast<std::uint32_t>(world.soft.size());
-  const auto fixed = static_cast<std::uint32_t>(first + world.rigid.size() + world.colliders.size());
   rigid_solver_.append_rows(world.rigid, world.colliders, world.substep.surroundings.gravity, world.substep.dt_s, first,
-                            fixed, rigid_rows_);
+                            rigid_rows_);
 }
 
 template <class Real>
@@ -184,9 +183,14 @@ void Contacts<Real>::meet_bounding_volumes(const ContactWorld<Real>& world) {
       meet_bounds(soft[a], bounds_[a], soft[b], bounds_[b], near_[p], physics.resting_m_s, physics.dt_s, response,
                   hits_);
       some[p].hit = !hits_.empty();
-      if (world.notes.empty()) continue;
-      for (const VertexHit& hit : hits_)
-        world.notes[a].push_back({hit.vertex, VertexContact::Other::soft, b, hit.hit.normal});
+      for (const VertexHit& hit : hits_) {
+        const BodyRef other{BodyKind::soft, b};
+        if (!world.notes.empty()) world.notes[a].push_back({hit.vertex, other, hit.hit.normal});
+        if (world.touches != nullptr) {
+          world.touches->add({BodyKind::soft, a}, other, hit.impulse_n_s, soft[a].position_m(hit.vertex),
+                             hit.hit.normal);
+        }
+      }
     }
   }
 }
@@ -197,7 +201,7 @@ void Contacts<Real>::meet_rigid_bodies(const ContactWorld<Real>& world) {
   const StageTimer timer(world.substep.profile, Stage::rigid);
   wake_near_rigid(world);
   rigid_solver_.solve(world.rigid, world.colliders, {rigid_touched_, rigid_solved_}, world.substep.surroundings.gravity,
-                      world.substep.dt_s);
+                      world.substep.dt_s, world.touches);
 }
 
 template <class Real>

@@ -103,7 +103,7 @@ void find_hits(const SoftState<Real>& a, const SoftState<Real>& b, const BodyBou
     const std::optional<SurfaceHit> hit = kind == BoundsKind::box
                                               ? first_hit(BoxShape{radii}, way.start, way.end, 0.0, skin_m)
                                               : hit_ellipsoid(radii, way.start, way.end);
-    if (hit) hits.push_back({i, *hit});
+    if (hit) hits.push_back({.vertex = i, .hit = *hit});
   }
 }
 
@@ -202,7 +202,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
   const SharedMasses masses(other, hits.size());
   const Vec3d approach = own.velocity - other.velocity;
   Exchange to_a{.about = other.centre};
-  for (const auto& [i, hit] : hits) {
+  for (auto& [i, hit, got_n_s] : hits) {
     const double hit_mass_kg = whole ? own.mass_kg / shares : a.mass_kg(i);
     const Vec3d arm = a.position_m(i) - other.centre;
     const Vec3d own_arm = a.position_m(i) - own.centre;
@@ -215,6 +215,7 @@ void meet_bounds(SoftState<Real>& a, BodyBounds& bounds_a, SoftState<Real>& b, B
     if (whole) inverse_mass_1_kg += turning_inverse_mass(own_arm, shares * own.inverse_inertia_1_kg_m2);
     const Vec3d impulse_n_s = contact_impulse(relative, hit.normal, impact_m_s, surface,
                                               [&](const Vec3d& n) -> Vec3d { return inverse_mass_1_kg * n; });
+    got_n_s = impulse_n_s;
     const Vec3d after = relative + inverse_mass_1_kg * impulse_n_s;
     const Way way = way_of(a, i, bounds_b);
     const Vec3d back = masses.moved_share(hit_mass_kg) * (stop_of(way, hit, after, dt_s) - way.end);

@@ -38,6 +38,7 @@ struct ContactWorld {
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
   std::span<JointState> joints = {};              // those that break are marked
   std::span<ContactNotes> notes = {};             // what was answered is appended; or none
+  TouchTally* touches = nullptr;                  // likewise
   std::span<const Extents<Real>> extents = {};    // of those that are awake, where they are known already
 
   [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }

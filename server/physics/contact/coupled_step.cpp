@@ -432,32 +432,39 @@ void CoupledStep<Real>::store(const CoupledWorld<Real>& world) {
 
 template <class Real>
 void CoupledStep<Real>::note(const CoupledWorld<Real>& world) const {
-  using Other = VertexContact::Other;
   const std::size_t soft_count = passes_.bodies.size();
+  const std::size_t solid_count = soft_count + world.rigid.size();  // and what does not give way
+  const auto ref_of = [&](std::size_t response) {
+    if (response < soft_count) return BodyRef{BodyKind::soft, static_cast<std::uint32_t>(response)};
+    if (response < solid_count) return BodyRef{BodyKind::rigid, static_cast<std::uint32_t>(response - soft_count)};
+    return BodyRef{BodyKind::collider, static_cast<std::uint32_t>(response - solid_count)};
+  };
+  const auto mark = [&](BodyRef body) {
+    if (body.kind == BodyKind::soft) world.soft_touched[body.index] = 1;
+    if (body.kind == BodyKind::rigid) world.rigid_touched[body.index] = 1;
+  };
   for (const ContactRow& row : passes_.rows) {
     if (joint_of(row) || !(row.impulse_n_s.dot(row.normal) > 0.0)) continue;
-    if (row.first.body >= soft_count) {  // two rigid bodies, or one and a collider
-      for (const Support* side : {&row.first, &row.second}) {
-        if (side->body < soft_count + world.rigid.size()) world.rigid_touched[side->body - soft_count] = 1;
-      }
-      continue;
-    }
-    world.soft_touched[row.first.body] = 1;
-    const std::size_t second = row.second.body;
-    const bool is_rigid = second >= soft_count && second < soft_count + world.rigid.size();
-    if (second < soft_count) world.soft_touched[second] = 1;
-    if (is_rigid) world.rigid_touched[second - soft_count] = 1;
+    const BodyRef first = ref_of(row.first.body);
+    const BodyRef second = ref_of(row.second.body);
+    mark(first);
+    mark(second);
+    if (world.touches != nullptr) world.touches->add(first, second, row.impulse_n_s, place_of(row.first), row.normal);
     if (world.notes.empty()) continue;
-    const Other other = second < soft_count ? Other::soft : is_rigid ? Other::rigid : Other::collider;
-    const std::size_t before = second < soft_count ? 0 : is_rigid ? soft_count : soft_count + world.rigid.size();
-    const auto append = [&](const Support& of, Other kind, std::size_t index, const Vec3d& normal) {
-      for (std::uint32_t i = 0; i < of.count; ++i) {
-        world.notes[of.body].push_back({of.vertices[i], kind, static_cast<std::uint32_t>(index), normal});
-      }
+    const auto append = [&](const Support& of, BodyRef other, const Vec3d& normal) {
+      for (std::uint32_t i = 0; i < of.count; ++i) world.notes[of.body].push_back({of.vertices[i], other, normal});
     };
-    append(row.first, other, second - before, row.normal);
-    if (second < soft_count) append(row.second, Other::soft, row.first.body, -row.normal);
+    if (first.kind == BodyKind::soft) append(row.first, second, row.normal);
+    if (second.kind == BodyKind::soft) append(row.second, first, -row.normal);
   }
+}
+
+// Where the row acts.
+template <class Real>
+Vec3d CoupledStep<Real>::place_of(const Support& side) const {
+  const std::size_t soft_count = passes_.bodies.size();
+  if (side.body < soft_count) return mean_of(side, passes_.surface(side.body).from);
+  return passes_.solids[side.body - soft_count].at.origin + side.arm;
 }
 
 template <class Real>

@@ -42,6 +42,7 @@ class CoupledStep {
   void mark_broken(const CoupledWorld<Real>& world) const;
   void store(const CoupledWorld<Real>& world);
   void note(const CoupledWorld<Real>& world) const;
+  [[nodiscard]] Vec3d place_of(const Support& side) const;
 
   CoupledPasses passes_;
   std::vector<ContactRow> warm_;  // of the pass before, by key

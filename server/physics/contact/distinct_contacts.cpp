@@ -8,7 +8,7 @@
 namespace pneuma::physics {
 
 ContactNotes distinct(ContactNotes notes) {
-  const auto place = [](const VertexContact& note) { return std::tuple(note.vertex, note.other, note.index); };
+  const auto place = [](const VertexContact& note) { return std::pair(note.vertex, note.other); };
   const auto order = [&](const VertexContact& note) {
     return std::tuple(place(note), note.normal.x(), note.normal.y(), note.normal.z());
   };

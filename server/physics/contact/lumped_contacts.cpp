@@ -420,30 +420,39 @@ void LumpedContacts<Real>::note(const Substep& substep, const SurfaceContacts<Re
 template <class Real>
 void LumpedContacts<Real>::note_row(const Substep& substep, const SurfaceContacts<Real>& surfaces,
                                     std::uint32_t r) const {
-  using Other = VertexContact::Other;
   const ContactRow& row = rows_[r];
   const std::span<ContactNotes> notes = substep.world.notes;
-  const auto append = [&](const Support& of, Other kind, std::uint32_t index, const Vec3d& normal) {
+  const auto append = [&](const Support& of, BodyRef other, const Vec3d& normal) {
     for (std::uint32_t i = 0; i < of.count && !notes.empty(); ++i) {
-      notes[of.body].push_back({of.vertices[i], kind, index, normal});
+      notes[of.body].push_back({of.vertices[i], other, normal});
     }
+  };
+  const auto tally = [&](BodyRef first, BodyRef second, const Vec3d& position) {
+    if (substep.world.touches == nullptr) return;
+    substep.world.touches->add(first, second, solver_.impulse_n_s(r), position, solver_.normal(r));
   };
   if (is_of_solid(r)) {
     const bool is_rigid = solids_.is_rigid(r - skin_rows_);
     const std::uint32_t index = solids_.index(r - skin_rows_);
     substep.soft_touched[row.first.body] = 1;
     if (is_rigid) substep.rigid_touched[index] = 1;
-    append(row.first, is_rigid ? Other::rigid : Other::collider, index, solver_.normal(r));
+    const BodyRef other{is_rigid ? BodyKind::rigid : BodyKind::collider, index};
+    append(row.first, other, solver_.normal(r));
+    tally({BodyKind::soft, row.first.body}, other, solver_.at_skin(r, places_m_));
     return;
   }
+  const auto ref_of = [&](const Support& of) {
+    const bool is_mesh = surfaces.is_mesh(of.body);
+    return BodyRef{is_mesh ? BodyKind::collider : BodyKind::soft, is_mesh ? surfaces.mesh(of.body).index : of.body};
+  };
   const auto append_other = [&](const Support& of, const Support& by, const Vec3d& normal) {
     if (surfaces.is_mesh(of.body)) return;
     substep.soft_touched[of.body] = 1;
-    const bool is_mesh = surfaces.is_mesh(by.body);
-    append(of, is_mesh ? Other::collider : Other::soft, is_mesh ? surfaces.mesh(by.body).index : by.body, normal);
+    append(of, ref_of(by), normal);
   };
   append_other(row.first, row.second, row.normal);
   append_other(row.second, row.first, -row.normal);
+  tally(ref_of(row.first), ref_of(row.second), mean_of(row.first, surfaces.bodies()[row.first.body].from));
 }
 
 template <class Real>

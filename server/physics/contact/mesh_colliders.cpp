@@ -12,7 +12,7 @@
 namespace pneuma::physics {
 namespace {
 
-MeshTree::Box local_box(const Frame& frame, const Box& box, double grown_m) {
+FaceTree::Box local_box(const Frame& frame, const Box& box, double grown_m) {
   const Vec3d centre = frame.to_local(0.5 * (box.low + box.high));
   const Vec3d half = (frame.rotation.transpose().cwiseAbs() * (0.5 * (box.high - box.low))).array() + grown_m;
   return {centre - half, centre + half};
@@ -68,17 +68,17 @@ void MeshCandidateFinder::find(const MeshCollider& mesh, SurfacePair& pair, std:
   pair.candidates.clear();
   near_soft_.clear();
   near_mesh_.clear();
-  const MeshTree::Box at_start = local_box(mesh.start, soft.way, surface.margin_m);
-  const MeshTree::Box at_end = local_box(mesh.end, soft.way, surface.margin_m);
+  const FaceTree::Box at_start = local_box(mesh.start, soft.way, surface.margin_m);
+  const FaceTree::Box at_end = local_box(mesh.end, soft.way, surface.margin_m);
   Box about;
   const std::vector<Face>& mesh_faces = mesh.tree->mesh->faces;
-  mesh.tree->for_near({at_start.low_m.cwiseMin(at_end.low_m), at_start.high_m.cwiseMax(at_end.high_m)},
-                      [&](std::uint32_t g) {
-                        const Box box = way_box(mesh_faces[g], surface.from, surface.to, surface.margin_m);
-                        if (!box.overlaps(soft.way)) return;
-                        near_mesh_.push_back({g, box});
-                        about.include(box);
-                      });
+  mesh.tree->faces.for_near({at_start.low_m.cwiseMin(at_end.low_m), at_start.high_m.cwiseMax(at_end.high_m)},
+                            [&](std::uint32_t g) {
+                              const Box box = way_box(mesh_faces[g], surface.from, surface.to, surface.margin_m);
+                              if (!box.overlaps(soft.way)) return;
+                              near_mesh_.push_back({g, box});
+                              about.include(box);
+                            });
   if (near_mesh_.empty()) return;
   const std::vector<Face>& soft_faces = soft.topology->mesh->faces;
   for (std::uint32_t f = 0; f < soft_faces.size(); ++f) {
@@ -94,7 +94,7 @@ void find_ways_out(const MeshCollider& mesh, std::uint32_t first, std::uint32_t 
   const SurfaceBody& soft = bodies[first];
   const ContactSurface surface = combine(soft.surface, mesh.surface);
   const double kept_m = soft.shell_m + bodies[second].shell_m;
-  MeshTree::Box about = mesh.tree->nodes[0].box;
+  FaceTree::Box about = mesh.tree->box();
   about.low_m.array() -= (1.0 + row_slack_share) * kept_m;
   about.high_m.array() += (1.0 + row_slack_share) * kept_m;
   for (std::uint32_t i = 0; i < soft.from.size(); ++i) {

@@ -116,8 +116,9 @@ std::size_t RigidSolver::bytes() const {
 }
 
 void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Met& met,
-                        const Vec3d& gravity_m_s2, double dt_s) {
+                        const Vec3d& gravity_m_s2, double dt_s, TouchTally* touches) {
   const std::span<const std::uint8_t> touched = met.touched;
+  touches_ = touches;
   begin(rigid, colliders, gravity_m_s2, dt_s);
   leave_out_met(rigid, met.solved, dt_s);
   solve_velocities(rigid, dt_s);
@@ -154,7 +155,7 @@ void RigidSolver::leave_out_met(std::span<const RigidState> rigid, std::span<con
 }
 
 void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
-                              const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
+                              const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first,
                               std::vector<ContactRow>& rows) {
   begin(rigid, colliders, gravity_m_s2, dt_s);
   std::vector<std::uint8_t> is_left_out(rigid.size(), 0);
@@ -162,14 +163,17 @@ void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const
     if (c.bounces || bend_over(rigid, c, dt_s) > 1.0) is_left_out[groups_[c.a]] = 1;
   }
   load_rows(rigid);
+  const auto first_collider = static_cast<std::uint32_t>(first + rigid.size());
+  const auto all_colliders = static_cast<std::uint32_t>(first_collider + colliders.size());
   for (ContactRow& row : rows_) {
     const RigidContact& c = contacts_[row.key.features];
     if (is_left_out[groups_[c.a]] != 0) continue;
     aim_row(rigid, row);
     soften(rigid, row);
     row.first.body = first + c.a;
-    row.second.body = c.b == no_body ? fixed : first + c.b;
-    row.key = feature_key(FeatureKind::rigid, row.first.body, row.second.body, row.key.features);
+    row.second.body = c.b == no_body ? first_collider + c.collider : first + c.b;
+    row.key = feature_key(FeatureKind::rigid, row.first.body, c.b == no_body ? all_colliders : row.second.body,
+                          row.key.features);
     rows.push_back(row);
   }
 }
@@ -193,15 +197,24 @@ void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<con
   auto pair = pairs_.begin();
   for (std::uint32_t a = 0; a < rigid.size(); ++a) {
     if (!takes_part(a)) continue;
-    for (const ColliderState& collider : colliders) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
+    find_contacts_of(rigid, a, colliders, dt_s);
     for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+  }
+}
+
+void RigidSolver::find_contacts_of(std::span<const RigidState> rigid, std::uint32_t a,
+                                   std::span<const ColliderState> colliders, double dt_s) {
+  for (std::uint32_t i = 0; i < colliders.size(); ++i) {
+    const std::size_t before = contacts_.size();
+    find_collider_contacts(rigid, a, colliders[i], dt_s, contacts_);
+    for (RigidContact& c : std::span(contacts_).subspan(before)) c.collider = i;
   }
 }
 
 void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, double dt_s) {
   contacts_.clear();
   for (const std::uint32_t a : members_) {
-    for (const ColliderState& collider : colliders_) find_collider_contacts(rigid, a, collider, dt_s, contacts_);
+    find_contacts_of(rigid, a, colliders_, dt_s);
     auto pair = std::ranges::lower_bound(pairs_, a, {}, &RigidPair::a);
     for (; pair != pairs_.end() && pair->a == a; ++pair) {
       if (groups_[pair->b] == groups_[a]) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
@@ -360,7 +373,9 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
   }
   counts_.rows += rows_.size();
   for (const ContactRow& row : rows_) {
-    contacts_[row.key.features].normal_impulse_n_s = row.impulse_n_s.dot(row.normal);
+    RigidContact& c = contacts_[row.key.features];
+    c.normal_impulse_n_s = row.impulse_n_s.dot(row.normal);
+    c.impulse_n_s = row.impulse_n_s;
   }
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (yields_[i] == 0) continue;
@@ -466,6 +481,9 @@ void RigidSolver::note_pressed() {
     if (c.normal_impulse_n_s <= 0.0) continue;
     pressed_[c.a] = 1;
     if (c.b != no_body) pressed_[c.b] = 1;
+    if (touches_ == nullptr) continue;
+    const BodyRef other = c.b == no_body ? BodyRef{BodyKind::collider, c.collider} : BodyRef{BodyKind::rigid, c.b};
+    touches_->add({BodyKind::rigid, c.a}, other, c.impulse_n_s, c.point, c.normal);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "physics/contact/contact_note.h"
 #include "physics/contact/groups.h"
 #include "physics/contact/response.h"
 #include "physics/contact/row.h"
@@ -19,11 +20,10 @@ namespace pneuma::physics {
 class RigidSolver {
  public:
   /// Appends the rows of contacts that the substep may bring about, for a step that solves them together with those of
-  /// soft bodies: as its rigid bodies would go without contact. Bodies have the responses from `first` on, colliders
-  /// the response `fixed`. Groups that go in pieces or bounce have none.
+  /// soft bodies: as its rigid bodies would go without contact. Bodies have the responses from `first` on, then
+  /// colliders. Groups that go in pieces or bounce have none.
   void append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
-                   const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::uint32_t fixed,
-                   std::vector<ContactRow>& rows);
+                   const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::vector<ContactRow>& rows);
   /// Of the last look for contacts, one a body: the first of those that it is in contact with, itself included.
   [[nodiscard]] std::span<const std::uint32_t> groups() const { return groups_; }
 
@@ -33,9 +33,9 @@ class RigidSolver {
     std::span<const std::uint8_t> solved;   // its rows of append_rows were solved
   };
   /// A group whose rows were solved is answered again only where an approach was left in it. Moves what goes in pieces,
-  /// and marks it as moved.
+  /// and marks it as moved. What pressed what is added to `touches`, if there is one.
   void solve(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Met& met,
-             const Vec3d& gravity_m_s2, double dt_s);
+             const Vec3d& gravity_m_s2, double dt_s, TouchTally* touches);
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t bytes() const;
 
@@ -48,6 +48,8 @@ class RigidSolver {
   void begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
              double dt_s);
   void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
+  void find_contacts_of(std::span<const RigidState> rigid, std::uint32_t a, std::span<const ColliderState> colliders,
+                        double dt_s);
   void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s,
                bool is_piece);
@@ -81,6 +83,7 @@ class RigidSolver {
   std::vector<std::uint32_t> groups_in_pieces_;
   std::vector<std::uint32_t> members_;    // of the group that goes in pieces
   std::vector<ColliderState> colliders_;  // as they are when the piece begins
+  TouchTally* touches_ = nullptr;         // of the solve under way
   RowCounts counts_;
 };
 

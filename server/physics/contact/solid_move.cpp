@@ -15,7 +15,7 @@ double frame_move_m(const SolidMove& solid, const Aabb<double>& box, double dt_s
 
 // The shape's own would walk over all of its vertices.
 Vec3d extents_of(const MeshTree& tree) {
-  const MeshTree::Box& box = tree.nodes.front().box;
+  const FaceTree::Box& box = tree.box();
   return box.low_m.cwiseAbs().cwiseMax(box.high_m.cwiseAbs());
 }
 

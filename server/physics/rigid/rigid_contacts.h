@@ -21,7 +21,8 @@ inline constexpr std::uint32_t no_body = 0xffffffffU;
 /// Two solids that touch or may within the substep. `normal` points from b to a.
 struct RigidContact {
   std::uint32_t a = no_body;
-  std::uint32_t b = no_body;  // no_body: a collider, which moves by `velocity_b`
+  std::uint32_t b = no_body;   // no_body: a collider, which moves by `velocity_b`
+  std::uint32_t collider = 0;  // that one's index, as whoever asks for the contacts knows it
   Vec3d velocity_b = Vec3d::Zero();
   Vec3d point = Vec3d::Zero();
   Vec3d normal = Vec3d::UnitY();
@@ -39,6 +40,7 @@ struct RigidContact {
   double target_m_s = 0.0;   // the least normal velocity that may remain
   bool bounces = false;
   double normal_impulse_n_s = 0.0;
+  Vec3d impulse_n_s = Vec3d::Zero();  // on a
 };
 
 /// Appends the contacts of body a with body b (or with a collider) that the substep may bring about: those nearer than

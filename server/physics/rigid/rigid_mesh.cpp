@@ -24,8 +24,8 @@ class MeshToucher {
 
   void find() {
     const Vec3d half = (body_.frame.rotation.cwiseAbs() * half_extents_m(body_.shape)).array() + reach_m_;
-    const MeshTree::Box box{body_.frame.origin - half, body_.frame.origin + half};
-    tree_.for_near(box, [&](std::uint32_t face) {
+    const FaceTree::Box box{body_.frame.origin - half, body_.frame.origin + half};
+    tree_.faces.for_near(box, [&](std::uint32_t face) {
       touch_face(tree_.mesh->faces[face]);
       for (const std::uint32_t edge : tree_.sharp_edges[face]) touch_edge(tree_.mesh->edges[edge]);
     });

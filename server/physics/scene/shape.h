@@ -3,6 +3,9 @@
 // mesh gets round edges), which is how the thickness of a skin is counted.
 #pragma once
 
+#include <optional>
+
+#include "physics/mesh/picking.h"
 #include "physics/scene/scene.h"
 
 namespace pneuma::physics {
@@ -32,6 +35,8 @@ struct SurfacePoint {
 /// Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013), from below its root, where the iteration is monotonic; bounded.
 [[nodiscard]] SurfacePoint nearest_surface(const Shape& shape, const Vec3d& point, double offset_m = 0.0);
 [[nodiscard]] double surface_distance(const Shape& shape, const Vec3d& point, double offset_m = 0.0);
+/// Along the ray to the surface; from inside, to where the ray leaves. Nothing where it does not meet it.
+[[nodiscard]] std::optional<double> surface_hit_m(const Shape& shape, const Ray& ray);
 
 /// Half extents of the smallest box about the shape, in its own frame and centred there; infinite for what has no end.
 /// A mesh's are looked up from its vertices.

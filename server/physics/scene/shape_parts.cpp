@@ -179,6 +179,12 @@ SurfacePoint ShapeParts<PlaneShape>::nearest(const PlaneShape& plane, const Vec3
   const double distance = plane.normal.dot(point) - offset_m;
   return {distance, plane.normal, point - distance * plane.normal};
 }
+std::optional<double> ShapeParts<PlaneShape>::hit_m(const PlaneShape& plane, const Ray& ray) {
+  const double along = plane.normal.dot(ray.direction.stableNormalized());
+  if (along == 0.0) return std::nullopt;
+  const double distance_m = -plane.normal.dot(ray.origin_m) / along;
+  return distance_m >= 0.0 ? std::optional(distance_m) : std::nullopt;
+}
 std::optional<SurfaceHit> ShapeParts<PlaneShape>::first_hit(const PlaneShape& plane, const Vec3d& start,
                                                             const Vec3d& end, double offset_m, double skin_m) {
   return hit_plane(plane.normal, offset_m, start, end, skin_m);
@@ -189,6 +195,9 @@ Vec3d ShapeParts<PlaneShape>::half_extents_m(const PlaneShape&) {
 
 SurfacePoint ShapeParts<SphereShape>::nearest(const SphereShape& sphere, const Vec3d& point, double offset_m) {
   return nearest_on_ball(Vec3d::Zero(), sphere.radius_m + offset_m, point);
+}
+std::optional<double> ShapeParts<SphereShape>::hit_m(const SphereShape& sphere, const Ray& ray) {
+  return hit_sphere_m(ray, sphere.radius_m);
 }
 std::optional<SurfaceHit> ShapeParts<SphereShape>::first_hit(const SphereShape& sphere, const Vec3d& start,
                                                              const Vec3d& end, double offset_m, double skin_m) {
@@ -204,9 +213,6 @@ Vec3d ShapeParts<SphereShape>::Rigid::principal_inertia_kg_m2(const SphereShape&
 Vec3d ShapeParts<SphereShape>::Rigid::half_box_m(const SphereShape& sphere, const Eigen::Matrix3d&) {
   return Vec3d::Constant(sphere.radius_m);
 }
-std::optional<double> ShapeParts<SphereShape>::Rigid::hit_m(const SphereShape& sphere, const Ray& ray) {
-  return hit_sphere_m(ray, sphere.radius_m);
-}
 Knobs ShapeParts<SphereShape>::Rigid::knobs(const SphereShape& sphere) {
   Knobs knobs;
   knobs.add(Vec3d::Zero());
@@ -216,6 +222,9 @@ Knobs ShapeParts<SphereShape>::Rigid::knobs(const SphereShape& sphere) {
 
 SurfacePoint ShapeParts<BoxShape>::nearest(const BoxShape& box, const Vec3d& point, double offset_m) {
   return nearest_on_box(box.half_extents_m.array() + offset_m, point);
+}
+std::optional<double> ShapeParts<BoxShape>::hit_m(const BoxShape& box, const Ray& ray) {
+  return hit_box_m(ray, box.half_extents_m);
 }
 std::optional<SurfaceHit> ShapeParts<BoxShape>::first_hit(const BoxShape& box, const Vec3d& start, const Vec3d& end,
                                                           double offset_m, double skin_m) {
@@ -230,9 +239,6 @@ Vec3d ShapeParts<BoxShape>::Rigid::principal_inertia_kg_m2(const BoxShape& box, 
 Vec3d ShapeParts<BoxShape>::Rigid::half_box_m(const BoxShape& box, const Eigen::Matrix3d& rotation) {
   return rotation.cwiseAbs() * box.half_extents_m;
 }
-std::optional<double> ShapeParts<BoxShape>::Rigid::hit_m(const BoxShape& box, const Ray& ray) {
-  return hit_box_m(ray, box.half_extents_m);
-}
 Knobs ShapeParts<BoxShape>::Rigid::knobs(const BoxShape& box) {
   Knobs knobs;
   for (unsigned k = 0; k < 8; ++k) {
@@ -244,6 +250,12 @@ Knobs ShapeParts<BoxShape>::Rigid::knobs(const BoxShape& box) {
 
 SurfacePoint ShapeParts<EllipsoidShape>::nearest(const EllipsoidShape& ellipsoid, const Vec3d& point, double offset_m) {
   return nearest_on_ellipsoid(ellipsoid.radii_m.array() + offset_m, point);
+}
+std::optional<double> ShapeParts<EllipsoidShape>::hit_m(const EllipsoidShape& ellipsoid, const Ray& ray) {
+  // As a ball of radius 1, where the way is counted in other units.
+  const Vec3d way = ray.direction.stableNormalized().cwiseQuotient(ellipsoid.radii_m);
+  const auto distance = hit_sphere_m({ray.origin_m.cwiseQuotient(ellipsoid.radii_m), way}, 1.0);
+  return distance ? std::optional(*distance / way.norm()) : std::nullopt;
 }
 std::optional<SurfaceHit> ShapeParts<EllipsoidShape>::first_hit(const EllipsoidShape& ellipsoid, const Vec3d& start,
                                                                 const Vec3d& end, double offset_m, double skin_m) {
@@ -261,6 +273,9 @@ SurfacePoint ShapeParts<CapsuleShape>::nearest(const CapsuleShape& capsule, cons
     nearest.point = centre + (capsule.radius_m + offset_m) * nearest.normal;
   }
   return nearest;
+}
+std::optional<double> ShapeParts<CapsuleShape>::hit_m(const CapsuleShape& capsule, const Ray& ray) {
+  return hit_capsule_m(ray, capsule.radius_m, capsule.half_height_m);
 }
 std::optional<SurfaceHit> ShapeParts<CapsuleShape>::first_hit(const CapsuleShape& capsule, const Vec3d& start,
                                                               const Vec3d& end, double offset_m, double skin_m) {
@@ -285,9 +300,6 @@ Vec3d ShapeParts<CapsuleShape>::Rigid::half_box_m(const CapsuleShape& capsule, c
   const Vec3d end = capsule.half_height_m * rotation.col(1);
   return end.cwiseAbs().array() + capsule.radius_m;
 }
-std::optional<double> ShapeParts<CapsuleShape>::Rigid::hit_m(const CapsuleShape& capsule, const Ray& ray) {
-  return hit_capsule_m(ray, capsule.radius_m, capsule.half_height_m);
-}
 Knobs ShapeParts<CapsuleShape>::Rigid::knobs(const CapsuleShape& capsule) {
   Knobs knobs;
   for (const double side : {-1.0, 1.0}) knobs.add(side * capsule.half_height_m * Vec3d::UnitY());
@@ -298,6 +310,9 @@ Knobs ShapeParts<CapsuleShape>::Rigid::knobs(const CapsuleShape& capsule) {
 
 SurfacePoint ShapeParts<RoomShape>::nearest(const RoomShape& room, const Vec3d& point, double offset_m) {
   return nearest_on_room((room.half_extents_m.array() - offset_m).cwiseMax(0.0), point);
+}
+std::optional<double> ShapeParts<RoomShape>::hit_m(const RoomShape& room, const Ray& ray) {
+  return hit_box_m(ray, room.half_extents_m);
 }
 std::optional<SurfaceHit> ShapeParts<RoomShape>::first_hit(const RoomShape& room, const Vec3d& start, const Vec3d& end,
                                                            double offset_m, double skin_m) {
@@ -310,6 +325,10 @@ Vec3d ShapeParts<RoomShape>::half_extents_m(const RoomShape&) {
 SurfacePoint ShapeParts<MeshShape>::nearest(const MeshShape& shape, const Vec3d& point, double offset_m) {
   return nearest_on_mesh(*shape.mesh, offset_m, point);
 }
+std::optional<double> ShapeParts<MeshShape>::hit_m(const MeshShape& shape, const Ray& ray) {
+  const auto hit = physics::first_hit(shape.mesh->positions_m, shape.mesh->faces, ray);
+  return hit ? std::optional(hit->distance_m) : std::nullopt;
+}
 Vec3d ShapeParts<MeshShape>::half_extents_m(const MeshShape& shape) {
   Vec3d half = Vec3d::Zero();
   for (const Vec3d& position : shape.mesh->positions_m) half = half.cwiseMax(position.cwiseAbs());
@@ -320,6 +339,9 @@ Vec3d ShapeParts<MeshShape>::half_extents_m(const MeshShape& shape) {
 SurfacePoint ShapeParts<ConvexShape>::nearest(const ConvexShape& convex, const Vec3d& point, double offset_m) {
   const PolyhedronPoint nearest = nearest_point(*convex.solid, point);
   return {nearest.distance_m - offset_m, nearest.normal, nearest.position_m + offset_m * nearest.normal};
+}
+std::optional<double> ShapeParts<ConvexShape>::hit_m(const ConvexShape& convex, const Ray& ray) {
+  return hit_polyhedron_m(ray, *convex.solid);
 }
 std::optional<SurfaceHit> ShapeParts<ConvexShape>::first_hit(const ConvexShape& convex, const Vec3d& start,
                                                              const Vec3d& end, double offset_m, double skin_m) {
@@ -332,9 +354,6 @@ Vec3d ShapeParts<ConvexShape>::Rigid::half_box_m(const ConvexShape& convex, cons
   for (const Vec3d& corner : convex.solid->corners_m) half = half.cwiseMax((rotation * corner).cwiseAbs());
   return half;
 }
-std::optional<double> ShapeParts<ConvexShape>::Rigid::hit_m(const ConvexShape& convex, const Ray& ray) {
-  return hit_polyhedron_m(ray, *convex.solid);
-}
 Knobs ShapeParts<ConvexShape>::Rigid::knobs(const ConvexShape& convex) {
   Knobs knobs;
   for (const Vec3d& corner : convex.solid->corners_m) knobs.add(corner);
@@ -343,6 +362,10 @@ Knobs ShapeParts<ConvexShape>::Rigid::knobs(const ConvexShape& convex) {
 
 SurfacePoint nearest_surface(const Shape& shape, const Vec3d& point, double offset_m) {
   return std::visit([&]<class S>(const S& one) { return ShapeParts<S>::nearest(one, point, offset_m); }, shape);
+}
+
+std::optional<double> surface_hit_m(const Shape& shape, const Ray& ray) {
+  return std::visit([&]<class S>(const S& one) { return ShapeParts<S>::hit_m(one, ray); }, shape);
 }
 
 double surface_distance(const Shape& shape, const Vec3d& point, double offset_m) {

@@ -46,23 +46,24 @@ concept NoRigid = requires {
 
 /// Of shapes that rigid bodies may have.
 template <class Rigid, class S>
-concept RigidParts = requires(const Rigid& rigid, const S& shape, double mass_kg, const Eigen::Matrix3d& rotation,
-                              const Ray& ray, Knobs& knobs) {
-  { rigid.principal_inertia_kg_m2(shape, mass_kg) } -> std::same_as<Vec3d>;  // of a solid one
-  { rigid.principal_axes(shape) } -> std::same_as<std::optional<Quatd>>;     // in its own frame; unset: its own
-  { rigid.radius_m(shape) } -> std::same_as<double>;                         // about its centre
-  { rigid.half_box_m(shape, rotation) } -> std::same_as<Vec3d>;              // along the axes that it is turned to
-  { rigid.hit_m(shape, ray) } -> std::same_as<std::optional<double>>;        // along a ray that picks it
-  { rigid.knobs(shape) } -> std::same_as<Knobs>;
-};
+concept RigidParts =
+    requires(const Rigid& rigid, const S& shape, double mass_kg, const Eigen::Matrix3d& rotation, Knobs& knobs) {
+      { rigid.principal_inertia_kg_m2(shape, mass_kg) } -> std::same_as<Vec3d>;  // of a solid one
+      { rigid.principal_axes(shape) } -> std::same_as<std::optional<Quatd>>;     // in its own frame; unset: its own
+      { rigid.radius_m(shape) } -> std::same_as<double>;                         // about its centre
+      { rigid.half_box_m(shape, rotation) } -> std::same_as<Vec3d>;              // along the axes that it is turned to
+      { rigid.knobs(shape) } -> std::same_as<Knobs>;
+    };
 
 }  // namespace shape_parts
 
 /// A shape with all its parts.
 template <class S>
 concept SolidShape =
-    requires(const S& shape, const Vec3d& point, double offset_m) {
+    requires(const S& shape, const Vec3d& point, const Ray& ray, double offset_m) {
       { ShapeParts<S>::nearest(shape, point, offset_m) } -> std::same_as<SurfacePoint>;
+      // Along the ray to the surface; from inside, to where the ray leaves.
+      { ShapeParts<S>::hit_m(shape, ray) } -> std::same_as<std::optional<double>>;
       { ShapeParts<S>::half_extents_m(shape) } -> std::same_as<Vec3d>;
       // Whether soft bodies meet its surface as they meet each other's (mesh_colliders.h), not vertex by vertex.
       { ShapeParts<S>::is_surface } -> std::same_as<const bool&>;
@@ -77,6 +78,7 @@ concept SolidShape =
 template <>
 struct ShapeParts<PlaneShape> {
   static SurfacePoint nearest(const PlaneShape& plane, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const PlaneShape& plane, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const PlaneShape& plane, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const PlaneShape& plane);
@@ -87,6 +89,7 @@ struct ShapeParts<PlaneShape> {
 template <>
 struct ShapeParts<SphereShape> {
   static SurfacePoint nearest(const SphereShape& sphere, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const SphereShape& sphere, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const SphereShape& sphere, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const SphereShape& sphere);
@@ -96,7 +99,6 @@ struct ShapeParts<SphereShape> {
     static std::optional<Quatd> principal_axes(const SphereShape&) { return std::nullopt; }
     static double radius_m(const SphereShape& sphere) { return sphere.radius_m; }
     static Vec3d half_box_m(const SphereShape& sphere, const Eigen::Matrix3d& rotation);
-    static std::optional<double> hit_m(const SphereShape& sphere, const Ray& ray);
     static Knobs knobs(const SphereShape& sphere);
   };
   static constexpr Rigid rigid{};
@@ -105,6 +107,7 @@ struct ShapeParts<SphereShape> {
 template <>
 struct ShapeParts<BoxShape> {
   static SurfacePoint nearest(const BoxShape& box, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const BoxShape& box, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const BoxShape& box, const Vec3d& start, const Vec3d& end, double offset_m,
                                              double skin_m);
   static Vec3d half_extents_m(const BoxShape& box) { return box.half_extents_m; }
@@ -114,7 +117,6 @@ struct ShapeParts<BoxShape> {
     static std::optional<Quatd> principal_axes(const BoxShape&) { return std::nullopt; }
     static double radius_m(const BoxShape& box) { return box.half_extents_m.norm(); }
     static Vec3d half_box_m(const BoxShape& box, const Eigen::Matrix3d& rotation);
-    static std::optional<double> hit_m(const BoxShape& box, const Ray& ray);
     static Knobs knobs(const BoxShape& box);
   };
   static constexpr Rigid rigid{};
@@ -123,6 +125,7 @@ struct ShapeParts<BoxShape> {
 template <>
 struct ShapeParts<EllipsoidShape> {
   static SurfacePoint nearest(const EllipsoidShape& ellipsoid, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const EllipsoidShape& ellipsoid, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const EllipsoidShape& ellipsoid, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const EllipsoidShape& ellipsoid) { return ellipsoid.radii_m; }
@@ -133,6 +136,7 @@ struct ShapeParts<EllipsoidShape> {
 template <>
 struct ShapeParts<CapsuleShape> {
   static SurfacePoint nearest(const CapsuleShape& capsule, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const CapsuleShape& capsule, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const CapsuleShape& capsule, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const CapsuleShape& capsule);
@@ -142,7 +146,6 @@ struct ShapeParts<CapsuleShape> {
     static std::optional<Quatd> principal_axes(const CapsuleShape&) { return std::nullopt; }
     static double radius_m(const CapsuleShape& capsule) { return capsule.half_height_m + capsule.radius_m; }
     static Vec3d half_box_m(const CapsuleShape& capsule, const Eigen::Matrix3d& rotation);
-    static std::optional<double> hit_m(const CapsuleShape& capsule, const Ray& ray);
     static Knobs knobs(const CapsuleShape& capsule);
   };
   static constexpr Rigid rigid{};
@@ -151,6 +154,7 @@ struct ShapeParts<CapsuleShape> {
 template <>
 struct ShapeParts<RoomShape> {
   static SurfacePoint nearest(const RoomShape& room, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const RoomShape& room, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const RoomShape& room, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const RoomShape& room);
@@ -161,6 +165,7 @@ struct ShapeParts<RoomShape> {
 template <>
 struct ShapeParts<MeshShape> {
   static SurfacePoint nearest(const MeshShape& shape, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const MeshShape& shape, const Ray& ray);
   static constexpr None first_hit{"its triangles are met as a soft body's are (mesh_colliders.h)"};
   static Vec3d half_extents_m(const MeshShape& shape);
   static constexpr bool is_surface = true;
@@ -170,6 +175,7 @@ struct ShapeParts<MeshShape> {
 template <>
 struct ShapeParts<ConvexShape> {
   static SurfacePoint nearest(const ConvexShape& convex, const Vec3d& point, double offset_m);
+  static std::optional<double> hit_m(const ConvexShape& convex, const Ray& ray);
   static std::optional<SurfaceHit> first_hit(const ConvexShape& convex, const Vec3d& start, const Vec3d& end,
                                              double offset_m, double skin_m);
   static Vec3d half_extents_m(const ConvexShape& convex) { return convex.solid->half_extents_m; }
@@ -181,7 +187,6 @@ struct ShapeParts<ConvexShape> {
     static std::optional<Quatd> principal_axes(const ConvexShape& convex) { return convex.solid->axes; }
     static double radius_m(const ConvexShape& convex) { return convex.solid->radius_m; }
     static Vec3d half_box_m(const ConvexShape& convex, const Eigen::Matrix3d& rotation);
-    static std::optional<double> hit_m(const ConvexShape& convex, const Ray& ray);
     static Knobs knobs(const ConvexShape& convex);
   };
   static constexpr Rigid rigid{};

@@ -14,6 +14,8 @@
 #include "app/live_world.h"
 #include "app/request_fields.h"
 #include "app/step_goal.h"
+#include "app/touch_news.h"
+#include "app/world_queries.h"
 #include "numerics/extremes/cases.h"
 #include "numerics/extremes/run.h"
 #include "replay/replayed_world.h"
@@ -255,6 +257,30 @@ void refuse_goals(const v1::Scene& scene, Refusals& refusals) {
   refuse_numbers(message, "", check, refusals);
 }
 
+void refuse_questions(const v1::Scene& scene, Refusals& refusals) {
+  const app::LiveWorld live = make_live(scene);
+  const physics::World& world = live.physics();
+  v1::ClientMessage message;
+  const auto refuse = [&](const auto& ask) {
+    if (!ask().ok()) refusals.wrong = "a question was refused";
+    refuse_numbers(message, "", ask, refusals);
+  };
+  v1::Raycast::Ray& ray = *message.mutable_raycast()->add_rays();
+  ray.mutable_origin()->set_y(1.0);
+  ray.mutable_direction()->set_y(-1.0);
+  refuse([&] { return app::cast_rays(world, message.raycast()).status(); });
+  message.mutable_nearest_point()->add_points()->set_x(1.0);
+  refuse([&] { return app::find_nearest(world, message.nearest_point()).status(); });
+  message.mutable_bodies_in_box()->mutable_low()->set_x(-1.0);
+  message.mutable_bodies_in_box()->mutable_high()->set_x(1.0);
+  refuse([&] { return app::find_bodies(world, message.bodies_in_box()).status(); });
+  v1::TouchWish& wish = *message.mutable_subscribe()->mutable_touches();
+  wish.set_impulse_min_n_s(1.0);
+  const auto check = [&] { return app::check_touch_wish(world, wish); };
+  if (!check().ok()) refusals.wrong = "a wish was refused";
+  refuse_numbers(wish, "subscribe.touches", check, refusals);
+}
+
 void refuse_time_scales(Refusals& refusals) {
   v1::ClientMessage message;
   message.mutable_resume()->set_time_scale(1.0);
@@ -275,6 +301,7 @@ Result run_not_a_number(bool) {
   refuse_subscriptions(refusals);
   refuse_seeks(refusals);
   refuse_goals(*scene, refusals);
+  refuse_questions(*scene, refusals);
   refuse_time_scales(refusals);
 
   Names seen;

@@ -173,6 +173,7 @@ TEST(RequestKinds, EachAsksForItsRoleAndNamesItsWorld) {
       {"request_key", Role::view},  {"take_snapshot", Role::view},  {"read_snapshot", Role::view},
       {"rewind_world", Role::edit}, {"restore_world", Role::admin}, {"branch_world", Role::admin},
       {"get_state", Role::view},    {"set_state", Role::edit},      {"step_until", Role::edit},
+      {"raycast", Role::view},      {"nearest_point", Role::view},  {"bodies_in_box", Role::view},
   };
   const auto* requests = v1::ClientMessage::descriptor()->FindOneofByName("request");
   EXPECT_EQ(static_cast<std::size_t>(requests->field_count()), roles.size());

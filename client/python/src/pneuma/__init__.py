@@ -36,13 +36,15 @@ from pneuma._proto.scene_types import (
     Surface,
     Volume,
 )
-from pneuma.client import Body, Grab, Recorder, Server, Stream, World, connect, serve
+from pneuma.client import Body, Grab, Recorder, Server, Stream, TouchStream, World, connect, serve
 from pneuma.errors import Code, NotReached, PneumaError
 from pneuma.frames import Contact, Event, Frame, FrameBody, Pose
 from pneuma.mesh_files import read_mesh
 from pneuma.recording import RecordedBody, Recording, read
 from pneuma.scene import Scene, triangles
 from pneuma.state import RigidState, SoftState, State
+from pneuma.surfaces import Surfaces
+from pneuma.touch import Touch
 
 # Others may have protoc's own pneuma.v1 on their path: it is found beside this package.
 __path__ = extend_path(__path__, __name__)
@@ -88,6 +90,9 @@ __all__ = [
     "Stepping",
     "Stream",
     "Surface",
+    "Surfaces",
+    "Touch",
+    "TouchStream",
     "Volume",
     "World",
     "__version__",

@@ -15,12 +15,14 @@ from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.frames import Frame
 from pneuma.notebook import table_of
 from pneuma.state import State
+from pneuma.touch import Touch
 
 if TYPE_CHECKING:
     from pneuma.aio import recorder as aio_recorder
 
 P = ParamSpec("P")
 Reply = TypeVar("Reply")
+Told = TypeVar("Told", bound=aio.Subscription)
 
 
 class Grab(Blocking[aio.Grab]):
@@ -61,12 +63,15 @@ class Body(Blocking[aio.Body]):
         return self._inner.name
 
 
-class Stream(Blocking[aio.Stream]):
-    __doc__ = aio.Stream.__doc__
+class Subscription(Blocking[Told]):
+    """What a server tells of a world unasked, from `open` to `close`."""
+
     __slots__ = ()
 
-    open = waits(aio.Stream.open)
-    next = waits(aio.Stream.next)
+    def open(self) -> Self:
+        """Subscribes, if it has not yet."""
+        self._thread.run(self._inner.open())
+        return self
 
     @property
     def subscribed(self) -> wire.Subscribed:
@@ -80,12 +85,6 @@ class Stream(Blocking[aio.Stream]):
     def __iter__(self) -> Self:
         return self
 
-    def __next__(self) -> Frame:
-        frame = self.next()
-        if frame is None:
-            raise StopIteration
-        return frame
-
     def __enter__(self) -> Self:
         self.open()
         return self
@@ -95,6 +94,38 @@ class Stream(Blocking[aio.Stream]):
 
     def __del__(self) -> None:
         self.close()
+
+
+class Stream(Subscription[aio.Stream]):
+    __doc__ = aio.Stream.__doc__
+    __slots__ = ()
+
+    next = waits(aio.Stream.next)
+
+    def __next__(self) -> Frame:
+        frame = self.next()
+        if frame is None:
+            raise StopIteration
+        return frame
+
+
+class TouchStream(Subscription[aio.TouchStream]):
+    __doc__ = aio.TouchStream.__doc__
+    __slots__ = ()
+
+    take = waits(aio.TouchStream.take)
+    next = waits(aio.TouchStream.next)
+
+    @property
+    def dropped(self) -> int:
+        """Touches that there was no room for."""
+        return self._inner.dropped
+
+    def __next__(self) -> Touch:
+        touch = self.next()
+        if touch is None:
+            raise StopIteration
+        return touch
 
 
 class Recorder(Blocking["aio_recorder.Recorder"]):
@@ -140,8 +171,12 @@ class World(Blocking[aio.World]):
     destroy = waits(aio.World.destroy)
     save = waits(aio.World.save)
     snapshot = waits(aio.World.snapshot)
+    raycast = waits(aio.World.raycast)
+    nearest = waits(aio.World.nearest)
+    bodies_in_box = waits(aio.World.bodies_in_box)
     stream = gives(Stream, aio.World.stream)
     record = waits_for(Recorder, aio.World.record)
+    touches = gives(TouchStream, aio.World.touches)
 
     @property
     def name(self) -> str:

@@ -88,6 +88,9 @@ class World(Blocking[aio.World]):
     stats = waits(aio.World.stats)
     scene = waits(aio.World.scene)
     edit = waits(aio.World.edit)
+    raycast = waits(aio.World.raycast)
+    nearest = waits(aio.World.nearest)
+    bodies_in_box = waits(aio.World.bodies_in_box)
     set_state = waits(aio.World.set_state)
     reset = waits(aio.World.reset)
 

@@ -14,7 +14,7 @@
 namespace pneuma::physics {
 namespace {
 
-using Other = VertexContact::Other;
+using Other = BodyKind;
 
 Collider plane(const std::string& name, const Vec3d& normal, double offset_m) {
   Collider collider;
@@ -39,15 +39,15 @@ Scene ball_on_floor() {
 TEST(DistinctContacts, EachWallIsThereOnceHoweverTheNormalsLie) {
   ContactNotes notes;
   for (const double off : {0.0, 1e-6, 2e-6}) {
-    notes.push_back({5, Other::collider, 0, Vec3d(off, 1.0, 0.0)});
-    notes.push_back({5, Other::collider, 0, Vec3d(off + 5e-7, 0.0, 1.0)});
-    notes.push_back({5, Other::collider, 1, Vec3d(off, 1.0, 0.0)});
-    notes.push_back({4, Other::collider, 0, Vec3d(off, 1.0, 0.0)});
+    notes.push_back({5, {Other::collider, 0}, Vec3d(off, 1.0, 0.0)});
+    notes.push_back({5, {Other::collider, 0}, Vec3d(off + 5e-7, 0.0, 1.0)});
+    notes.push_back({5, {Other::collider, 1}, Vec3d(off, 1.0, 0.0)});
+    notes.push_back({4, {Other::collider, 0}, Vec3d(off, 1.0, 0.0)});
   }
   const ContactNotes walls = distinct(notes);
   const auto count = [&](std::uint32_t vertex, std::uint32_t collider) {
     return std::ranges::count_if(
-        walls, [&](const VertexContact& wall) { return wall.vertex == vertex && wall.index == collider; });
+        walls, [&](const VertexContact& wall) { return wall.vertex == vertex && wall.other.index == collider; });
   };
   EXPECT_EQ(count(4, 0), 1);
   EXPECT_EQ(count(5, 0), 2);
@@ -69,8 +69,8 @@ TEST_P(ContactNotesByMethod, TheVerticesOnAFloorAreThoseThatItHolds) {
   ASSERT_FALSE(notes.empty());
   const std::vector<double> x_m = positions(world, 0);
   for (const VertexContact& note : notes) {
-    EXPECT_EQ(note.other, Other::collider);
-    EXPECT_EQ(note.index, 1U);
+    EXPECT_EQ(note.other.kind, Other::collider);
+    EXPECT_EQ(note.other.index, 1U);
     EXPECT_LT((note.normal - Vec3d::UnitY()).norm(), 1e-12);
     EXPECT_NEAR(x_m[3 * note.vertex + 1], 0.0, 1e-6);
   }
@@ -131,8 +131,8 @@ TEST(ContactNotes, ASoftBodyOnARigidOneNamesIt) {
   const ContactNotes notes = world.contacts(0);
   ASSERT_FALSE(notes.empty());
   for (const VertexContact& note : notes) {
-    EXPECT_EQ(note.other, Other::rigid);
-    EXPECT_EQ(note.index, 0U);
+    EXPECT_EQ(note.other.kind, Other::rigid);
+    EXPECT_EQ(note.other.index, 0U);
     EXPECT_GT(note.normal.y(), 0.99);
   }
 }
@@ -150,8 +150,8 @@ TEST(ContactNotes, SoftBodiesThatMeetNameEachOther) {
     for (std::size_t body = 0; body < 2; ++body) {
       for (const VertexContact& note : world.contacts(body)) {
         ++seen;
-        EXPECT_EQ(note.other, Other::soft);
-        EXPECT_EQ(note.index, 1 - body);
+        EXPECT_EQ(note.other.kind, Other::soft);
+        EXPECT_EQ(note.other.index, 1 - body);
         EXPECT_GT(note.normal.x() * (body == 0 ? -1.0 : 1.0), 0.0) << "out of the other";
         EXPECT_NEAR(note.normal.norm(), 1.0, 1e-9);
       }

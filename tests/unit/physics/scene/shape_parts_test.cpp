@@ -15,6 +15,7 @@ namespace pneuma::physics {
 struct LacksNearest {};
 struct LacksFirstHit {};
 struct LacksExtents {};
+struct LacksHit {};
 struct LacksSurface {};
 struct LacksRigid {};
 struct LacksKnobs {};
@@ -23,6 +24,8 @@ struct LacksNothing {};
 struct AnyShapeParts {
   template <class S>
   static SurfacePoint nearest(const S&, const Vec3d&, double);
+  template <class S>
+  static std::optional<double> hit_m(const S&, const Ray&);
   static constexpr None first_hit{"not asked"};
   template <class S>
   static Vec3d half_extents_m(const S&);
@@ -38,6 +41,10 @@ struct ShapeParts<LacksNearest> : AnyShapeParts {
 template <>
 struct ShapeParts<LacksFirstHit> : AnyShapeParts {
   static constexpr int first_hit = 0;
+};
+template <>
+struct ShapeParts<LacksHit> : AnyShapeParts {
+  static constexpr int hit_m = 0;
 };
 template <>
 struct ShapeParts<LacksExtents> : AnyShapeParts {
@@ -64,8 +71,8 @@ namespace {
 struct UnknownShape {};
 static_assert(SolidShape<LacksNothing>);
 static_assert(!SolidShape<UnknownShape> && !SolidShape<LacksNearest> && !SolidShape<LacksFirstHit> &&
-              !SolidShape<LacksExtents> && !SolidShape<LacksSurface> && !SolidShape<LacksRigid> &&
-              !SolidShape<LacksKnobs>);
+              !SolidShape<LacksExtents> && !SolidShape<LacksHit> && !SolidShape<LacksSurface> &&
+              !SolidShape<LacksRigid> && !SolidShape<LacksKnobs>);
 
 class RigidShape : public testing::TestWithParam<Shape> {};
 
@@ -83,7 +90,7 @@ TEST_P(RigidShape, SaysOneSizeInAllItsParts) {
           EXPECT_LE(radius_m, half_m.norm() + 1e-14);
           for (int axis = 0; axis < 3; ++axis) {
             const Vec3d direction = Vec3d::Unit(axis);
-            const auto hit_m = rigid.hit_m(one, {10.0 * direction, -direction});
+            const auto hit_m = surface_hit_m(shape, {10.0 * direction, -direction});
             ASSERT_TRUE(hit_m.has_value());
             EXPECT_NEAR(*hit_m, 10.0 - half_m[axis], 1e-12);
             EXPECT_NEAR(surface_distance(shape, 10.0 * direction), *hit_m, 1e-12);

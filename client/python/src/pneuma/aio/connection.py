@@ -216,7 +216,7 @@ class Connection:
         elif kind == "event":
             for feed in self.feeds.values():
                 feed.event(content)
-        elif kind in ("layout", "frame", "gap") and content.stream_id in self.feeds:
+        elif kind in ("layout", "frame", "gap", "touches") and content.stream_id in self.feeds:
             getattr(self.feeds[content.stream_id], kind)(content)
 
     def _end(self, error: PneumaError) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from pneuma._proto import frame_pb2, session_pb2
 from pneuma.errors import PneumaError
 from pneuma.frames import Decoded, Event, Frame, Layout, event_of, frame_of
+from pneuma.touch import Touch, touch_of
 
 if TYPE_CHECKING:
     from pneuma.decoding import Decoding
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 # A stream that nobody reads for a while keeps four seconds at 60 Hz, and of a large world no more bytes than these.
 frames_kept = 240
 frame_bytes_kept = 64 * 2**20
+# Half a minute of all that a server tells.
+touches_kept = 65_536
 
 
 @dataclass
@@ -53,6 +56,8 @@ class Reader:
     events: list[Event] = field(default_factory=list)
     gap: tuple[int, int] | None = None
     bytes: int = 0
+    touches: deque[Touch] = field(default_factory=deque)
+    touches_dropped: int = 0
 
     def put(self, message: frame_pb2.Frame, layout: Layout, decoded: Decoded | None) -> None:
         kept = Kept(message, layout, decoded, tuple(self.events), self.gap)
@@ -67,6 +72,29 @@ class Reader:
             after.missed = joined(lost.missed, joined((lost.message.tick, lost.message.tick), after.missed))
         self.arrived.set()
 
+    def put_touches(self, message: session_pb2.Touches) -> None:
+        self.touches.extend(touch_of(touch, message.tick) for touch in message.touches)
+        self.touches_dropped += message.dropped
+        while len(self.touches) > touches_kept:
+            self.touches.popleft()
+            self.touches_dropped += 1
+        self.arrived.set()
+
+    def take_touches(self) -> list[Touch]:
+        """All that wait. Raises PneumaError where none do and the connection ended."""
+        if not self.touches and self.error:
+            raise self.error
+        taken = list(self.touches)
+        self.touches.clear()
+        return taken
+
+    async def next_touch(self) -> Touch | None:
+        """The next one; None at the end. Raises PneumaError where the connection ended, after the last one."""
+        while not self.touches:
+            if await self._is_over():
+                return None
+        return self.touches.popleft()
+
     def end(self, error: PneumaError | None) -> None:
         self.ended = True
         self.error = error
@@ -75,17 +103,23 @@ class Reader:
     async def next(self) -> Frame | None:
         """The next frame; None at the end. Raises PneumaError where the connection ended, after the last frame."""
         while not self.frames:
-            if self.error:
-                raise self.error
-            if self.ended:
+            if await self._is_over():
                 return None
-            self.arrived.clear()
-            await self.arrived.wait()
         kept = self._pop()
         try:
             return frame_of(kept.message, kept.layout, kept.events, kept.missed, kept.decoded)
         except ValueError as error:
             raise PneumaError("MALFORMED", str(error), "frame") from None
+
+    async def _is_over(self) -> bool:
+        """Waits for something to arrive, unless nothing will."""
+        if self.error:
+            raise self.error
+        if self.ended:
+            return True
+        self.arrived.clear()
+        await self.arrived.wait()
+        return False
 
     def _pop(self) -> Kept:
         kept = self.frames.popleft()
@@ -141,6 +175,9 @@ class Feed:
         self._readers.remove(reader)
         return not self._readers and not self._awaited
 
+    def readers(self) -> int:
+        return len(self._readers)
+
     def layout(self, message: frame_pb2.Layout) -> None:
         self._layout = Layout(message, self._topologies)
         if self._decoding:
@@ -167,6 +204,10 @@ class Feed:
     def _miss(self, from_tick: int, to_tick: int) -> None:
         for reader in self._receivers():
             reader.gap = joined(reader.gap, (from_tick, to_tick))
+
+    def touches(self, message: session_pb2.Touches) -> None:
+        for reader in self._receivers():
+            reader.put_touches(message)
 
     def event(self, message: session_pb2.Event) -> None:
         """Takes events of any world, and leaves those of others."""

@@ -1,4 +1,4 @@
-"""Frames of a world, as they come."""
+"""Frames and touches of a world, as they come."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from pneuma.aio.connection import Connection
 from pneuma.aio.feed import Feed, Reader
 from pneuma.errors import PneumaError
 from pneuma.frames import Frame
+from pneuma.touch import Touch
 
 
-class Stream:
-    """An iterator over frames, made by `World.stream`.
-
-    It ends with its world. Where the connection ends, it raises PneumaError. It subscribes as a block, or when the first
-    frame is asked for. It unsubscribes at the block's end, by `close`, or once nobody holds it any more.
-    """
+class Subscription:
+    """What a server tells of a world unasked, from `open` to `close`."""
 
     __slots__ = ("_connection", "_request", "_feed", "_reader", "__weakref__")
 
@@ -41,12 +38,6 @@ class Stream:
             self._reader = self._feed.join()
         return self
 
-    async def next(self) -> Frame | None:
-        """The next frame; None once the world is destroyed or the stream closed."""
-        await self.open()
-        assert self._reader
-        return await self._reader.next()
-
     def close(self) -> None:
         """Unsubscribes."""
         if self._feed is None or self._reader is None:
@@ -57,14 +48,13 @@ class Stream:
             self._connection.feeds.pop(stream_id, None)
             self._connection.tell(wire.ClientMessage(unsubscribe=wire.Unsubscribe(stream_id=stream_id)))
 
+    async def _opened(self) -> Reader:
+        await self.open()
+        assert self._reader
+        return self._reader
+
     def __aiter__(self) -> Self:
         return self
-
-    async def __anext__(self) -> Frame:
-        frame = await self.next()
-        if frame is None:
-            raise StopAsyncIteration
-        return frame
 
     async def __aenter__(self) -> Self:
         return await self.open()
@@ -74,3 +64,61 @@ class Stream:
 
     def __del__(self) -> None:
         self.close()
+
+
+class Stream(Subscription):
+    """An iterator over frames, made by `World.stream`.
+
+    It ends with its world. Where the connection ends, it raises PneumaError. It subscribes as a block, or when the first
+    frame is asked for. It unsubscribes at the block's end, by `close`, or once nobody holds it any more.
+    """
+
+    __slots__ = ()
+
+    async def next(self) -> Frame | None:
+        """The next frame; None once the world is destroyed or the stream closed."""
+        return await (await self._opened()).next()
+
+    async def __anext__(self) -> Frame:
+        frame = await self.next()
+        if frame is None:
+            raise StopAsyncIteration
+        return frame
+
+
+class TouchStream(Subscription):
+    """An iterator over touches, made by `World.touches`. It begins and ends as a Stream does.
+
+    The first tick after it has begun tells all that touches then. One at a time tells the touches of a world.
+    """
+
+    __slots__ = ()
+
+    async def take(self) -> list[Touch]:
+        """All that came since the last time. After a step, that is all of its ticks."""
+        return (await self._opened()).take_touches()
+
+    async def next(self) -> Touch | None:
+        """The next touch; None once the world is destroyed or the stream closed."""
+        return await (await self._opened()).next_touch()
+
+    @property
+    def dropped(self) -> int:
+        """Touches that there was no room for: the server tells so many a second, and a script that takes none keeps the
+        last ones."""
+        return self._reader.touches_dropped if self._reader else 0
+
+    async def open(self) -> Self:
+        """Subscribes, if it has not yet. Raises PneumaError where another one is open."""
+        await super().open()
+        assert self._feed
+        if self._feed.readers() > 1:
+            self.close()
+            raise PneumaError("FAILED_PRECONDITION", "another stream tells the touches of this world", "touches")
+        return self
+
+    async def __anext__(self) -> Touch:
+        touch = await self.next()
+        if touch is None:
+            raise StopAsyncIteration
+        return touch

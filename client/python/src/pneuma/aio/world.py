@@ -11,23 +11,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 from urllib.parse import quote
 
+import numpy as np
+
 from pneuma import messages
 from pneuma._proto import scene_types
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.body import Body
 from pneuma.aio.connection import Connection
-from pneuma.aio.stream import Stream
-from pneuma.arrays import Vector
+from pneuma.aio.stream import Stream, TouchStream
+from pneuma.arrays import Points, Vector
 from pneuma.errors import NotReached, PneumaError, at_a_blocks_end
 from pneuma.native import has_native
 from pneuma.scene import Scene, json_of
-from pneuma.state import State, little_endian, state_of
+from pneuma.state import Array, State, little_endian, state_of, xyz
+from pneuma.surfaces import Surfaces, names, set_xyz, surfaces_of, vectors
 
 if TYPE_CHECKING:
     from pneuma.aio.recorder import Recorder
 
 # WIRE.md, "Limits": of the steps that wait on a world. Ten minutes at 60 Hz.
 ticks_of_a_step_max = 36_000
+# Touches come with a stream, which has frames too: as few as can be, and of a rate that no other stream asks for.
+rate_of_touches_hz = 1.234e-6
 
 Change = (
     scene_types.SceneChange
@@ -90,7 +95,7 @@ class World:
 
         tick: the world has done so many.
         at_rest: every body that moves is asleep.
-        touch: two bodies meet, one of them a soft one.
+        touch: two bodies meet, or a body and a collider.
         past: (body, normal, offset_m): a body's centre of mass is where normal . position > offset_m.
 
         Raises NotReached after ticks_max ticks: ten minutes at 60 Hz unless given. It names the bodies that are frozen.
@@ -168,6 +173,62 @@ class World:
         """m/s^2"""
         gravity = (await self._scene_reply()).scene.gravity
         return (gravity.x, gravity.y, gravity.z)
+
+    async def raycast(
+        self,
+        origins: Points | Vector,
+        directions: Points | Vector,
+        *,
+        length_m: float = 0.0,
+        bodies: Sequence[str] = (),
+    ) -> Surfaces:
+        """Where rays first meet a body or collider: at most 4,096.
+
+        origins: (n, 3), metres, or one of all rays. directions: the same, of any length.
+        length_m: no further than that; 0: however far.
+        bodies: soft bodies, rigid bodies and colliders to look at, by name; none: all.
+        """
+        starts, ways = vectors(origins, "raycast.origins"), vectors(directions, "raycast.directions")
+        if len(starts) != len(ways) and 1 not in (len(starts), len(ways)):
+            raise messages.invalid("raycast", f"{len(starts)} origins and {len(ways)} directions")
+        request = wire.Raycast(world=self.name, bodies=names(bodies))
+        for origin, direction in zip(*np.broadcast_arrays(starts, ways)):
+            ray = request.rays.add(length_m=length_m)
+            set_xyz(ray.origin, origin)
+            set_xyz(ray.direction, direction)
+        return surfaces_of(await self._connection.call(wire.ClientMessage(raycast=request), wire.SurfacePoints))
+
+    async def nearest(self, points: Points | Vector, *, within_m: float = 0.0, bodies: Sequence[str] = ()) -> Surfaces:
+        """The places on surfaces nearest to points: at most 4,096.
+
+        points: (n, 3), metres, or one.
+        within_m: no further than that; 0: however far.
+        bodies: as of `raycast`.
+        """
+        request = wire.NearestPoint(world=self.name, bodies=names(bodies), within_m=within_m)
+        for point in vectors(points, "nearest.points"):
+            set_xyz(request.points.add(), point)
+        return surfaces_of(await self._connection.call(wire.ClientMessage(nearest_point=request), wire.SurfacePoints))
+
+    async def bodies_in_box(self, low: Vector, high: Vector) -> dict[str, tuple[Array, Array]]:
+        """The soft and rigid bodies whose bounding boxes reach into a box, each with its own: low and high, metres."""
+        request = wire.BodiesInBox(world=self.name)
+        messages.fill(request.low, low, "bodies_in_box.low")
+        messages.fill(request.high, high, "bodies_in_box.high")
+        found = await self._connection.call(wire.ClientMessage(bodies_in_box=request), wire.BodyBoxes)
+        return {box.body: (xyz(box.low), xyz(box.high)) for box in found.boxes}
+
+    def touches(self, *, bodies: Sequence[str] = (), impulse_min_n_s: float | None = None) -> TouchStream:
+        """What begins and ends to touch, to iterate over, or to take after each step.
+
+        bodies: soft bodies, rigid bodies and colliders, by name: those in which one of them takes part; none: all.
+        impulse_min_n_s: tell each tick's impulse of at least so much; None: only that with which a touch begins.
+        """
+        request = wire.Subscribe(world=self.name, encoding=wire.Subscribe.PLAIN, rate_hz=rate_of_touches_hz)
+        request.touches.bodies.extend(names(bodies))
+        if impulse_min_n_s is not None:
+            request.touches.impulse_min_n_s = impulse_min_n_s
+        return TouchStream(self._connection, request)
 
     def stream(
         self,
@@ -373,9 +434,7 @@ def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
 
 
 def observe(bodies: Sequence[str], velocities: bool, double_precision: bool) -> wire.Observe:
-    if isinstance(bodies, str):
-        bodies = [bodies]
-    return wire.Observe(bodies=bodies, velocities=velocities, double_precision=double_precision)
+    return wire.Observe(bodies=names(bodies), velocities=velocities, double_precision=double_precision)
 
 
 def state_in(done: wire.Done) -> State:

@@ -1,0 +1,210 @@
+#include "physics/queries.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "physics/scene/shape_parts.h"
+
+namespace pneuma::physics {
+
+namespace {
+
+// A tree takes as long to make as some twenty looks at every face.
+constexpr std::size_t questions_worth_a_tree = 20;
+
+std::vector<Vec3d> positions_of(const World& world, std::uint32_t soft) {
+  std::vector<Vec3d> positions_m(world.soft_body(soft).mesh->positions_m.size());
+  world.copy_positions(soft, std::span(positions_m.front().data(), 3 * positions_m.size()));
+  return positions_m;
+}
+
+FaceTree::Box grown(const Frame& frame, const Vec3d& half_m) {
+  const Vec3d across_m = frame.rotation.cwiseAbs() * half_m;
+  return {frame.origin - across_m, frame.origin + across_m};
+}
+
+// Infinite half extents make no number of an axis that is not turned.
+FaceTree::Box box_of_shape(const Frame& frame, const Vec3d& half_m) {
+  if (half_m.allFinite()) return grown(frame, half_m);
+  const Vec3d endless = Vec3d::Constant(std::numeric_limits<double>::infinity());
+  return {-endless, endless};
+}
+
+double inside_or_out(const FacesAt& surface, const MeshPoint& nearest, const Vec3d& point, bool is_closed) {
+  const bool is_inside = is_closed && unit_normal(surface, nearest.face).dot(point - nearest.position_m) < 0.0;
+  return is_inside ? -nearest.distance_m : nearest.distance_m;
+}
+
+// In the frame of a solid.
+FoundSurface found_at(const Vec3d& position, const Vec3d& normal, double distance_m) {
+  FoundSurface found;
+  found.position = position;
+  found.normal = normal;
+  found.distance_m = distance_m;
+  return found;
+}
+
+}  // namespace
+
+std::optional<BodyRef> find_body(const World& world, const std::string& name) {
+  const auto bodies = all_bodies(world);
+  const auto found = std::ranges::find_if(bodies, [&](BodyRef body) { return name_of(world, body) == name; });
+  return found == bodies.end() ? std::nullopt : std::optional(*found);
+}
+
+const std::string& name_of(const World& world, BodyRef body) {
+  switch (body.kind) {
+    case BodyKind::soft:
+      return world.soft_body(body.index).name;
+    case BodyKind::rigid:
+      return world.rigid_bodies()[body.index].body.name;
+    case BodyKind::collider:
+      break;
+  }
+  return world.colliders()[body.index].collider.name;
+}
+
+std::vector<BodyRef> all_bodies(const World& world) {
+  std::vector<BodyRef> bodies;
+  const auto add = [&](BodyKind kind, std::size_t count) {
+    for (std::uint32_t i = 0; i < count; ++i) bodies.push_back({kind, i});
+  };
+  add(BodyKind::soft, world.soft_body_count());
+  add(BodyKind::rigid, world.rigid_bodies().size());
+  add(BodyKind::collider, world.colliders().size());
+  return bodies;
+}
+
+FaceTree::Box box_about(const World& world, BodyRef body) {
+  if (body.kind == BodyKind::soft) return box_about(positions_of(world, body.index));
+  const RigidState& state = world.rigid_bodies()[body.index];
+  const Frame frame(state.position, state.orientation);
+  const Vec3d half_m =
+      of_rigid_shape(state.body.shape, Vec3d(Vec3d::Zero()),
+                     [&](const auto& rigid, const auto& shape) { return rigid.half_box_m(shape, frame.rotation); });
+  return {state.position - half_m, state.position + half_m};
+}
+
+SurfaceQueries::SurfaceQueries(const World& world, const std::vector<BodyRef>& among) : world_(world) {
+  candidates_.reserve(among.size());
+  for (const BodyRef body : among) {
+    Candidate& candidate = candidates_.emplace_back();
+    candidate.body = body;
+    if (body.kind == BodyKind::soft) {
+      candidate.skin.positions_m = positions_of(world, body.index);
+      candidate.skin.mesh = world.soft_body(body.index).mesh;
+      candidate.box = box_about(candidate.skin.positions_m);
+    } else if (body.kind == BodyKind::rigid) {
+      const RigidState& state = world.rigid_bodies()[body.index];
+      candidate.frame = Frame(state.position, state.orientation);
+      candidate.box = box_of_shape(candidate.frame, half_extents_m(state.body.shape));
+    } else {
+      const ColliderState& state = world.colliders()[body.index];
+      candidate.frame = Frame(state.position, state.orientation);
+      candidate.box = box_of_shape(candidate.frame, half_extents_m(state.collider.shape));
+    }
+  }
+}
+
+std::optional<FoundSurface> SurfaceQueries::first_hit(const Ray& ray, double length_m) {
+  std::optional<FoundSurface> first;
+  double within_m = length_m;
+  for (Candidate& candidate : candidates_) {
+    const bool is_endless = !candidate.box.low_m.allFinite();
+    const auto entered_m = is_endless ? 0.0 : candidate.box.entered_m(ray);
+    if (!entered_m || *entered_m > within_m) continue;
+    std::optional<FoundSurface> met = hit(candidate, ray);
+    if (!met || met->distance_m > within_m || (first && met->distance_m == within_m)) continue;
+    within_m = met->distance_m;
+    first = std::move(met);
+  }
+  return first;
+}
+
+std::optional<FoundSurface> SurfaceQueries::nearest(const Vec3d& point, double within_m) {
+  std::optional<FoundSurface> nearest;
+  double least_m = within_m;
+  for (Candidate& candidate : candidates_) {
+    const bool is_endless = !candidate.box.low_m.allFinite();
+    if (!is_endless && candidate.box.distance_m(point) > least_m) continue;
+    FoundSurface found = nearest_of(candidate, point);
+    const double distance_m = std::abs(found.distance_m);
+    if (distance_m > least_m || (nearest && distance_m == least_m)) continue;
+    least_m = distance_m;
+    nearest = found;
+  }
+  return nearest;
+}
+
+std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray& ray) const {
+  const BodyRef body = candidate.body;
+  if (body.kind == BodyKind::soft) {
+    Skin& skin = candidate.skin;
+    const auto met = first_hit_in(skin.take_tree(), skin.surface(), ray);
+    if (!met) return std::nullopt;
+    return FoundSurface{body, met->position_m, unit_normal(skin.surface(), met->face), met->distance_m,
+                        FoundSurface::OnFace{met->face, met->barycentric}};
+  }
+  const Frame& frame = candidate.frame;
+  const Ray local{frame.to_local(ray.origin_m), frame.rotation.transpose() * ray.direction};
+  const bool is_rigid = body.kind == BodyKind::rigid;
+  const MeshTree* tree = is_rigid ? nullptr : world_.colliders()[body.index].tree.get();
+  FoundSurface found;
+  if (tree != nullptr) {
+    const auto met = tree->first_hit(local);
+    if (!met) return std::nullopt;
+    found = found_at(met->position_m, unit_normal(tree->surface(), met->face), met->distance_m);
+  } else {
+    const Shape& shape =
+        is_rigid ? world_.rigid_bodies()[body.index].body.shape : world_.colliders()[body.index].collider.shape;
+    const auto distance_m = surface_hit_m(shape, local);
+    if (!distance_m) return std::nullopt;
+    const Vec3d position = local.origin_m + *distance_m * local.direction.stableNormalized();
+    found = found_at(position, nearest_surface(shape, position).normal, *distance_m);
+  }
+  found.body = body;
+  found.position = frame.to_world(found.position);
+  found.normal = frame.rotation * found.normal;
+  return found;
+}
+
+FoundSurface SurfaceQueries::nearest_of(Candidate& candidate, const Vec3d& point) const {
+  const BodyRef body = candidate.body;
+  if (body.kind == BodyKind::soft) {
+    Skin& skin = candidate.skin;
+    const MeshPoint at = nearest_in(skin.take_tree(), skin.surface(), point);
+    return {body, at.position_m, unit_normal(skin.surface(), at.face),
+            inside_or_out(skin.surface(), at, point, skin.mesh->closed), FoundSurface::OnFace{at.face, at.barycentric}};
+  }
+  const Frame& frame = candidate.frame;
+  const Vec3d local = frame.to_local(point);
+  const bool is_rigid = body.kind == BodyKind::rigid;
+  const MeshTree* tree = is_rigid ? nullptr : world_.colliders()[body.index].tree.get();
+  FoundSurface found;
+  if (tree != nullptr) {
+    const MeshPoint at = tree->nearest(local);
+    found = found_at(at.position_m, unit_normal(tree->surface(), at.face),
+                     inside_or_out(tree->surface(), at, local, tree->mesh->closed));
+  } else {
+    const Shape& shape =
+        is_rigid ? world_.rigid_bodies()[body.index].body.shape : world_.colliders()[body.index].collider.shape;
+    const SurfacePoint at = nearest_surface(shape, local);
+    found = found_at(at.point, at.normal, at.distance_m);
+  }
+  found.body = body;
+  found.position = frame.to_world(found.position);
+  found.normal = frame.rotation * found.normal;
+  return found;
+}
+
+const FaceTree& SurfaceQueries::Skin::take_tree() {
+  const bool is_worth_it = questions++ >= questions_worth_a_tree;
+  if (tree.nodes.empty() || (is_worth_it && !is_split)) {
+    tree = is_worth_it ? make_face_tree(surface()) : one_leaf(surface());
+    is_split = is_worth_it;
+  }
+  return tree;
+}
+
+}  // namespace pneuma::physics

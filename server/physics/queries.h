@@ -1,0 +1,82 @@
+// Where the surfaces of a world are, for those who ask between two ticks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "physics/contact/contact_note.h"
+#include "physics/mesh/face_tree.h"
+#include "physics/scene/shape.h"
+#include "physics/world.h"
+
+namespace pneuma::physics {
+
+/// The body or collider of that name.
+[[nodiscard]] std::optional<BodyRef> find_body(const World& world, const std::string& name);
+[[nodiscard]] const std::string& name_of(const World& world, BodyRef body);
+/// All of them: soft bodies, rigid bodies, colliders.
+[[nodiscard]] std::vector<BodyRef> all_bodies(const World& world);
+
+/// The box along the world's axes about a soft or rigid body.
+[[nodiscard]] FaceTree::Box box_about(const World& world, BodyRef body);
+
+/// A place on the surface of a body or collider.
+struct FoundSurface {
+  BodyRef body;
+  Vec3d position = Vec3d::Zero();
+  Vec3d normal = Vec3d::UnitY();  // unit, out of the body; of an open mesh, as its face is wound
+  double distance_m = 0.0;
+  /// Of a soft body: the face, and the weights of its vertices in their order.
+  struct OnFace {
+    std::uint32_t face = 0;
+    Vec3d barycentric = Vec3d::Zero();
+  };
+  std::optional<OnFace> on_face;
+};
+
+/// Answers any number of questions about some bodies of a world as it is. The world must not change meanwhile.
+class SurfaceQueries {
+ public:
+  SurfaceQueries(const World& world, const std::vector<BodyRef>& among);
+
+  /// Where the ray first meets a surface within `length_m`; one that begins inside, where it leaves. `distance_m` is
+  /// that from its origin.
+  [[nodiscard]] std::optional<FoundSurface> first_hit(const Ray& ray,
+                                                      double length_m = std::numeric_limits<double>::infinity());
+  /// The nearest place of a surface within `within_m`. `distance_m` is that from the point: negative in a solid or a
+  /// closed skin. Nearest is what the least way leads to, whether from inside or outside.
+  [[nodiscard]] std::optional<FoundSurface> nearest(const Vec3d& point,
+                                                    double within_m = std::numeric_limits<double>::infinity());
+
+ private:
+  // Of a soft body: where it is now, and how to find a face.
+  struct Skin {
+    std::vector<Vec3d> positions_m;
+    std::shared_ptr<const Mesh> mesh;
+    FaceTree tree;
+    std::size_t questions = 0;
+    bool is_split = false;
+
+    [[nodiscard]] FacesAt surface() const { return {positions_m, mesh->faces}; }
+    [[nodiscard]] const FaceTree& take_tree();
+  };
+  struct Candidate {
+    BodyRef body;
+    FaceTree::Box box;  // infinite where it has no end
+    Frame frame;        // of solids
+    Skin skin;          // of soft bodies
+  };
+
+  [[nodiscard]] std::optional<FoundSurface> hit(Candidate& candidate, const Ray& ray) const;
+  [[nodiscard]] FoundSurface nearest_of(Candidate& candidate, const Vec3d& point) const;
+
+  const World& world_;
+  std::vector<Candidate> candidates_;
+};
+
+}  // namespace pneuma::physics
