@@ -278,7 +278,12 @@ void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox
 }
 
 void FrameHub::edited() {
-  for (auto& [quality, quality_class] : classes_) quality_class.layout.edited();
+  for (auto& [quality, quality_class] : classes_) {
+    quality_class.layout.edited();
+    for (auto& [session, subscriber] : quality_class.subscribers) {
+      if (subscriber.touches) subscriber.touches->edited();
+    }
+  }
 }
 
 void FrameHub::mechanics_changed() {
@@ -396,6 +401,14 @@ void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Out
         bytes = serialise(message);
       }
       outbox.send(session, bytes);
+    }
+  }
+}
+
+void FrameHub::forget_touches() {
+  for (auto& [quality, quality_class] : classes_) {
+    for (auto& [session, subscriber] : quality_class.subscribers) {
+      if (subscriber.touches) subscriber.touches->forget();
     }
   }
 }

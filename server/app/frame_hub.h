@@ -86,6 +86,8 @@ class FrameHub {
   void describe_streams(net::SessionId session, const net::ReaderStats& reader, double world_rate_hz,
                         v1::Stats& out) const;
 
+  /// The world was reset or rewound: nothing touches until it is told anew.
+  void forget_touches();
   /// Tells the subscribers who wish to know what touched in the tick just done.
   void tell_touches(const TickTouches& touches, std::uint64_t tick, Outbox& outbox);
   /// Whether a subscriber wishes to know.

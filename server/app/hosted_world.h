@@ -116,10 +116,6 @@ class HostedWorld {
   [[nodiscard]] base::Status check_step(const PendingStep& step) const;
   /// Answers the steps that come next and whose tick the world has passed.
   void end_passed_steps(Outbox& outbox);
-  /// The reply to a question about where things are.
-  template <class Found>
-  [[nodiscard]] Answer found(const v1::ClientMessage& message, Found* (v1::ServerMessage::*place)(),
-                             base::Result<Found> found) const;
   [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
   /// What is answered later, from what is kept of the world.
   [[nodiscard]] std::optional<Answer> look_back(const Request& request);

@@ -94,23 +94,11 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     case v1::ClientMessage::kStep:
     case v1::ClientMessage::kStepUntil:
       return step_on(request, outbox);
-    case v1::ClientMessage::kGetState: {
-      const v1::Observe& asked = message.get_state().observe();
-      if (Status wrong = check_observed(live_.physics(), asked); !wrong.ok()) {
-        return Answer(wrong.inside("get_state.observe"));
-      }
-      v1::ServerMessage reply = reply_to(message);
-      *reply.mutable_state() = observe(asked);
-      return Answer(std::move(reply));
-    }
+    case v1::ClientMessage::kGetState:
     case v1::ClientMessage::kRaycast:
-      return found(message, &v1::ServerMessage::mutable_surface_points, cast_rays(live_.physics(), message.raycast()));
     case v1::ClientMessage::kNearestPoint:
-      return found(message, &v1::ServerMessage::mutable_surface_points,
-                   find_nearest(live_.physics(), message.nearest_point()));
     case v1::ClientMessage::kBodiesInBox:
-      return found(message, &v1::ServerMessage::mutable_body_boxes,
-                   find_bodies(live_.physics(), message.bodies_in_box()));
+      return answer_question(live_.physics(), message, name_, live_.tick());
     case v1::ClientMessage::kGetStats: {
       v1::ServerMessage reply = stats(request, now);
       return Answer(std::move(reply));
@@ -136,17 +124,6 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
     default:
       return change(request, outbox);
   }
-}
-
-template <class Found>
-HostedWorld::Answer HostedWorld::found(const v1::ClientMessage& message, Found* (v1::ServerMessage::*place)(),
-                                       base::Result<Found> found) const {
-  if (!found.ok()) return found.status();
-  found->set_world(name_);
-  found->set_tick(live_.tick());
-  v1::ServerMessage reply = reply_to(message);
-  *(reply.*place)() = std::move(*found);
-  return reply;
 }
 
 HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) {
@@ -193,6 +170,7 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   // Released, or gone with its body or its scene.
   std::erase_if(grab_owners_, [&](const auto& owner) { return !live_.grabs().contains(owner.first); });
   if (message.has_reset() || message.has_rewind_world()) {
+    hub_.forget_touches();
     hub_.send_to_all(event_message(v1::Event::WORLD_RESET, name_, shown_from, {}, effect->detail), outbox);
   }
   if (effect->grabbed) {

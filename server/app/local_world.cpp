@@ -30,18 +30,13 @@ v1::ServerMessage LocalWorld::answer(const v1::ClientMessage& request) {
 }
 
 Result<v1::ServerMessage> LocalWorld::try_to_answer(const v1::ClientMessage& request) {
+  if (auto answer = answer_question(live_.physics(), request, live_.scene_name(), live_.tick())) return *answer;
   v1::ServerMessage reply;
   reply.set_request_id(request.request_id());
   switch (request.request_case()) {
     case v1::ClientMessage::kStep:
     case v1::ClientMessage::kStepUntil:
       return step(request);
-    case v1::ClientMessage::kGetState: {
-      const v1::Observe& asked = request.get_state().observe();
-      if (Status wrong = check_observed(live_.physics(), asked); !wrong.ok()) return wrong.inside("get_state.observe");
-      *reply.mutable_state() = observe(asked);
-      return reply;
-    }
     case v1::ClientMessage::kGetScene:
       *reply.mutable_scene()->mutable_scene() = live_.scene();
       reply.mutable_scene()->set_tick(live_.tick());
@@ -51,29 +46,9 @@ Result<v1::ServerMessage> LocalWorld::try_to_answer(const v1::ClientMessage& req
       reply.mutable_stats()->set_world(live_.scene_name());
       reply.mutable_stats()->set_tick(live_.tick());
       return reply;
-    case v1::ClientMessage::kRaycast:
-      return found(request, &v1::ServerMessage::mutable_surface_points, cast_rays(live_.physics(), request.raycast()));
-    case v1::ClientMessage::kNearestPoint:
-      return found(request, &v1::ServerMessage::mutable_surface_points,
-                   find_nearest(live_.physics(), request.nearest_point()));
-    case v1::ClientMessage::kBodiesInBox:
-      return found(request, &v1::ServerMessage::mutable_body_boxes,
-                   find_bodies(live_.physics(), request.bodies_in_box()));
     default:
       return change(request);
   }
-}
-
-template <class Told>
-Result<v1::ServerMessage> LocalWorld::found(const v1::ClientMessage& request, Told* (v1::ServerMessage::*field)(),
-                                            Result<Told> told) const {
-  if (!told.ok()) return told.status();
-  told->set_world(live_.scene_name());
-  told->set_tick(live_.tick());
-  v1::ServerMessage reply;
-  reply.set_request_id(request.request_id());
-  *(reply.*field)() = std::move(*told);
-  return reply;
 }
 
 Result<v1::ServerMessage> LocalWorld::step(const v1::ClientMessage& request) {
@@ -100,7 +75,9 @@ Result<v1::ServerMessage> LocalWorld::step(const v1::ClientMessage& request) {
   (void)world.take_broken_joints();
   v1::ServerMessage reply = done_reply(request.request_id(), live_.tick(), live_.scene_name());
   if (until) reply.mutable_done()->set_reached(reached);
-  *reply.mutable_done()->mutable_state() = observe(asked);
+  if (until ? request.step_until().has_observe() : request.step().has_observe()) {
+    *reply.mutable_done()->mutable_state() = observe(asked);
+  }
   return reply;
 }
 

@@ -17,7 +17,8 @@ class LocalWorld {
   /// `threads` counts the caller.
   [[nodiscard]] static base::Result<LocalWorld> create(v1::Scene scene, std::size_t threads);
 
-  /// The reply of a server's world to Step, StepUntil, GetState, GetScene, GetStats and what LiveWorld changes by.
+  /// The reply of a server's world to Step, StepUntil, GetScene, GetStats, questions (world_queries.h) and what
+  /// LiveWorld changes by.
   /// Other requests are UNSUPPORTED. Stats have what the physics tells. Worlds are called by their scene's name.
   [[nodiscard]] v1::ServerMessage answer(const v1::ClientMessage& request);
 
@@ -29,11 +30,6 @@ class LocalWorld {
   [[nodiscard]] base::Result<v1::ServerMessage> step(const v1::ClientMessage& request);
   [[nodiscard]] base::Result<v1::ServerMessage> change(const v1::ClientMessage& request);
   [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
-  /// The reply with what a question found in `field`.
-  template <class Told>
-  [[nodiscard]] base::Result<v1::ServerMessage> found(const v1::ClientMessage& request,
-                                                      Told* (v1::ServerMessage::*field)(),
-                                                      base::Result<Told> told) const;
 
   LiveWorld live_;
   std::unique_ptr<physics::Workers> workers_;

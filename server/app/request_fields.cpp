@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -58,7 +60,7 @@ base::Result<physics::Vec3d> read_vector(const v1::Vec3& vector, double limit, c
 base::Result<physics::Ray> read_ray(const v1::Vec3& origin, const v1::Vec3& direction, const std::string& field) {
   const auto from = read_vector(origin, base::coordinate_max_m, field + ".origin");
   if (!from.ok()) return from.status();
-  const auto along = read_vector(direction, base::coordinate_max_m, field + ".direction");
+  const auto along = read_vector(direction, std::numeric_limits<double>::max(), field + ".direction");
   if (!along.ok()) return along.status();
   // stableNorm: the square of a tiny direction is 0 in double.
   const double length = along->stableNorm();
@@ -78,12 +80,13 @@ base::Result<std::vector<physics::BodyRef>> read_bodies(const physics::World& wo
   }
   std::map<std::string_view, physics::BodyRef> by_name;
   for (const physics::BodyRef body : all) by_name.emplace(physics::name_of(world, body), body);
+  std::set<physics::BodyRef> seen;
   std::vector<physics::BodyRef> bodies;
   for (int i = 0; i < names.size(); ++i) {
     const auto body = by_name.find(names[i]);
-    if (body == by_name.end()) {
-      return base::not_found("no such body \"" + names[i] + "\"", field + "[" + std::to_string(i) + "]");
-    }
+    const auto place = [&] { return std::string(field).append("[").append(std::to_string(i)).append("]"); };
+    if (body == by_name.end()) return base::not_found("no such body \"" + names[i] + "\"", place());
+    if (!seen.insert(body->second).second) return base::invalid("\"" + names[i] + "\" is named twice", place());
     bodies.push_back(body->second);
   }
   return bodies;

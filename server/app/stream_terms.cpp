@@ -109,7 +109,7 @@ Status check_subscribed(const v1::Subscribe& request, const FrameSource& source)
     return {StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.contacts"};
   }
   if (request.has_touches() && !source.has_contacts()) {
-    return {StatusCode::failed_precondition, "a recording tells no contacts", "subscribe.touches"};
+    return {StatusCode::failed_precondition, "a recording tells no touches", "subscribe.touches"};
   }
   return check_bandwidth(request, source);
 }

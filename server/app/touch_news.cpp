@@ -1,7 +1,6 @@
 #include "app/touch_news.h"
 
 #include <algorithm>
-#include <utility>
 
 #include "app/request_fields.h"
 #include "physics/queries.h"
@@ -11,25 +10,37 @@ namespace pneuma::app {
 
 using base::Status;
 using scene_io::set;
-using Pair = TickTouches::Pair;
+using Kind = v1::Touches::Touch;
 
 namespace {
 
-v1::Touches::Touch touch_of(v1::Touches::Touch::Kind kind, const Pair& pair) {
-  v1::Touches::Touch touch;
-  touch.set_kind(kind);
-  touch.set_first(pair.first);
-  touch.set_second(pair.second);
-  return touch;
+TickTouches::Pair pair_of(const physics::BodyTouch& touch) {
+  return {touch.first, touch.second};
 }
 
-v1::Touches::Touch touch_of(v1::Touches::Touch::Kind kind, const Pair& pair, const physics::BodyTouch& found) {
-  v1::Touches::Touch touch = touch_of(kind, pair);
-  touch.set_impulse_n_s(found.impulse_n_s);
-  set(*touch.mutable_position(), found.position);
-  set(*touch.mutable_normal(), found.normal);
-  set(*touch.mutable_push(), found.push_n_s);
-  return touch;
+bool is_at_rest(const physics::World& world, physics::BodyRef body) {
+  switch (body.kind) {
+    case physics::BodyKind::soft:
+      return world.is_asleep(body.index);
+    case physics::BodyKind::rigid:
+      return world.rigid_bodies()[body.index].rest.asleep;
+    case physics::BodyKind::collider:
+      break;
+  }
+  return true;
+}
+
+void add(Kind::Kind kind, const std::string& first, const std::string& second, const physics::BodyTouch* found,
+         v1::Touches& news) {
+  v1::Touches::Touch& touch = *news.add_touches();
+  touch.set_kind(kind);
+  touch.set_first(first);
+  touch.set_second(second);
+  if (found == nullptr) return;
+  touch.set_impulse_n_s(found->impulse_n_s);
+  set(*touch.mutable_position(), found->position);
+  set(*touch.mutable_normal(), found->normal);
+  set(*touch.mutable_push(), found->push_n_s);
 }
 
 }  // namespace
@@ -41,39 +52,55 @@ Status check_touch_wish(const physics::World& world, const v1::TouchWish& wish) 
   return check_amount(wish.impulse_min_n_s(), base::impulse_max_n_s, "subscribe.touches.impulse_min_n_s");
 }
 
-TickTouches::TickTouches(const physics::World& world) : tick_s_(world.tick_period_s()) {
-  for (const physics::BodyTouch& touch : world.touches()) {
-    pairs_.emplace(Pair(physics::name_of(world, touch.first), physics::name_of(world, touch.second)), touch);
-  }
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) {
-    if (world.is_asleep(i)) at_rest_.insert(world.soft_body(i).name);
-  }
-  for (const physics::RigidState& body : world.rigid_bodies()) {
-    if (body.rest.asleep) at_rest_.insert(body.body.name);
-  }
-  for (const physics::ColliderState& state : world.colliders()) at_rest_.insert(state.collider.name);
+const physics::BodyTouch* TickTouches::find(const Pair& pair) const {
+  const auto found = std::ranges::lower_bound(touches_, pair, {}, pair_of);
+  return found != touches_.end() && pair_of(*found) == pair ? &*found : nullptr;
 }
 
 bool TickTouches::are_at_rest(const Pair& pair) const {
-  return at_rest_.contains(pair.first) && at_rest_.contains(pair.second);
+  return is_at_rest(world_, pair.first) && is_at_rest(world_, pair.second);
 }
 
-TouchNews::TouchNews(v1::TouchWish wish)
-    : wish_(std::move(wish)), bodies_(wish_.bodies().begin(), wish_.bodies().end()) {}
+void TouchNews::forget() {
+  touching_.clear();
+  removed_.clear();
+  waiting_.clear();
+}
 
 std::optional<v1::Touches> TouchNews::tell(const TickTouches& now) {
-  room_ = std::min(static_cast<double>(base::touches_a_tick_max), room_ + base::touches_per_s_max * now.tick_s());
+  if (is_stale_) find_bodies_again(now.world());
+  room_ = std::min(static_cast<double>(base::touches_a_tick_max),
+                   room_ + base::touches_per_s_max * now.world().tick_period_s());
   v1::Touches news;
-  tell_ended(now, news);
-  const std::set<Pair> before = touching_;
-  tell_begun(now, news);
-  if (wish_.has_impulse_min_n_s()) tell_pressed(now, before, news);
+  tell_removed(news);
+  const std::set<Pair> begun = tell_changed(now, news);
+  if (wish_.has_impulse_min_n_s()) tell_pressed(now, begun, news);
   if (news.touches().empty() && news.dropped() == 0) return std::nullopt;
   return news;
 }
 
+void TouchNews::find_bodies_again(const physics::World& world) {
+  is_stale_ = false;
+  std::map<std::string, physics::BodyRef> by_name;
+  for (const physics::BodyRef body : physics::all_bodies(world)) by_name.emplace(physics::name_of(world, body), body);
+  bodies_.clear();
+  for (const std::string& name : wish_.bodies()) {
+    if (const auto body = by_name.find(name); body != by_name.end()) bodies_.insert(body->second);
+  }
+  waiting_.clear();
+  for (auto& [before, names] : std::exchange(touching_, {})) {
+    const auto first = by_name.find(names.first);
+    const auto second = by_name.find(names.second);
+    if (first == by_name.end() || second == by_name.end()) {
+      removed_.push_back(names);
+    } else {
+      touching_.emplace(std::minmax(first->second, second->second), names);
+    }
+  }
+}
+
 bool TouchNews::is_wanted(const Pair& pair) const {
-  return bodies_.empty() || bodies_.contains(pair.first) || bodies_.contains(pair.second);
+  return wish_.bodies().empty() || bodies_.contains(pair.first) || bodies_.contains(pair.second);
 }
 
 bool TouchNews::take_room() {
@@ -82,47 +109,71 @@ bool TouchNews::take_room() {
   return true;
 }
 
-void TouchNews::tell_ended(const TickTouches& now, v1::Touches& news) {
-  for (auto pair = touching_.begin(); pair != touching_.end();) {
-    if (now.pairs().contains(*pair) || now.are_at_rest(*pair)) {
-      ++pair;
-    } else if (take_room()) {
-      *news.add_touches() = touch_of(v1::Touches::Touch::ENDED, *pair);
-      pair = touching_.erase(pair);
-    } else {
-      news.set_dropped(news.dropped() + 1);
-      ++pair;
-    }
+void TouchNews::tell_removed(v1::Touches& news) {
+  while (!removed_.empty() && take_room()) {
+    add(Kind::ENDED, removed_.back().first, removed_.back().second, nullptr, news);
+    removed_.pop_back();
   }
 }
 
-void TouchNews::tell_begun(const TickTouches& now, v1::Touches& news) {
-  for (const auto& [pair, touch] : now.pairs()) {
-    if (!is_wanted(pair) || touching_.contains(pair)) continue;
+std::vector<TouchNews::Pair> TouchNews::changed(const TickTouches& now) const {
+  std::vector<Pair> changed;
+  for (const auto& [pair, names] : touching_) {
+    if (now.find(pair) == nullptr && !now.are_at_rest(pair)) changed.push_back(pair);
+  }
+  for (const physics::BodyTouch& touch : now.all()) {
+    const Pair pair = pair_of(touch);
+    if (is_wanted(pair) && !touching_.contains(pair)) changed.push_back(pair);
+  }
+  // In turn, so that none waits for ever.
+  std::ranges::sort(changed);
+  std::ranges::rotate(changed, std::ranges::upper_bound(changed, last_told_));
+  return changed;
+}
+
+std::set<TouchNews::Pair> TouchNews::tell_changed(const TickTouches& now, v1::Touches& news) {
+  std::set<Pair> begun;
+  std::set<Pair> waiting;
+  for (const Pair& pair : changed(now)) {
+    const physics::BodyTouch* found = now.find(pair);
     if (!take_room()) {
-      news.set_dropped(news.dropped() + 1);
+      if (found != nullptr) waiting.insert(pair);
       continue;
     }
-    *news.add_touches() = touch_of(v1::Touches::Touch::BEGAN, pair, touch);
-    touching_.insert(pair);
+    last_told_ = pair;
+    if (found == nullptr) {
+      const auto ended = touching_.find(pair);
+      add(Kind::ENDED, ended->second.first, ended->second.second, nullptr, news);
+      touching_.erase(ended);
+    } else {
+      const Names names{physics::name_of(now.world(), pair.first), physics::name_of(now.world(), pair.second)};
+      add(Kind::BEGAN, names.first, names.second, found, news);
+      touching_.emplace(pair, names);
+      begun.insert(pair);
+    }
   }
+  for (const Pair& pair : std::exchange(waiting_, waiting)) {
+    if (now.find(pair) == nullptr && !now.are_at_rest(pair)) news.set_dropped(news.dropped() + 1);
+  }
+  return begun;
 }
 
 // The hardest first, where there is no room for all.
-void TouchNews::tell_pressed(const TickTouches& now, const std::set<Pair>& before, v1::Touches& news) {
-  std::vector<std::pair<double, const Pair*>> pressed;
-  for (const auto& [pair, touch] : now.pairs()) {
-    if (before.contains(pair) && touch.impulse_n_s >= wish_.impulse_min_n_s()) {
-      pressed.emplace_back(touch.impulse_n_s, &pair);
-    }
+void TouchNews::tell_pressed(const TickTouches& now, const std::set<Pair>& begun, v1::Touches& news) {
+  std::vector<const physics::BodyTouch*> pressed;
+  for (const physics::BodyTouch& touch : now.all()) {
+    const Pair pair = pair_of(touch);
+    if (touch.impulse_n_s < wish_.impulse_min_n_s() || !touching_.contains(pair) || begun.contains(pair)) continue;
+    pressed.push_back(&touch);
   }
-  std::ranges::stable_sort(pressed, [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [impulse_n_s, pair] : pressed) {
-    if (!take_room()) {
+  std::ranges::stable_sort(pressed, std::ranges::greater(), &physics::BodyTouch::impulse_n_s);
+  for (const physics::BodyTouch* touch : pressed) {
+    if (take_room()) {
+      const auto& names = touching_.at(pair_of(*touch));
+      add(Kind::PRESSED, names.first, names.second, touch, news);
+    } else {
       news.set_dropped(news.dropped() + 1);
-      continue;
     }
-    *news.add_touches() = touch_of(v1::Touches::Touch::PRESSED, *pair, now.pairs().at(*pair));
   }
 }
 

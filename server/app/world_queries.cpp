@@ -3,9 +3,11 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/request_fields.h"
+#include "app/world_state.h"
 #include "base/limits.h"
 #include "physics/queries.h"
 #include "scene_io/vectors.h"
@@ -24,9 +26,18 @@ Status check_count(int count, const std::string& field) {
           "are " + std::to_string(count) + "; may be at most " + std::to_string(base::query_points_max), field};
 }
 
+/// A question is answered in one go, between two ticks.
+Status check_looks(const physics::SurfaceQueries& queries, const std::string& field) {
+  if (queries.looks() <= base::query_looks_max) return {};
+  return {base::StatusCode::limit_exceeded,
+          "take more than " + std::to_string(base::query_looks_max) +
+              " looks at faces; ask for fewer at once, or name the bodies",
+          field};
+}
+
 /// 0 means no bound.
 Result<double> read_reach(double reach_m, const std::string& field) {
-  if (Status wrong = check_amount(reach_m, 4.0 * base::coordinate_max_m, field); !wrong.ok()) return wrong;
+  if (Status wrong = check_amount(reach_m, std::numeric_limits<double>::max(), field); !wrong.ok()) return wrong;
   return reach_m == 0.0 ? std::numeric_limits<double>::infinity() : reach_m;
 }
 
@@ -39,6 +50,11 @@ void write(const physics::World& world, const std::optional<physics::FoundSurfac
   if (!found->on_face) return;
   to.set_face(found->on_face->face);
   set(*to.mutable_weights(), found->on_face->barycentric);
+}
+
+Result<v1::State> get_state(const physics::World& world, const v1::GetState& request) {
+  if (Status wrong = check_observed(world, request.observe()); !wrong.ok()) return wrong.inside("get_state.observe");
+  return state_of(world, request.observe());
 }
 
 }  // namespace
@@ -57,6 +73,7 @@ Result<v1::SurfacePoints> cast_rays(const physics::World& world, const v1::Rayca
     const auto length_m = read_reach(asked.length_m(), field + ".length_m");
     if (!length_m.ok()) return length_m.status();
     write(world, queries.first_hit(*ray, *length_m), *reply.add_points());
+    if (Status much = check_looks(queries, "raycast.rays"); !much.ok()) return much;
   }
   return reply;
 }
@@ -74,6 +91,7 @@ Result<v1::SurfacePoints> find_nearest(const physics::World& world, const v1::Ne
     const auto point = read_vector(request.points(i), base::coordinate_max_m, field);
     if (!point.ok()) return point.status();
     write(world, queries.nearest(*point, *within_m), *reply.add_points());
+    if (Status much = check_looks(queries, "nearest_point.points"); !much.ok()) return much;
   }
   return reply;
 }
@@ -95,6 +113,31 @@ Result<v1::BodyBoxes> find_bodies(const physics::World& world, const v1::BodiesI
     set(*found.mutable_high(), box.high_m);
   }
   return reply;
+}
+
+std::optional<Result<v1::ServerMessage>> answer_question(const physics::World& world, const v1::ClientMessage& request,
+                                                         const std::string& name, std::uint64_t tick) {
+  v1::ServerMessage reply;
+  reply.set_request_id(request.request_id());
+  const auto tell = [&](auto found, auto* (v1::ServerMessage::*place)()) -> Result<v1::ServerMessage> {
+    if (!found.ok()) return found.status();
+    found->set_world(name);
+    found->set_tick(tick);
+    *(reply.*place)() = std::move(*found);
+    return reply;
+  };
+  switch (request.request_case()) {
+    case v1::ClientMessage::kGetState:
+      return tell(get_state(world, request.get_state()), &v1::ServerMessage::mutable_state);
+    case v1::ClientMessage::kRaycast:
+      return tell(cast_rays(world, request.raycast()), &v1::ServerMessage::mutable_surface_points);
+    case v1::ClientMessage::kNearestPoint:
+      return tell(find_nearest(world, request.nearest_point()), &v1::ServerMessage::mutable_surface_points);
+    case v1::ClientMessage::kBodiesInBox:
+      return tell(find_bodies(world, request.bodies_in_box()), &v1::ServerMessage::mutable_body_boxes);
+    default:
+      return std::nullopt;
+  }
 }
 
 }  // namespace pneuma::app

@@ -121,11 +121,13 @@ inline constexpr std::size_t state_bytes_max = 4 * 1024 * 1024;
 // A stream of plain frames takes one gigabit a second, more than a network between two machines takes.
 inline constexpr double plain_bytes_s_max = 125e6;
 
-// Rays or points of one request: of a world of the largest size they take a tenth of a second.
+// Rays or points of one request.
 inline constexpr std::size_t query_points_max = 1'024;
-// More touches in a tick than an ear or a script takes apart; some 80 bytes each.
+// Faces that they may look at, all together: 0.4 s. In the middle of a ball, each point looks at all of its faces.
+inline constexpr std::uint64_t query_looks_max = 1U << 23;
+// More touches in a tick than an ear or a script takes apart; some 110 bytes each, and 360 with the longest names.
 inline constexpr std::size_t touches_a_tick_max = 64;
-// Of one stream, over the world's time: 160 kB.
+// Of one stream, over the world's time: 0.2 MB a second, and 0.7 with the longest names.
 inline constexpr double touches_per_s_max = 2'000.0;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.

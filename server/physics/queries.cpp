@@ -10,8 +10,8 @@ namespace pneuma::physics {
 
 namespace {
 
-// A tree takes as long to make as some twenty looks at every face.
-constexpr std::size_t questions_worth_a_tree = 20;
+// A tree takes as long to make as some four looks at every face.
+constexpr std::size_t questions_worth_a_tree = 4;
 
 std::vector<Vec3d> positions_of(const World& world, std::uint32_t soft) {
   std::vector<Vec3d> positions_m(world.soft_body(soft).mesh->positions_m.size());
@@ -140,11 +140,11 @@ std::optional<FoundSurface> SurfaceQueries::nearest(const Vec3d& point, double w
       [&](Candidate& candidate) { return std::optional(nearest_of(candidate, point)); });
 }
 
-std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray& ray) const {
+std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray& ray) {
   const BodyRef body = candidate.body;
   if (body.kind == BodyKind::soft) {
     Skin& skin = candidate.skin;
-    const auto met = first_hit_in(skin.take_tree(), skin.surface(), ray);
+    const auto met = first_hit_in(skin.take_tree(looks_), skin.surface(), ray, &looks_);
     if (!met) return std::nullopt;
     return FoundSurface{body, met->position_m, unit_normal(skin.surface(), met->face), met->distance_m,
                         FoundSurface::OnFace{met->face, met->barycentric}};
@@ -172,11 +172,11 @@ std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray&
   return found;
 }
 
-FoundSurface SurfaceQueries::nearest_of(Candidate& candidate, const Vec3d& point) const {
+FoundSurface SurfaceQueries::nearest_of(Candidate& candidate, const Vec3d& point) {
   const BodyRef body = candidate.body;
   if (body.kind == BodyKind::soft) {
     Skin& skin = candidate.skin;
-    const MeshPoint at = nearest_in(skin.take_tree(), skin.surface(), point);
+    const MeshPoint at = nearest_in(skin.take_tree(looks_), skin.surface(), point, &looks_);
     return {body, at.position_m, unit_normal(skin.surface(), at.face),
             inside_or_out(skin.surface(), at, point, skin.mesh->closed), FoundSurface::OnFace{at.face, at.barycentric}};
   }
@@ -201,11 +201,12 @@ FoundSurface SurfaceQueries::nearest_of(Candidate& candidate, const Vec3d& point
   return found;
 }
 
-const FaceTree& SurfaceQueries::Skin::take_tree() {
+const FaceTree& SurfaceQueries::Skin::take_tree(std::uint64_t& looks) {
   const bool is_worth_it = questions++ >= questions_worth_a_tree;
   if (tree.nodes.empty() || (is_worth_it && !is_split)) {
     tree = is_worth_it ? make_face_tree(surface()) : one_leaf(surface());
     is_split = is_worth_it;
+    if (is_split) looks += questions_worth_a_tree * mesh->faces.size();
   }
   return tree;
 }

@@ -44,6 +44,8 @@ struct FoundSurface {
 class SurfaceQueries {
  public:
   SurfaceQueries(const World& world, const std::vector<BodyRef>& among);
+  /// How many faces of soft bodies were looked at so far, and what the finding of them cost, in such looks.
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
   /// Where the ray first meets a surface within `length_m`; one that begins inside, where it leaves. `distance_m` is
   /// that from its origin.
@@ -64,7 +66,8 @@ class SurfaceQueries {
     bool is_split = false;
 
     [[nodiscard]] FacesAt surface() const { return {positions_m, mesh->faces}; }
-    [[nodiscard]] const FaceTree& take_tree();
+    /// Adds to `looks` what it costs.
+    [[nodiscard]] const FaceTree& take_tree(std::uint64_t& looks);
   };
   struct Candidate {
     BodyRef body;
@@ -78,11 +81,12 @@ class SurfaceQueries {
   /// The nearest of what `find` finds of candidates, in the order of what they are away at least.
   template <class Distance, class Find>
   [[nodiscard]] std::optional<FoundSurface> least(double within_m, const Distance& distance_m, const Find& find);
-  [[nodiscard]] std::optional<FoundSurface> hit(Candidate& candidate, const Ray& ray) const;
-  [[nodiscard]] FoundSurface nearest_of(Candidate& candidate, const Vec3d& point) const;
+  [[nodiscard]] std::optional<FoundSurface> hit(Candidate& candidate, const Ray& ray);
+  [[nodiscard]] FoundSurface nearest_of(Candidate& candidate, const Vec3d& point);
 
   const World& world_;
   std::vector<Candidate> candidates_;
+  std::uint64_t looks_ = 0;
   std::vector<std::pair<double, std::size_t>> order_;  // of a question: what a candidate is away at least, and which
 };
 

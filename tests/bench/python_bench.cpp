@@ -16,8 +16,10 @@
 #include "app/live_world.h"
 #include "bench/figures.h"
 #include "bench/median.h"
+#include "bench/peers.h"
 #include "bench/recorded_ticks.h"
 #include "physics/machine/workers.h"
+#include "physics/mesh/mesh_builders.h"
 #include "pneuma_client/frames.h"
 #include "pneuma_client/recording.h"
 #include "scene_io/load.h"
@@ -96,6 +98,54 @@ BENCHMARK(python_worlds)->Iterations(python_turns)->Unit(benchmark::kMillisecond
 [[maybe_unused]] const bool worlds_listed =
     expect({"python_worlds/", "ratio", Bound::at_least, 0.9,
             "1,024 worlds of a ball of 162 vertices, 8 substeps: Python over C++"});
+
+/// In free flight: Bullet's ball has no world.
+void python_worlds_beside_bullet(benchmark::State& bench) {
+  constexpr double substeps = 8.0;
+  const support::TemporaryFolder folder;
+  const std::string path = folder / "flight.json";
+  v1::Scene flight = ball_scene();
+  flight.clear_colliders();
+  std::string json;
+  if (!google::protobuf::util::MessageToJsonString(flight, &json).ok()) return bench.SkipWithError("no JSON");
+  std::ofstream(path) << json;
+  const auto mesh = *physics::make_icosphere(2, 0.5);
+  const auto vertices = static_cast<double>(mesh->positions_m.size());
+  const BallCase ball;
+  std::vector<BulletBall> peers;
+  for (std::size_t i = 0; i < fleet_worlds; ++i) peers.emplace_back(*mesh, ball);
+  physics::Workers threads(std::max(1U, std::thread::hardware_concurrency()));
+  std::vector<double> bullet;
+  std::vector<double> python;
+  for ([[maybe_unused]] auto _ : bench) {
+    const auto start = Clock::now();
+    for (int tick = 0; tick < fleet_ticks; ++tick) threads.for_each(fleet_worlds, [&](std::size_t i) { peers[i].step(); });
+    const double passes = static_cast<double>(fleet_worlds) * fleet_ticks * BulletSettings{}.iterations;
+    bullet.push_back(passes * vertices / seconds_since(start));
+    const double ticks = python_figure({"worlds", path, std::to_string(fleet_worlds), std::to_string(fleet_ticks)});
+    python.push_back(ticks * substeps * vertices);
+  }
+  bench.counters["bullet_per_s"] = median(bullet);
+  bench.counters["python_per_s"] = median(python);
+  bench.counters["ratio"] = median(python) / median(bullet);
+}
+BENCHMARK(python_worlds_beside_bullet)->Iterations(python_turns)->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool beside_bullet_listed =
+    expect({"python_worlds_beside_bullet/", "ratio", Bound::at_least, 10.0,
+            "the same in flight: vertex substeps a second over btSoftBody's vertex passes, from C++"});
+
+/// A server of Python's own, asked for one tick of five balls at a time.
+void python_steps(benchmark::State& bench) {
+  std::vector<double> on_top_ms;
+  for ([[maybe_unused]] auto _ : bench) on_top_ms.push_back(python_figure({"steps", PNEUMA_SERVER_PROGRAM}));
+  bench.counters["on_top_ms"] = median(on_top_ms);
+}
+BENCHMARK(python_steps)->Iterations(python_turns)->Unit(benchmark::kMillisecond);
+
+[[maybe_unused]] const bool steps_listed =
+    expect({"python_steps/", "on_top_ms", Bound::at_most, 0.4,
+            "five-balls: ms to step and observe over loopback, over the time of the step"});
 
 /// A ball of 10,242 vertices.
 v1::Scene large_ball_scene() {

@@ -84,6 +84,7 @@ def test_what_cannot_be_asked_is_named(world: World) -> None:
     with pytest.raises(PneumaError) as refused:
         world.raycast([(0, 0, 0), (1, 0, 0)], [(0, 1, 0), (0, 0, 0)])
     assert refused.value.where == "raycast.rays[1].direction"
+    assert len(world.raycast([], (0, 1, 0))) == 0
     with pytest.raises(PneumaError, match="2 origins and 3 directions"):
         world.raycast([(0, 0, 0)] * 2, [(0, 1, 0)] * 3)
     with pytest.raises(PneumaError) as shape:
@@ -152,11 +153,30 @@ def test_touches_end_with_the_world(shared: Server, falling: World) -> None:
 def test_one_stream_tells_the_touches_of_a_world(falling: World) -> None:
     with falling.touches() as touches:
         with pytest.raises(PneumaError, match="another stream"):
-            falling.touches().open()
+            falling.touches(bodies="floor", impulse_min_n_s=0).open()
         falling.step(30)
-        assert len(touches.take()) == 2
+        assert kinds(touches.take()) == ["BEGAN", "ENDED"]
     with falling.touches() as again:
         assert again.take() == []
+
+
+def test_touches_begin_anew_after_a_reset(falling: World) -> None:
+    falling.step(200)
+    with falling.touches() as touches:
+        falling.step(1)
+        assert kinds(touches.take()) == ["BEGAN"]
+        falling.reset()
+        falling.step(30)
+        assert kinds(touches.take()) == ["BEGAN", "ENDED"]
+
+
+def test_touches_keep_no_frames(falling: World) -> None:
+    with falling.touches() as touches:
+        for _ in range(20):
+            falling.reset()
+            falling.step(1)
+        reader = touches._inner._reader
+        assert reader and not reader.frames and not reader.events
 
 
 def test_touches_for_asyncio() -> None:

@@ -4,7 +4,7 @@ namespace pneuma::physics {
 
 void TouchTally::add(BodyRef first, BodyRef second, const Vec3d& push_n_s, const Vec3d& position, const Vec3d& normal) {
   const double impulse_n_s = push_n_s.dot(normal);
-  if (first == second || !(impulse_n_s > 0.0)) return;
+  if (first == second || !(impulse_n_s > 0.0) || !push_n_s.allFinite()) return;
   const bool in_order = first < second;
   Sum& sum = sums_[in_order ? std::pair(first, second) : std::pair(second, first)];
   const double sign = in_order ? 1.0 : -1.0;

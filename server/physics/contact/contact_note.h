@@ -45,7 +45,7 @@ class TouchTally {
  public:
   void clear() { sums_.clear(); }
   /// What pushed the first at `position`, where `normal`, out of the second, is that of its surface. What does not
-  /// press, or what a body does to itself, is no touch.
+  /// press, what is no number (a body runs away), or what a body does to itself, is no touch.
   void add(BodyRef first, BodyRef second, const Vec3d& push_n_s, const Vec3d& position, const Vec3d& normal);
   /// By pair.
   [[nodiscard]] std::vector<BodyTouch> touches() const;

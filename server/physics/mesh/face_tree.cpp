@@ -74,6 +74,7 @@ class NearestFinder {
     descend(0);
   }
   [[nodiscard]] const MeshPoint& best() const { return best_; }
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
  private:
   void descend(std::uint32_t index) {
@@ -85,6 +86,7 @@ class NearestFinder {
       descend(left_m <= right_m ? node.first : node.first + 1);
       descend(left_m <= right_m ? node.first + 1 : node.first);
     }
+    looks_ += node.count;
     for (std::uint32_t k = node.first; k < node.first + node.count; ++k) consider(tree_.faces[k]);
   }
 
@@ -105,6 +107,7 @@ class NearestFinder {
   const Vector3d& point_m_;
   MeshPoint best_;
   double across_ = 0.0;
+  std::uint64_t looks_ = 0;
 };
 
 class FirstHitFinder {
@@ -114,6 +117,7 @@ class FirstHitFinder {
     if (const auto entered_m = tree.nodes[0].box.entered_m(ray)) descend(0, *entered_m);
   }
   [[nodiscard]] const std::optional<MeshPoint>& first() const { return first_; }
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
  private:
   void descend(std::uint32_t index, double entered_m) {
@@ -127,6 +131,7 @@ class FirstHitFinder {
       if (left_m) descend(node.first, *left_m);
       if (right_m && !right_first) descend(node.first + 1, *right_m);
     }
+    looks_ += node.count;
     for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
       std::optional<MeshPoint> hit = first_hit(surface_.positions_m, surface_.faces.subspan(tree_.faces[k], 1), ray_);
       if (!hit) continue;
@@ -140,6 +145,7 @@ class FirstHitFinder {
   const FacesAt& surface_;
   const Ray& ray_;
   std::optional<MeshPoint> first_;
+  std::uint64_t looks_ = 0;
 };
 
 }  // namespace
@@ -177,12 +183,17 @@ FaceTree make_face_tree(const FacesAt& surface) {
   return tree;
 }
 
-MeshPoint nearest_in(const FaceTree& tree, const FacesAt& surface, const Vector3d& point_m) {
-  return NearestFinder(tree, surface, point_m).best();
+MeshPoint nearest_in(const FaceTree& tree, const FacesAt& surface, const Vector3d& point_m, std::uint64_t* looks) {
+  const NearestFinder finder(tree, surface, point_m);
+  if (looks != nullptr) *looks += finder.looks();
+  return finder.best();
 }
 
-std::optional<MeshPoint> first_hit_in(const FaceTree& tree, const FacesAt& surface, const Ray& ray) {
-  return FirstHitFinder(tree, surface, ray).first();
+std::optional<MeshPoint> first_hit_in(const FaceTree& tree, const FacesAt& surface, const Ray& ray,
+                                      std::uint64_t* looks) {
+  const FirstHitFinder finder(tree, surface, ray);
+  if (looks != nullptr) *looks += finder.looks();
+  return finder.first();
 }
 
 Vector3d unit_normal(const FacesAt& surface, std::uint32_t face) {

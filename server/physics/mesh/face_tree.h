@@ -68,9 +68,12 @@ struct FacesAt {
 
 /// The point of the surface that is nearest, and the face that is most across the way to it where several are as near:
 /// its side tells whether the point is in a closed mesh. The tree is of these faces at these places.
-[[nodiscard]] MeshPoint nearest_in(const FaceTree& tree, const FacesAt& surface, const Eigen::Vector3d& point_m);
+/// Adds to `looks`, if it is there, how many faces were looked at.
+[[nodiscard]] MeshPoint nearest_in(const FaceTree& tree, const FacesAt& surface, const Eigen::Vector3d& point_m,
+                                   std::uint64_t* looks = nullptr);
 /// As first_hit() (picking.h).
-[[nodiscard]] std::optional<MeshPoint> first_hit_in(const FaceTree& tree, const FacesAt& surface, const Ray& ray);
+[[nodiscard]] std::optional<MeshPoint> first_hit_in(const FaceTree& tree, const FacesAt& surface, const Ray& ray,
+                                                    std::uint64_t* looks = nullptr);
 
 [[nodiscard]] Eigen::Vector3d unit_normal(const FacesAt& surface, std::uint32_t face);
 

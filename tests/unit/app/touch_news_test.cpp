@@ -3,7 +3,8 @@
 // counted.
 #include "app/touch_news.h"
 
-#include <map>
+#include <algorithm>
+#include <cmath>
 #include <set>
 #include <vector>
 
@@ -64,6 +65,11 @@ class Follower {
       EXPECT_EQ(touch.kind() == Touch::ENDED, touch.impulse_n_s() == 0.0);
     }
     return told;
+  }
+  void edited() { news_.edited(); }
+  void forget() {
+    news_.forget();
+    touching.clear();
   }
   std::set<std::pair<std::string, std::string>> touching;
 
@@ -128,6 +134,7 @@ TEST(TouchNews, WhatIsRemovedTouchesNoMore) {
   physics::Scene without = world.scene();
   without.rigid_bodies.erase(without.rigid_bodies.begin());
   ASSERT_TRUE(world.apply(without).ok());
+  follower.edited();
   const v1::Touches told = follower.step(world);
   ASSERT_EQ(told.touches_size(), 1);
   EXPECT_EQ(told.touches(0).kind(), Touch::ENDED);
@@ -171,34 +178,99 @@ TEST(TouchNews, ImpulsesAreThoseOfAtLeastTheSizeAskedFor) {
   }
 }
 
-TEST(TouchNews, WhereThereIsNoRoomTheyComeLaterAndTheHardestComeFirst) {
+/// Stones side by side, each heavier than the one before, on the floor.
+physics::Scene stones_on_a_floor(int count) {
   physics::Scene scene = over_a_floor();
   scene.stepping.sleep = false;
-  constexpr int stones = 200;
-  for (int i = 0; i < stones; ++i) {
+  for (int i = 0; i < count; ++i) {
     scene.rigid_bodies.push_back(stone(std::string("stone ").append(std::to_string(i)), {0.5 * i - 50.0, 0.1, 0.0}));
     scene.rigid_bodies.back().mass_kg = 1.0 + i;
   }
-  World world = noting(scene);
+  return scene;
+}
+
+TEST(TouchNews, WhereThereIsNoRoomForAllEachBeginsInTurnAndNothingIsDropped) {
+  constexpr int stones = 200;
+  World world = noting(stones_on_a_floor(stones));
+  Follower follower;
+  int told_in_all = 0;
+  for (int tick = 0; tick < 10; ++tick) {
+    const v1::Touches told = follower.step(world);
+    EXPECT_LE(told.touches_size(), static_cast<int>(base::touches_a_tick_max));
+    EXPECT_EQ(told.dropped(), 0U);
+    told_in_all += told.touches_size();
+  }
+  EXPECT_EQ(told_in_all, stones);
+  EXPECT_EQ(follower.touching.size(), static_cast<std::size_t>(stones));
+}
+
+TEST(TouchNews, OfImpulsesTheHardestAreToldAndTheOthersCounted) {
+  constexpr int stones = 200;
+  World world = noting(stones_on_a_floor(stones));
   Follower follower(with_impulses(0.0));
-  int most = 0;
   double told_in_all = 0.0;
   constexpr int ticks = 60;
   for (int tick = 0; tick < ticks; ++tick) {
+    const std::size_t before = follower.touching.size();
     const v1::Touches told = follower.step(world);
-    most = std::max(most, told.touches_size());
     told_in_all += told.touches_size();
-    EXPECT_EQ(told.touches_size() + static_cast<int>(told.dropped()), stones) << tick;
+    const auto is_pressed = [](const Touch& touch) { return touch.kind() == Touch::PRESSED; };
+    EXPECT_EQ(std::ranges::count_if(told.touches(), is_pressed) + told.dropped(), before) << tick;
     double least_n_s = 1e9;
     for (const Touch& touch : told.touches()) {
-      if (touch.kind() == Touch::PRESSED) {
-        EXPECT_LE(touch.impulse_n_s(), std::exchange(least_n_s, touch.impulse_n_s()));
-      }
+      if (!is_pressed(touch)) continue;
+      EXPECT_LE(touch.impulse_n_s(), least_n_s);
+      least_n_s = touch.impulse_n_s();
     }
   }
-  EXPECT_EQ(most, static_cast<int>(base::touches_a_tick_max));
   EXPECT_LE(told_in_all, static_cast<double>(base::touches_a_tick_max) + base::touches_per_s_max * ticks / 60.0);
   EXPECT_EQ(follower.touching.size(), static_cast<std::size_t>(stones));
+}
+
+// They bounce once, all in the same tick, and are up again in the next one.
+TEST(TouchNews, TouchesThatAreOverBeforeTheirTurnAreCounted) {
+  constexpr int stones = 200;
+  physics::Scene scene = stones_on_a_floor(stones);
+  scene.stepping.substeps = 16;
+  for (physics::RigidBody& body : scene.rigid_bodies) {
+    body.position.y() = 0.3;
+    body.surface.restitution = 0.9;
+  }
+  World world = noting(scene);
+  Follower follower;
+  std::size_t began = 0;
+  std::size_t dropped = 0;
+  for (int tick = 0; tick < 20; ++tick) {
+    const v1::Touches told = follower.step(world);
+    for (const Touch& touch : told.touches()) began += touch.kind() == Touch::BEGAN ? 1 : 0;
+    dropped += told.dropped();
+  }
+  EXPECT_GT(dropped, 0U);
+  EXPECT_EQ(began + dropped, static_cast<std::size_t>(stones));
+  EXPECT_TRUE(follower.touching.empty());
+}
+
+TEST(TouchNews, WhatIsAddedBeforeOthersLeavesTheirTouchesAsTheyAre) {
+  physics::Scene scene = stones_on_a_floor(2);
+  World world = noting(scene);
+  Follower follower;
+  for (int tick = 0; tick < 3; ++tick) (void)follower.step(world);
+  physics::Scene more = world.scene();
+  more.rigid_bodies.insert(more.rigid_bodies.begin(), stone("first", {20.0, 5.0, 0.0}));
+  ASSERT_TRUE(world.apply(more).ok());
+  follower.edited();
+  EXPECT_TRUE(follower.step(world).touches().empty());
+  EXPECT_EQ(follower.touching.size(), 2U);
+}
+
+TEST(TouchNews, AWorldThatIsResetBeginsItsTouchesAnew) {
+  World world = noting(stones_on_a_floor(1));
+  Follower follower;
+  for (int tick = 0; tick < 3; ++tick) (void)follower.step(world);
+  follower.forget();
+  const v1::Touches told = follower.step(world);
+  ASSERT_EQ(told.touches_size(), 1);
+  EXPECT_EQ(told.touches(0).kind(), Touch::BEGAN);
 }
 
 TEST(TouchWish, NamesWhatThereIs) {
@@ -206,7 +278,9 @@ TEST(TouchWish, NamesWhatThereIs) {
   v1::TouchWish wish;
   for (const char* name : {"a", "stone", "room"}) wish.add_bodies(name);
   EXPECT_TRUE(check_touch_wish(world, wish).ok());
-  wish.add_bodies("nobody");
+  wish.add_bodies("stone");
+  EXPECT_EQ(check_touch_wish(world, wish).where(), "subscribe.touches.bodies[3]") << "twice";
+  wish.set_bodies(3, "nobody");
   const base::Status unknown = check_touch_wish(world, wish);
   EXPECT_EQ(unknown.code(), base::StatusCode::not_found);
   EXPECT_EQ(unknown.where(), "subscribe.touches.bodies[3]");

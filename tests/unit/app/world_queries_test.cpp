@@ -78,6 +78,35 @@ TEST(Raycast, RefusesByName) {
   EXPECT_EQ(static_cast<std::size_t>(cast_rays(world, many)->points_size()), base::query_points_max);
 }
 
+TEST(Raycast, ABodyIsNamedOnce) {
+  v1::Raycast request = downwards({0.0});
+  for (int i = 0; i < 2; ++i) request.add_bodies("a");
+  EXPECT_EQ(cast_rays(lively(), request).status().where(), "raycast.bodies[1]");
+}
+
+TEST(Raycast, TakesADirectionOfAnyLength) {
+  for (const double length : {1e-300, 1e300}) {
+    v1::Raycast request = downwards({-1.0});
+    request.mutable_rays(0)->mutable_direction()->set_y(-length);
+    EXPECT_EQ(cast_rays(lively(), request)->points(0).body(), "stone");
+  }
+}
+
+// In the middle of a ball, each point is as near to all of its faces.
+TEST(NearestPoint, IsRefusedWhereItLooksAtTooManyFaces) {
+  physics::Scene scene;
+  scene.soft_bodies = {physics::ball("large")};
+  scene.soft_bodies[0].mesh = *physics::make_icosphere(6, 0.5);
+  const physics::World world = physics::make(scene);
+  v1::NearestPoint request;
+  for (int i = 0; i < 20; ++i) request.add_points();
+  EXPECT_TRUE(find_nearest(world, request).ok());
+  while (request.points_size() < static_cast<int>(base::query_points_max)) request.add_points();
+  const base::Status much = find_nearest(world, request).status();
+  EXPECT_EQ(much.code(), StatusCode::limit_exceeded);
+  EXPECT_EQ(much.where(), "nearest_point.points");
+}
+
 TEST(NearestPoint, TellsTheSideAndTheReach) {
   const physics::World world = lively();
   v1::NearestPoint request;

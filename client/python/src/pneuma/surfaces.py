@@ -68,8 +68,8 @@ def vectors(given: Points | Vector, where: str) -> Array:
         array: Array = np.asarray(given, float)
     except (TypeError, ValueError):
         raise messages.invalid(where, "are no numbers") from None
-    if array.ndim == 1 and array.size == 3:
-        array = array.reshape(1, 3)
+    if array.size == 0 or array.shape == (3,):
+        array = array.reshape(-1, 3)
     if array.ndim != 2 or array.shape[1] != 3:
         raise messages.invalid(where, f"have the shape {array.shape}; points have (n, 3), one has (3,)")
     return array

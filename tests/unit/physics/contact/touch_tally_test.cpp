@@ -51,6 +51,7 @@ TEST(TouchTally, AddsUpPairsInEitherOrder) {
   tally.add(soft_1, rigid_0, {-3.0, 0.0, 0.25}, {4.0, 0.0, 0.0}, -Vec3d::UnitX());
   tally.add(soft_0, soft_0, Vec3d::UnitX(), {}, Vec3d::UnitX());      // folds
   tally.add(soft_0, collider_1, Vec3d::UnitX(), {}, Vec3d::UnitY());  // rubs
+  tally.add(soft_0, rigid_0, Vec3d::UnitX() / 0.0, {}, Vec3d::UnitX());
   const std::vector<BodyTouch> touches = tally.touches();
   ASSERT_EQ(touches.size(), 1U);
   EXPECT_EQ(touches[0].first, soft_1);

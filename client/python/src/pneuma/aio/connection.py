@@ -67,6 +67,8 @@ class Connection:
         self._why_it_broke = why_it_broke
         self.welcome = session_pb2.Welcome(message_bytes_max=hello_bytes_max)
         self.feeds: dict[int, Feed] = {}
+        # Those whose touches a stream of this connection tells.
+        self.touched_worlds: set[str] = set()
         #: Is shown every message that comes, and its bytes, before it is taken.
         self.tap: Callable[[bytes, session_pb2.ServerMessage], None] | None = None
         self._topologies: dict[bytes, frame_pb2.Topology] = {}

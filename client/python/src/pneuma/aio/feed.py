@@ -58,8 +58,18 @@ class Reader:
     bytes: int = 0
     touches: deque[Touch] = field(default_factory=deque)
     touches_dropped: int = 0
+    keeps_frames: bool = True
+
+    def keep_touches_only(self) -> None:
+        """Nobody asks for frames and events."""
+        self.keeps_frames = False
+        self.frames.clear()
+        self.events.clear()
+        self.bytes = 0
 
     def put(self, message: frame_pb2.Frame, layout: Layout, decoded: Decoded | None) -> None:
+        if not self.keeps_frames:
+            return
         kept = Kept(message, layout, decoded, tuple(self.events), self.gap)
         self.frames.append(kept)
         self.events.clear()
@@ -175,9 +185,6 @@ class Feed:
         self._readers.remove(reader)
         return not self._readers and not self._awaited
 
-    def readers(self) -> int:
-        return len(self._readers)
-
     def layout(self, message: frame_pb2.Layout) -> None:
         self._layout = Layout(message, self._topologies)
         if self._decoding:
@@ -214,7 +221,8 @@ class Feed:
         if message.world != self.subscribed.world:
             return
         for reader in self._receivers():
-            reader.events.append(event_of(message))
+            if reader.keeps_frames:
+                reader.events.append(event_of(message))
             if message.kind == session_pb2.Event.WORLD_DESTROYED:
                 reader.end(None)
 

@@ -89,7 +89,8 @@ class Stream(Subscription):
 class TouchStream(Subscription):
     """An iterator over touches, made by `World.touches`. It begins and ends as a Stream does.
 
-    The first tick after it has begun tells all that touches then. One at a time tells the touches of a world.
+    The first tick after it has begun tells what touches already; what sleeps is told when it wakes. One at a time tells
+    the touches of a world. A reset or a rewind ends all touches: they begin anew.
     """
 
     __slots__ = ()
@@ -110,12 +111,26 @@ class TouchStream(Subscription):
 
     async def open(self) -> Self:
         """Subscribes, if it has not yet. Raises PneumaError where another one is open."""
-        await super().open()
-        assert self._feed
-        if self._feed.readers() > 1:
-            self.close()
-            raise PneumaError("FAILED_PRECONDITION", "another stream tells the touches of this world", "touches")
+        if self._reader is None:
+            worlds = self._connection.touched_worlds
+            if self._request.world in worlds:
+                # Asked for once more, the server would tell the first one what this one wishes.
+                raise PneumaError("FAILED_PRECONDITION", "another stream tells the touches of this world", "touches")
+            worlds.add(self._request.world)
+            try:
+                await super().open()
+            except BaseException:
+                worlds.discard(self._request.world)
+                raise
+            assert self._reader
+            self._reader.keep_touches_only()
         return self
+
+    def close(self) -> None:
+        """Unsubscribes."""
+        if self._reader is not None:
+            self._connection.touched_worlds.discard(self._request.world)
+        super().close()
 
     async def __anext__(self) -> Touch:
         touch = await self.next()
