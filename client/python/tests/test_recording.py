@@ -13,6 +13,10 @@ import pytest
 import pneuma
 from pneuma import PneumaError, Server, World, _native, wire
 from pneuma._proto import frame_pb2, recording_pb2
+from pneuma.aio import recorder as recorder_module
+from pneuma.aio.connection import Address
+
+from fake_server import FakeServer
 
 max_error_m = 1e-3
 
@@ -222,6 +226,40 @@ def test_changes_are_recorded(world: World, tmp_path: Path) -> None:
     impulse, grab, release, _ = changes
     assert (impulse.request.body, impulse.request.impulse.x) == ("ball-1", 3)
     assert impulse.grab_id == 0 and grab.grab_id == release.request.grab_id != 0
+
+
+def test_a_frame_that_does_not_come_stops_the_steps(
+    fake: FakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a server that steps, and streams nothing. To close asks for a frame too, which is no error."""
+    monkeypatch.setattr(recorder_module, "frame_patience_s", 0.05)
+    stats = wire.Stats(rate_hz=60, tick=7)
+    replies = {
+        "hello": wire.ServerMessage(welcome=fake.welcome),
+        "get_stats": wire.ServerMessage(stats=stats),
+        "get_scene": wire.ServerMessage(scene=wire.SceneReply()),
+        "subscribe": wire.ServerMessage(subscribed=wire.Subscribed(stream_id=1, world="w", rate_hz=60)),
+        "step": wire.ServerMessage(done=wire.Done(tick=7)),
+    }
+
+    def answer(message: wire.ClientMessage) -> list[wire.ServerMessage]:
+        fake.answers.append(answer)
+        reply = wire.ServerMessage(request_id=message.request_id)
+        reply.MergeFrom(replies[message.WhichOneof("request") or ""])
+        return [reply]
+
+    async def record() -> None:
+        fake.answers.append(answer)
+        host, _, port = fake.address.rpartition(":")
+        async with await recorder_module.Recorder.open(
+            Address(host, int(port)), "w", tmp_path / "a.pneuma", wire.Subscribe(world="w"), replace=False
+        ) as recorder:
+            with pytest.raises(PneumaError, match="UNAVAILABLE: the frame of tick 7 has not come"):
+                await recorder.step()
+
+            assert recorder.frames == 0
+
+    asyncio.run(record())
 
 
 def test_a_recording_with_await(tmp_path: Path) -> None:
