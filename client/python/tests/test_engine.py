@@ -13,6 +13,8 @@ from pneuma import ColliderChange, Gas, NotReached, PneumaError, Server, SoftBod
 from pneuma.scene import Source
 from pneuma.testing import near
 
+from conftest import sources
+
 #: Explicit, implicit and with solids; of single precision.
 scenes = ["five-balls", "bouncing-ball", "hand", "wind-cloth"]
 
@@ -73,6 +75,25 @@ def test_questions_are_answered_as_by_a_server(shared: Server) -> None:
     with shared.world("five-balls", paused=True) as world:
         theirs = answers(world)
     assert answers(engine.World("five-balls")) == theirs
+
+
+def test_its_scene_is_saved_and_a_world_file_takes_a_server(tmp_path: Path) -> None:
+    world = engine.World("bouncing-ball")
+    world.gravity = (0, -1.62, 0)
+    world.save(tmp_path / "moon.json")
+    assert engine.World(tmp_path / "moon.json").gravity == world.gravity
+    with pytest.raises(PneumaError, match="UNSUPPORTED.*server"):
+        world.save(tmp_path / "moon.pneuma-world")
+    assert [each.name for each in tmp_path.iterdir()] == ["moon.json"]
+
+
+def test_the_readme_lists_what_a_world_in_process_has() -> None:
+    """Every method and property of a server's world is told there to be there or not, as it is."""
+    text = (sources / "README.md").read_text().split("## Many worlds in process")[1].split("```")[0]
+    has, has_not = text.split("It has no")
+    public = {name for name in dir(pneuma.World) + dir(engine.World) if not name.startswith("_")}
+    assert {name for name in public if f"`{name}`" in has} == {n for n in dir(engine.World) if not n.startswith("_")}
+    assert {name for name in public if f"`{name}`" in has_not} == public - set(dir(engine.World))
 
 
 def test_scenes_come_in_all_forms(tmp_path: Path) -> None:

@@ -69,7 +69,8 @@ class World(Blocking[aio.World]):
 
     threads: how many step it. The bits are the same with any number.
 
-    Its methods are those of a paused world of a server. Several threads may use it at once: they wait for each other.
+    It steps, tells and changes as a paused world of a server does. What takes a server it does not have: branches,
+    snapshots, `rewind`, streams, recordings, the page. Several threads may use it at once: they wait for each other.
     """
 
     __slots__ = ("_native",)
@@ -93,6 +94,12 @@ class World(Blocking[aio.World]):
     bodies_in_box = waits(aio.World.bodies_in_box)
     set_state = waits(aio.World.set_state)
     reset = waits(aio.World.reset)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Saves the scene as JSON. Raises PneumaError where the path does not end in .json: world files take a server."""
+        if os.path.splitext(os.fspath(path))[1] != ".json":
+            raise PneumaError("UNSUPPORTED", "a world file takes a server; a path that ends in .json does not", "save")
+        self.scene().save(path)
 
     @property
     def name(self) -> str:
