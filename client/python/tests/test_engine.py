@@ -253,6 +253,63 @@ def test_arrays_of_other_shapes_are_refused() -> None:
         worlds.step(moles=np.full((7, 1), -1.0))
 
 
+@pytest.mark.parametrize("threads", [0, 1025])
+def test_threads_are_bounded(threads: int) -> None:
+    wanted = rf"INVALID_ARGUMENT: is {threads}; 1 to 1024 can be \(threads\)"
+    with pytest.raises(PneumaError, match=wanted):
+        engine.World("bouncing-ball", threads=threads)
+    with pytest.raises(PneumaError, match=wanted):
+        engine.Worlds("bouncing-ball", 2, threads=threads)
+
+
+@pytest.mark.parametrize("which", [[0, 2], [1, 0, 1, 0, 0, 0, 0], np.zeros(7), "all", [[True], [True, False]]])
+def test_which_worlds_to_reset_is_told_by_bools(which: object) -> None:
+    """An index is no flag: [0, 2] would reset another world than it names."""
+    worlds = seven_worlds()
+    worlds.step(3)
+    with pytest.raises(PneumaError, match=r"INVALID_ARGUMENT: is (an array of .*, not|no array) of bool \(which\)"):
+        worlds.reset(which)
+    assert worlds.ticks.tolist() == [3] * 7
+    worlds.reset([True] + [False] * 6)
+    assert worlds.ticks.tolist() == [0] + [3] * 6
+
+
+def test_what_would_do_nothing_is_refused() -> None:
+    """Moles of a body without gas, and a velocity that is NaN in part."""
+    scene = engine.World("bouncing-ball").scene()
+    scene.soft_bodies[0].gas = None
+    with pytest.raises(PneumaError, match=r'"ball" has no gas.*worlds\[0\].moles\[0\]'):
+        engine.Worlds(scene, 2).step(moles=np.full((2, 1), 0.01))
+    worlds = seven_worlds()
+    velocities = np.full((7, len(worlds.colliders), 3), np.nan)
+    velocities[4, 0, 1] = 0.5
+    with pytest.raises(PneumaError, match=r"NaN in part.*worlds\[4\].collider_velocities\[0\]"):
+        worlds.step(collider_velocities=velocities)
+    with pytest.raises(PneumaError, match=r"NaN in part.*worlds\[4\].collider_angular_velocities\[0\]"):
+        worlds.step(collider_angular_velocities=velocities)
+
+
+def test_the_same_moles_again_fill_up_what_leaked() -> None:
+    """The gas law, with a vacuum outside, tells how much there is."""
+    scene = engine.World("bouncing-ball").scene()
+    (ball,) = scene.soft_bodies
+    scene.atmosphere = pneuma.Atmosphere()
+    assert ball.gas
+    ball.gas.leak_mol_s_pa = 1e-4
+    worlds = engine.Worlds(scene, 2)
+
+    def moles() -> float:
+        joules = worlds.pressures_pa[0, 0] * worlds.volumes_m3[0, 0]
+        return float(joules / (8.31446 * 293.15))
+
+    wanted = np.array([[0.05], [np.nan]])
+    worlds.step(1, moles=wanted)
+    worlds.step(60)
+    assert moles() < 0.045
+    worlds.step(1, moles=wanted)
+    assert moles() == pytest.approx(0.05, rel=0.02)
+
+
 def test_a_frozen_body_is_told_and_thawed() -> None:
     worlds = seven_worlds()
     impulses = np.zeros((7, 1, 3))

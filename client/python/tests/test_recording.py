@@ -256,7 +256,6 @@ def test_a_frame_that_does_not_come_stops_the_steps(
         ) as recorder:
             with pytest.raises(PneumaError, match="UNAVAILABLE: the frame of tick 7 has not come"):
                 await recorder.step()
-
             assert recorder.frames == 0
 
     asyncio.run(record())
