@@ -29,11 +29,19 @@ void put_vector(const Vec3d& vector, std::span<double> numbers, std::size_t inde
   for (std::size_t axis = 0; axis < 3; ++axis) numbers[3 * index + axis] = vector[static_cast<Eigen::Index>(axis)];
 }
 
-/// Sets `velocity` to the row's, unless that is NaN. Whether it is another one.
-bool take_velocity(std::span<const double> velocities, std::size_t index, Vec3d& velocity) {
+std::string element(const std::string& list, std::size_t index) {
+  return list + "[" + std::to_string(index) + "]";
+}
+
+/// Sets `velocity` to the row's, unless that is NaN. Whether it is another one. Refuses one that is NaN in part.
+base::Result<bool> take_velocity(std::span<const double> velocities, const char* name, std::size_t index,
+                                 Vec3d& velocity) {
   if (velocities.empty()) return false;
   const Vec3d wanted = vector_at(velocities, index);
-  if (wanted.hasNaN() || wanted == velocity) return false;
+  if (wanted.array().isNaN().all() || wanted == velocity) return false;
+  if (wanted.hasNaN()) {
+    return base::invalid("is NaN in part; a collider is left as it is where all three are", element(name, index));
+  }
   velocity = wanted;
   return true;
 }
@@ -98,12 +106,12 @@ Status Fleet::push(std::size_t index, const FleetActions& actions) {
     if (impulse_n_s.isZero(0.0)) continue;
     // Not-a-number is no impulse within the limit, either.
     if (!(impulse_n_s.cwiseAbs().maxCoeff() <= base::impulse_max_n_s) || !impulse_n_s.allFinite()) {
-      return base::invalid("is not finite, or past the limit", "impulses[" + std::to_string(body) + "]");
+      return base::invalid("is not finite, or past the limit", element("impulses", body));
     }
     const bool frozen = body < soft_count ? world.is_frozen(body) : world.rigid_bodies()[body - soft_count].frozen;
     if (frozen) continue;
     if (const auto hit = world.apply_impulse(body_names_[body], WholeBody{}, impulse_n_s); !hit.ok()) {
-      return hit.status().inside("impulses[" + std::to_string(body) + "]");
+      return hit.status().inside(element("impulses", body));
     }
   }
   return {};
@@ -119,14 +127,24 @@ Status Fleet::change(std::size_t index, const FleetActions& actions) {
   Scene wanted = world.scene();
   bool changed = false;
   for (std::size_t body = 0; body < moles.size(); ++body) {
+    if (std::isnan(moles[body])) continue;
+    if (!start_.soft_body(body).gas) {
+      return base::Status(base::StatusCode::failed_precondition,
+                          "\"" + body_names_[body] + "\" has no gas; NaN leaves a body as it is",
+                          element("moles", body));
+    }
+    // Live: what a gas holds now, leaks and flows counted. None where it burst its body.
     std::optional<Gas>& gas = wanted.soft_bodies[body].gas;
-    if (std::isnan(moles[body]) || !gas || gas->moles == moles[body]) continue;
+    if (!gas || gas->moles == moles[body]) continue;
     gas->moles = moles[body];
     changed = true;
   }
   for (std::size_t i = 0; i < wanted.colliders.size(); ++i) {
-    changed |= take_velocity(velocities, i, wanted.colliders[i].velocity);
-    changed |= take_velocity(spins, i, wanted.colliders[i].angular_velocity);
+    const auto moved = take_velocity(velocities, "collider_velocities", i, wanted.colliders[i].velocity);
+    if (!moved.ok()) return moved.status();
+    const auto turned = take_velocity(spins, "collider_angular_velocities", i, wanted.colliders[i].angular_velocity);
+    if (!turned.ok()) return turned.status();
+    changed |= *moved || *turned;
   }
   return changed ? world.apply(std::move(wanted)) : Status();
 }

@@ -17,7 +17,7 @@ namespace pneuma::physics {
 /// A row has so many columns: bodies are the soft ones and then the rigid ones, in the scene's order.
 struct FleetActions {
   std::span<const double> impulses_n_s;                       // bodies x 3, each to a whole body
-  std::span<const double> moles;                              // soft bodies; NaN leaves a gas as it is
+  std::span<const double> moles;                              // soft bodies; NaN leaves one as it is
   std::span<const double> collider_velocities_m_s;            // colliders x 3; NaN leaves a collider as it is
   std::span<const double> collider_angular_velocities_rad_s;  // likewise
 };
@@ -46,8 +46,9 @@ class Fleet {
   [[nodiscard]] std::size_t body_count() const { return body_names_.size(); }
   [[nodiscard]] const std::vector<std::string>& body_names() const { return body_names_; }
 
-  /// Acts on every world, steps it, and shows it. Refuses what an edit or an impulse would refuse, and a body that is
-  /// frozen is left alone. Errors name the world; other worlds may have been stepped then.
+  /// Acts on every world, steps it, and shows it. Refuses what an edit or an impulse would refuse, moles of a body that
+  /// the scene gives no gas, and a velocity that is NaN in part. A body that is frozen takes no impulse, and one whose
+  /// gas burst takes no moles. Errors name the world; other worlds may have been stepped then.
   [[nodiscard]] base::Status step(std::uint32_t ticks, const FleetActions& actions, const FleetView& view);
   /// Puts the worlds whose element is not 0 back to the scene's start, and shows all. `which` has one element a world.
   void reset(std::span<const std::uint8_t> which, const FleetView& view);

@@ -33,11 +33,22 @@ v1::Scene scene_in(std::string_view create_world) {
   return checked(app::scene_of(parsed<v1::CreateWorld>(create_world)));
 }
 
+// More cores than one machine has. Each thread takes a stack, and who asks for more has mixed up two numbers.
+constexpr std::size_t threads_max = 1'024;
+
+std::size_t checked_threads(std::size_t threads) {
+  if (threads == 0 || threads > threads_max) {
+    raise(base::invalid("is " + std::to_string(threads) + "; 1 to " + std::to_string(threads_max) + " can be",
+                        "threads"));
+  }
+  return threads;
+}
+
 /// One world. Calls of several threads wait for each other.
 class OneWorld {
  public:
   OneWorld(std::string_view create_world, std::size_t threads)
-      : world_(checked(app::LocalWorld::create(scene_in(create_world), threads))) {}
+      : world_(checked(app::LocalWorld::create(scene_in(create_world), checked_threads(threads)))) {}
 
   py::bytes answer(std::string_view request) {
     const auto message = parsed<v1::ClientMessage>(request);
@@ -89,6 +100,18 @@ std::span<const double> numbers_of(const std::optional<Numbers>& array, const Sh
   if (!array) return {};
   check_shape(*array, shape, name);
   return {array->data(), static_cast<std::size_t>(array->size())};
+}
+
+/// One for each that is true. Numbers are refused: an index would pass for a flag.
+std::vector<std::uint8_t> flags_of(const py::object& given, py::ssize_t count, const char* name) {
+  const auto array = py::array::ensure(given, py::array::c_style);
+  if (!array) raise(base::invalid("is no array of bool", name));
+  if (array.dtype().kind() != 'b') {
+    raise(base::invalid("is an array of " + std::string(py::str(array.dtype())) + ", not of bool", name));
+  }
+  check_shape(array, {count}, name);
+  const auto flags = py::array_t<bool>(array);
+  return {flags.data(), flags.data() + flags.size()};
 }
 
 template <class T>
@@ -147,9 +170,8 @@ class ManyWorlds {
     check(status);
   }
 
-  void reset(const py::array_t<bool, py::array::c_style | py::array::forcecast>& which) {
-    check_shape(which, {static_cast<py::ssize_t>(fleet_.count())}, "which");
-    const std::vector<std::uint8_t> wanted(which.data(), which.data() + which.size());
+  void reset(const py::object& which) {
+    const std::vector<std::uint8_t> wanted = flags_of(which, static_cast<py::ssize_t>(fleet_.count()), "which");
     const physics::FleetView shown = view();
     const py::gil_scoped_release others_run;
     const std::lock_guard lock(mutex_);
@@ -183,8 +205,8 @@ class ManyWorlds {
  private:
   static physics::Fleet make(std::string_view create_world, std::size_t count, std::size_t threads) {
     if (count == 0) raise(base::invalid("must be 1 or more", "count"));
-    if (threads == 0) raise(base::invalid("must be 1 or more", "threads"));
-    return checked(physics::Fleet::create(checked(scene_io::to_physics(scene_in(create_world))), count, threads));
+    return checked(
+        physics::Fleet::create(checked(scene_io::to_physics(scene_in(create_world))), count, checked_threads(threads)));
   }
   physics::FleetView view() {
     return {.positions_m = span_of(positions),

@@ -66,6 +66,35 @@ def test_a_row_is_what_one_world_does(task: type[envs.Task]) -> None:
         assert reward == rewards[0]
 
 
+@pytest.mark.parametrize("task", tasks)
+def test_the_hardest_actions_stay_within_the_space(task: type[envs.Task]) -> None:
+    """The same action, a bound of its space, for a whole episode."""
+    env = envs.VectorEnv(task(), 4)
+    (size,) = env.single_action_space.shape
+    signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]])[:, :size]
+    observations, _ = env.reset(seed=4)
+    for _ in range(env.task.steps_max):
+        assert env.observation_space.contains(observations), observations
+        assert np.isfinite(observations).all()
+        observations, *_ = env.step(signs)
+    assert env.observation_space.contains(observations)
+
+
+@pytest.mark.parametrize("task", tasks)
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_actions_that_are_not_finite_are_refused_before_a_step(task: type[envs.Task], number: float) -> None:
+    env = envs.VectorEnv(task(), 3)
+    env.reset(seed=1)
+    actions = np.zeros(env.action_space.shape)
+    env.step(actions)
+    actions[2, -1] = number
+    hashes, ticks = env.worlds.state_hashes(), env.worlds.ticks.copy()
+    with pytest.raises(ValueError, match=r"actions\[2\] is not finite"):
+        env.step(actions)
+    assert np.array_equal(env.worlds.state_hashes(), hashes) and np.array_equal(env.worlds.ticks, ticks)
+    assert env._steps.tolist() == [1, 1, 1]
+
+
 def test_an_episode_that_ends_makes_room_for_another() -> None:
     task = envs.RollToPlace()
     task.steps_max = 3

@@ -11,6 +11,7 @@ from pneuma import Frame, PneumaError, wire
 from pneuma._proto import frame_pb2
 from pneuma.aio import feed as feed_module
 from pneuma.aio.feed import Feed, Reader
+from pneuma.decoding import Decoding
 from pneuma.frames import Layout, frame_of
 
 Event = wire.Event
@@ -170,6 +171,19 @@ def test_a_stream_ends_with_its_world_and_breaks_with_its_connection() -> None:
     assert len(broken.taken()) == 1
     with pytest.raises(PneumaError, match="broken"):
         asyncio.run(broken.reader.next())
+
+
+@pytest.mark.parametrize("grid_step_m", [0.0, 1e-3], ids=["plain", "coded"])
+def test_a_layout_of_an_unknown_topology_is_refused(grid_step_m: float) -> None:
+    feed = Feed(wire.Subscribed(stream_id=1, world="w", grid_step_m=grid_step_m), topologies(3))
+    with pytest.raises(PneumaError, match="MALFORMED: the topology 04 of body-1 was not told"):
+        feed.layout(layout_message(3, 4))
+
+
+def test_decoding_refuses_a_layout_of_an_unknown_topology() -> None:
+    decoding = Decoding(wire.Subscribed(stream_id=1, world="w", grid_step_m=1e-3))
+    with pytest.raises(PneumaError, match="MALFORMED: the topology 04 of body-0 was not told"):
+        decoding.layout(layout_message(4), {})
 
 
 def test_a_frame_of_an_unknown_layout_is_refused() -> None:

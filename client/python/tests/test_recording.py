@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,12 @@ import numpy as np
 import pytest
 
 import pneuma
-from pneuma import PneumaError, Server, World
+from pneuma import PneumaError, Server, World, _native, wire
+from pneuma._proto import frame_pb2, recording_pb2
+from pneuma.aio import recorder as recorder_module
+from pneuma.aio.connection import Address
+
+from fake_server import FakeServer
 
 max_error_m = 1e-3
 
@@ -98,6 +104,23 @@ def test_a_body_of_two_meshes_is_in_the_frames(shared: Server, tmp_path: Path) -
     assert {len(frame["ball"].positions) for frame in recording.frames} == {42, 162}
     with pytest.raises(PneumaError, match="FAILED_PRECONDITION: ball has 42 and then 162 vertices"):
         recording["ball"]
+    heights = [frame["ball"].positions[:, 1].mean() for frame in recording.frames]
+    assert np.allclose(recording.columns()["ball.y_m"], heights, rtol=0, atol=1e-5)
+
+
+def test_a_mesh_of_as_many_vertices_is_another_mesh(world: World, tmp_path: Path) -> None:
+    """The arrays have one list of faces, which would be that of the first mesh."""
+    with world.record(tmp_path / "five.pneuma"):
+        world.step()
+    recording = pneuma.read(tmp_path / "five.pneuma")
+    assert recording["ball-1"].positions.shape == (2, 162, 3)
+    last = recording.frames[-1]
+    turned = dataclasses.replace(last["ball-1"], faces=last["ball-1"].faces[:, ::-1])
+    changed = dataclasses.replace(last, bodies={**last.bodies, "ball-1": turned})
+    edited = dataclasses.replace(recording, frames=(recording.frames[0], changed))
+    with pytest.raises(PneumaError, match="FAILED_PRECONDITION: ball-1 has several meshes of 162 vertices"):
+        edited["ball-1"]
+    assert edited["ball-2"].positions.shape == (2, 162, 3)
 
 
 def test_events_are_recorded(world: World, tmp_path: Path) -> None:
@@ -157,6 +180,85 @@ def test_a_world_that_ends_ends_its_recording(shared: Server, tmp_path: Path) ->
         world.destroy()
     recording = pneuma.read(tmp_path / "a.pneuma")
     assert recording.ticks[-1] == 2 and recording.damage == ""
+    # No frame comes after that.
+    assert [event.kind for event in recording.events] == ["WORLD_DESTROYED"]
+
+
+def test_what_comes_after_the_last_frame_is_read(world: World, tmp_path: Path) -> None:
+    """Of a file with an event, a gap and another event at its end."""
+    with world.record(tmp_path / "whole.pneuma"):
+        world.step(2)
+    reader = _native.RecordingReader(str(tmp_path / "whole.pneuma"))
+    writer = _native.RecordingWriter(str(tmp_path / "longer.pneuma"), reader.header, False)
+    for data in iter(reader.next, None):
+        writer.append(data)
+    stream_id = recording_pb2.RecordingHeader.FromString(reader.header).stream.stream_id
+    burst = wire.Event(world=world.name, kind=wire.Event.BODY_BURST, body="ball-1", tick=2)
+    gap = frame_pb2.Gap(stream_id=stream_id, from_tick=3, to_tick=5)
+    frozen = wire.Event(world=world.name, kind=wire.Event.BODY_FROZEN, body="ball-2", tick=5)
+    for message in (wire.ServerMessage(event=burst), wire.ServerMessage(gap=gap), wire.ServerMessage(event=frozen)):
+        writer.append(message.SerializeToString())
+    writer.finish()
+    recording = pneuma.read(tmp_path / "longer.pneuma")
+    assert [(event.kind, event.body) for event in recording.events] == [
+        ("BODY_BURST", "ball-1"),
+        ("BODY_FROZEN", "ball-2"),
+    ]
+    assert recording.missed == ((3, 5),) and recording.ticks[-1] == 2
+
+
+def test_changes_are_recorded(world: World, tmp_path: Path) -> None:
+    path = tmp_path / "changed.pneuma"
+    with world.record(path):
+        world.step(3)
+        world["ball-1"].kick((3, 0, 0))
+        with world["ball-2"].grab((0, 3, 0), vertex=5):
+            world.step(2)
+        world.gravity = (0, -1.62, 0)
+        world.step()
+    changes = pneuma.read(path).changes
+    assert [(change.kind, change.tick) for change in changes] == [
+        ("impulse", 3),
+        ("grab", 3),
+        ("release_grab", 5),
+        ("edit", 5),
+    ]
+    impulse, grab, release, _ = changes
+    assert (impulse.request.body, impulse.request.impulse.x) == ("ball-1", 3)
+    assert impulse.grab_id == 0 and grab.grab_id == release.request.grab_id != 0
+
+
+def test_a_frame_that_does_not_come_stops_the_steps(
+    fake: FakeServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a server that steps, and streams nothing. To close asks for a frame too, which is no error."""
+    monkeypatch.setattr(recorder_module, "frame_patience_s", 0.05)
+    stats = wire.Stats(rate_hz=60, tick=7)
+    replies = {
+        "hello": wire.ServerMessage(welcome=fake.welcome),
+        "get_stats": wire.ServerMessage(stats=stats),
+        "get_scene": wire.ServerMessage(scene=wire.SceneReply()),
+        "subscribe": wire.ServerMessage(subscribed=wire.Subscribed(stream_id=1, world="w", rate_hz=60)),
+        "step": wire.ServerMessage(done=wire.Done(tick=7)),
+    }
+
+    def answer(message: wire.ClientMessage) -> list[wire.ServerMessage]:
+        fake.answers.append(answer)
+        reply = wire.ServerMessage(request_id=message.request_id)
+        reply.MergeFrom(replies[message.WhichOneof("request") or ""])
+        return [reply]
+
+    async def record() -> None:
+        fake.answers.append(answer)
+        host, _, port = fake.address.rpartition(":")
+        async with await recorder_module.Recorder.open(
+            Address(host, int(port)), "w", tmp_path / "a.pneuma", wire.Subscribe(world="w"), replace=False
+        ) as recorder:
+            with pytest.raises(PneumaError, match="UNAVAILABLE: the frame of tick 7 has not come"):
+                await recorder.step()
+            assert recorder.frames == 0
+
+    asyncio.run(record())
 
 
 def test_a_recording_with_await(tmp_path: Path) -> None:

@@ -149,5 +149,63 @@ TEST(Fleet, AWorldThatIsRefusedIsNamed) {
   EXPECT_EQ(fleet.step(1, negative.actions(), {}).where(), "worlds[4].soft_bodies[1].gas.moles");
 }
 
+Fleet fleet_of(Scene scene) {
+  auto fleet = Fleet::create(std::move(scene), 2, 1);
+  EXPECT_TRUE(fleet.ok()) << fleet.status().message();
+  return std::move(*fleet);
+}
+
+base::Status pump(Fleet& fleet, const std::vector<double>& moles) {
+  FleetActions actions;
+  actions.moles = moles;
+  return fleet.step(1, actions, {});
+}
+
+// Moles are what a gas holds from now on: the same number again fills up what has leaked since.
+TEST(Fleet, TheSameMolesAgainFillUpWhatLeaked) {
+  Scene scene = lively_scene();
+  scene.soft_bodies[0].gas->leak_mol_s_pa = 1e-5;
+  Fleet fleet = fleet_of(scene);
+  const std::vector<double> moles{0.02, nan, nan, nan};
+  ASSERT_TRUE(pump(fleet, moles).ok());
+  ASSERT_TRUE(fleet.step(60, {}, {}).ok());
+  const double leaked_mol = 0.02 - fleet.world(0).scene().soft_bodies[0].gas->moles;
+  ASSERT_GT(leaked_mol, 1e-4);
+  ASSERT_TRUE(pump(fleet, moles).ok());
+  EXPECT_NEAR(fleet.world(0).scene().soft_bodies[0].gas->moles, 0.02, leaked_mol / 10.0);
+}
+
+TEST(Fleet, MolesOfABodyWithoutGasAreRefused) {
+  Scene scene = lively_scene();
+  scene.soft_bodies[1].gas.reset();
+  Fleet fleet = fleet_of(scene);
+  const base::Status refused = pump(fleet, {0.02, nan, 0.02, 0.03});
+  EXPECT_EQ(refused.code(), base::StatusCode::failed_precondition);
+  EXPECT_EQ(refused.where(), "worlds[1].moles[1]");
+  EXPECT_EQ(fleet.world(1).tick(), 0U);
+}
+
+// As a frozen body takes no impulse: who learns cannot know in the same step that it burst.
+TEST(Fleet, ABodyWhoseGasBurstIsLeftAlone) {
+  Scene scene = lively_scene();
+  scene.soft_bodies[0].gas->burst_pressure_pa = 1.0;
+  Fleet fleet = fleet_of(scene);
+  ASSERT_TRUE(fleet.step(1, {}, {}).ok());
+  ASSERT_FALSE(fleet.world(0).scene().soft_bodies[0].gas);
+  EXPECT_TRUE(pump(fleet, {0.02, nan, nan, nan}).ok());
+  EXPECT_FALSE(fleet.world(0).scene().soft_bodies[0].gas);
+}
+
+TEST(Fleet, AVelocityThatIsNaNInPartIsRefused) {
+  Fleet fleet = fleet_of(lively_scene());
+  const std::vector<double> part{nan, nan, nan, 0.0, nan, 1.0};
+  FleetActions moved;
+  moved.collider_velocities_m_s = part;
+  EXPECT_EQ(fleet.step(1, moved, {}).where(), "worlds[1].collider_velocities[0]");
+  FleetActions turned;
+  turned.collider_angular_velocities_rad_s = part;
+  EXPECT_EQ(fleet.step(1, turned, {}).where(), "worlds[1].collider_angular_velocities[0]");
+}
+
 }  // namespace
 }  // namespace pneuma::physics

@@ -40,7 +40,7 @@ from pneuma.client import Body, Grab, Recorder, Server, Stream, TouchStream, Wor
 from pneuma.errors import Code, NotReached, PneumaError
 from pneuma.frames import Contact, Event, Frame, FrameBody, Pose
 from pneuma.mesh_files import read_mesh
-from pneuma.recording import RecordedBody, Recording, read
+from pneuma.recording import Change, RecordedBody, Recording, read
 from pneuma.scene import Scene, triangles
 from pneuma.state import RigidState, SoftState, State
 from pneuma.surfaces import Surfaces
@@ -55,6 +55,7 @@ __all__ = [
     "Anchor",
     "Atmosphere",
     "Body",
+    "Change",
     "Code",
     "Collider",
     "ColliderChange",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 from pneuma._proto import frame_pb2, session_pb2
 from pneuma.errors import PneumaError
-from pneuma.frames import Decoded, Layout, Pose
+from pneuma.frames import Decoded, Layout, Pose, topology_of
 from pneuma.native import need_native
 
 need_native()
@@ -32,7 +32,7 @@ class Decoding:
         """Raises PneumaError where a topology is missing, or is not what its hash says."""
         for body in message.soft_bodies:
             if body.topology_hash not in self._known:
-                self._decoder.topology(topologies[body.topology_hash].SerializeToString())
+                self._decoder.topology(topology_of(body, topologies).SerializeToString())
                 self._known.add(body.topology_hash)
         self._decoder.layout(message.SerializeToString())
 

@@ -67,9 +67,10 @@ class AtOnce(LoopThread):
 class World(Blocking[aio.World]):
     """A world of a built-in scene, a `Scene`, a dict like its JSON form, JSON, or a file (a path that ends in .json).
 
-    threads: how many step it. The bits are the same with any number.
+    threads: how many step it, 1 to 1,024. The bits are the same with any number.
 
-    Its methods are those of a paused world of a server. Several threads may use it at once: they wait for each other.
+    It steps, tells and changes as a paused world of a server does. What takes a server it does not have: branches,
+    snapshots, `rewind`, streams, recordings, the page. Several threads may use it at once: they wait for each other.
     """
 
     __slots__ = ("_native",)
@@ -93,6 +94,12 @@ class World(Blocking[aio.World]):
     bodies_in_box = waits(aio.World.bodies_in_box)
     set_state = waits(aio.World.set_state)
     reset = waits(aio.World.reset)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Saves the scene as JSON. Raises PneumaError where the path does not end in .json: world files take a server."""
+        if os.path.splitext(os.fspath(path))[1] != ".json":
+            raise PneumaError("UNSUPPORTED", "a world file takes a server; a path that ends in .json does not", "save")
+        self.scene().save(path)
 
     @property
     def name(self) -> str:
@@ -128,7 +135,7 @@ class Worlds:
 
     scene: as of `World`.
     shown: which of the arrays below are wanted. Positions and velocities are of vertices, and cost the most.
-    threads: how many step them; all cores unless given. The bits are the same with any number.
+    threads: how many step them, 1 to 1,024; all cores unless given. The bits are the same with any number.
 
     The arrays have a row a world. Each step and reset writes the same arrays anew: copy what you keep.
 
@@ -176,17 +183,21 @@ class Worlds:
         """Acts on every world, steps it, and writes the arrays. What is None is not done.
 
         impulses: (count, bodies, 3), N s, each to a whole body before the first tick.
-        moles: (count, soft bodies), mol, from now on; NaN leaves a gas as it is.
-        collider_velocities, collider_angular_velocities: (count, colliders, 3), m/s and rad/s, from now on; NaN
-            leaves a collider as it is.
+        moles: (count, soft bodies), mol, what the gas holds then, whatever leaked before; NaN leaves a body as it is.
+            A body that the scene gives no gas takes NaN alone.
+        collider_velocities, collider_angular_velocities: (count, colliders, 3), m/s and rad/s, from now on; three NaN
+            leave a collider as it is.
 
-        A frozen body takes no impulse. Raises PneumaError where one of these cannot be; it names the world, and the
-        others may have been stepped.
+        A frozen body takes no impulse, and one whose gas burst takes no moles. Raises PneumaError where one of these
+        cannot be; it names the world, and the others may have been stepped.
         """
         self._native.step(ticks, impulses, moles, collider_velocities, collider_angular_velocities)
 
     def reset(self, which: object = None) -> None:
-        """Puts worlds back to the scene's start: those of which `which`, (count,) of bool, is true; None: all."""
+        """Puts worlds back to the scene's start: those of which `which`, (count,) of bool, is true; None: all.
+
+        Raises PneumaError where `which` has another shape, or numbers: indices are refused.
+        """
         self._native.reset(np.ones(self.count, np.bool_) if which is None else which)
 
     def state_hashes(self) -> NDArray[np.uint64]:

@@ -145,7 +145,8 @@ class RollToPlace(Task):
     """
 
     shown = ("centres_of_mass", "mean_velocities")
-    observation_space = Box([-20] * 4, [20] * 4)
+    # The floor has no edge: an episode of one and the same push ends 90 m away, past 20 m/s.
+    observation_space = Box([-np.inf] * 4, [np.inf] * 4)
     action_space = Box([-1, -1], [1, 1])
     impulse_n_s = 0.3
     place_m = 2.0
@@ -230,12 +231,17 @@ class VectorEnv:
     def step(self, actions: ArrayLike) -> tuple[Rows, Array, Flags, Flags, Info]:
         """Observations, rewards, terminated, truncated and infos, a row a world.
 
+        Raises ValueError where an action is not finite, before any world is stepped.
+
         infos: `reached`, whose goal is; `begun`, whose episode has just begun.
         """
         space = self.action_space
         actions = np.asarray(actions, np.float64)
         if actions.shape != space.shape:
             raise ValueError(f"actions have the shape {actions.shape}, not {space.shape}")
+        if not np.isfinite(actions).all():
+            row = int(np.flatnonzero(~np.isfinite(actions).all(axis=1))[0])
+            raise ValueError(f"actions[{row}] is not finite: {actions[row]}")
         begun = self._over.copy()
         actions = np.where(begun[:, None], 0.0, np.clip(actions, space.low, space.high))
         self.worlds.step(self.task.ticks_a_step, **self.task.act(self.worlds, actions))

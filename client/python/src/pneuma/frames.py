@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pneuma._proto import frame_pb2 as wire
 from pneuma._proto import session_pb2
+from pneuma.errors import PneumaError
 from pneuma.state import Array, wxyz, xyz
 
 Floats32: TypeAlias = NDArray[np.float32]
@@ -96,13 +97,16 @@ class Frame:
 
 
 class Layout:
-    """What the frames of a stream speak of: which rows of a payload are whose."""
+    """What the frames of a stream speak of: which rows of a payload are whose.
+
+    Raises PneumaError where a topology is missing.
+    """
 
     def __init__(self, message: wire.Layout, topologies: Mapping[bytes, wire.Topology]) -> None:
         self.layout_id = message.layout_id
         self.names: list[str] = [body.name for body in message.soft_bodies]
         self.solids: list[str] = [solid.name for solid in message.solids]
-        meshes = [topologies[body.topology_hash] for body in message.soft_bodies]
+        meshes = [topology_of(body, topologies) for body in message.soft_bodies]
         self.faces = [np.array(mesh.indices, np.uint32).reshape(-1, 3) for mesh in meshes]
         ends = np.cumsum([0, *(mesh.vertex_count for mesh in meshes)]).tolist()
         self.rows = [slice(begin, end) for begin, end in zip(ends, ends[1:])]
@@ -113,6 +117,15 @@ class Layout:
 
     def body(self, index: int) -> str:
         return self.names[index] if index < len(self.names) else ""
+
+
+def topology_of(body: wire.Layout.Soft, topologies: Mapping[bytes, wire.Topology]) -> wire.Topology:
+    """Raises PneumaError where it is missing."""
+    topology = topologies.get(body.topology_hash)
+    if topology is None:
+        what = f"the topology {body.topology_hash.hex()} of {body.name} was not told"
+        raise PneumaError("MALFORMED", what, "layout.soft_bodies")
+    return topology
 
 
 @dataclass(frozen=True, eq=False)

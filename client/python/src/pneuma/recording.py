@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from os import PathLike, fspath
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,11 +43,28 @@ class RecordedBody:
         return f"<{self.name}, {vertices} vertices, {frames} frames>"
 
 
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change that was made to the world while it was recorded.
+
+    kind: such as "impulse", "edit", "grab" or "reset". tick: ticks that the world had done.
+    request: what was asked for, as the wire has it: `change.request.impulse.x` of an impulse.
+    grab_id: the id that a grab got; 0 of others.
+    """
+
+    kind: str
+    tick: int
+    request: Any
+    grab_id: int
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """What a file holds, made by `pneuma.read`.
 
     frames: each as a stream gives it. scene: what the world was when the recording began.
+    events: what happened, in order; those after the last frame too. changes: what was asked of the world, in order.
+    missed: the first and the last tick of each run of frames that were left out; one after the last frame too.
     max_error_m: no vertex is off by more. started_unix_s: seconds since 1970.
     damage: why the file ends before its end, in words; empty where it is whole.
     """
@@ -54,6 +72,9 @@ class Recording:
     world: str
     scene: Scene
     frames: tuple[Frame, ...]
+    events: tuple[Event, ...]
+    changes: tuple[Change, ...]
+    missed: tuple[tuple[int, int], ...]
     max_error_m: float
     started_unix_s: float
     damage: str
@@ -73,47 +94,47 @@ class Recording:
         """The names of the soft bodies, of any frame."""
         return tuple(dict.fromkeys(name for frame in self.frames for name in frame.bodies))
 
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """What happened, in order."""
-        return tuple(event for frame in self.frames for event in frame.events)
-
     def __getitem__(self, body: str) -> RecordedBody:
-        """A soft body's arrays. Raises PneumaError where it had meshes of several sizes: `frames` has those."""
-        parts = [frame.bodies.get(body) for frame in self.frames]
+        """A soft body's arrays. Raises PneumaError where it had several meshes: each frame has the arrays of its own."""
+        parts = self._parts(body)
         there = [part for part in parts if part is not None]
         if not there:
             raise KeyError(f"no soft body {body} (there are {', '.join(self.bodies) or 'none'})")
         counts = dict.fromkeys(len(part.positions) for part in there)
+        meshes = {id(part.faces): part.faces for part in there}  # frames of a layout share one
         if len(counts) > 1:
             what = f"{body} has {' and then '.join(map(str, counts))} vertices: take its arrays from the frames"
             raise PneumaError("FAILED_PRECONDITION", what, "bodies")
-
-        def of_each(name: str) -> Array | None:
-            if getattr(there[0], name) is None:
-                return None
-            return np.array([np.nan if part is None else getattr(part, name) for part in parts])
-
+        if not all(np.array_equal(faces, there[0].faces) for faces in meshes.values()):
+            what = f"{body} has several meshes of {len(there[0].positions)} vertices: take its arrays from the frames"
+            raise PneumaError("FAILED_PRECONDITION", what, "bodies")
         return RecordedBody(
             body,
             stacked(parts, "positions"),
             None if there[0].velocities is None else stacked(parts, "velocities"),
             there[0].faces,
-            *(of_each(each.name) for each in fields(RecordedBody)[4:]),
+            *(of_each(parts, each.name) for each in fields(RecordedBody)[4:]),
         )
 
     def columns(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
-        """(frames,) each, to make a table of: tick, time_s, and of each body the mean of its vertices and its scalars."""
+        """(frames,) each, to make a table of: tick, time_s, and of each body the mean of its vertices and its scalars.
+
+        A body that had several meshes has its columns too.
+        """
         table: dict[str, NDArray[np.float64] | NDArray[np.int64]] = {"tick": self.ticks, "time_s": self.times_s}
         for name in self.bodies:
-            body = self[name]
-            middle = body.positions.mean(axis=1, dtype=np.float64)
+            parts = self._parts(name)
+            middle = np.array([middle_of(part) for part in parts])
             table |= {f"{name}.{axis}_m": middle[:, i] for i, axis in enumerate("xyz")}
             for each in fields(RecordedBody)[4:]:
-                column = getattr(body, each.name)
+                column = of_each(parts, each.name)
                 if column is not None:
                     table[f"{name}.{each.name}"] = column
         return table
+
+    def _parts(self, body: str) -> list[FrameBody | None]:
+        """Of each frame."""
+        return [frame.bodies.get(body) for frame in self.frames]
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -134,44 +155,93 @@ def read(path: str | PathLike[str]) -> Recording:
 
     reader = _native.RecordingReader(fspath(path))
     header = recording_pb2.RecordingHeader.FromString(reader.header)
+    contents = Contents(header.stream)
+    contents.take(iter(reader.next, None))
     return Recording(
         world=header.world,
         scene=Scene.of_message(header.scene),
-        frames=tuple(frames_of(header.stream, iter(reader.next, None))),
+        frames=tuple(contents.frames),
+        events=tuple(contents.events),
+        changes=tuple(contents.changes),
+        missed=tuple(contents.missed),
         max_error_m=header.stream.max_error_m,
         started_unix_s=header.started_unix_s,
         damage=reader.damage,
     )
 
 
-def frames_of(stream: session_pb2.Subscribed, messages: Iterator[bytes]) -> Iterator[Frame]:
-    """The frames of a stream's messages."""
-    from pneuma.decoding import Decoding
+class Contents:
+    """What a stream's messages hold."""
 
-    decoding = Decoding(stream)
-    topologies: dict[bytes, frame_pb2.Topology] = {}
-    layout: Layout | None = None
-    events: list[Event] = []
-    missed: tuple[int, int] | None = None
-    for data in messages:
-        message = session_pb2.ServerMessage.FromString(data)
+    def __init__(self, stream: session_pb2.Subscribed) -> None:
+        from pneuma.decoding import Decoding
+
+        self.frames: list[Frame] = []
+        self.events: list[Event] = []
+        self.changes: list[Change] = []
+        self.missed: list[tuple[int, int]] = []
+        self._decoding = Decoding(stream)
+        self._topologies: dict[bytes, frame_pb2.Topology] = {}
+        self._layout: Layout | None = None
+        self._gap: tuple[int, int] | None = None  # since the last frame
+        self._events_told = 0  # by the frames
+
+    def take(self, messages: Iterable[bytes]) -> None:
+        """All of them. Raises PneumaError where one is wrong."""
+        for data in messages:
+            self._take(session_pb2.ServerMessage.FromString(data))
+        if self._gap:
+            self.missed.append(self._gap)
+
+    def _take(self, message: session_pb2.ServerMessage) -> None:
         kind = message.WhichOneof("message")
         if kind == "topology":
-            topologies[message.topology.hash] = message.topology
+            self._topologies[message.topology.hash] = message.topology
         elif kind == "layout":
-            decoding.layout(message.layout, topologies)
-            layout = Layout(message.layout, topologies)
+            self._layout = Layout(message.layout, self._topologies)
+            self._decoding.layout(message.layout, self._topologies)
         elif kind == "event":
-            events.append(event_of(message.event))
+            self.events.append(event_of(message.event))
+        elif kind == "applied":
+            self.changes.append(change_of(message.applied))
         elif kind == "gap":
-            missed = joined(missed, (message.gap.from_tick, message.gap.to_tick))
-        elif kind == "frame" and layout:
-            decoded = decoding.frame(message.frame, layout)
-            if decoded is None:
-                missed = joined(missed, (message.frame.tick, message.frame.tick))
-                continue
-            yield frame_of(message.frame, layout, tuple(events), missed, decoded)
-            events, missed = [], None
+            self._gap = joined(self._gap, (message.gap.from_tick, message.gap.to_tick))
+        elif kind == "frame" and self._layout:
+            self._take_frame(message.frame, self._layout)
+
+    def _take_frame(self, message: frame_pb2.Frame, layout: Layout) -> None:
+        decoded = self._decoding.frame(message, layout)
+        if decoded is None:
+            self._gap = joined(self._gap, (message.tick, message.tick))
+            return
+        events = tuple(self.events[self._events_told :])
+        self.frames.append(frame_of(message, layout, events, self._gap, decoded))
+        self._events_told = len(self.events)
+        if self._gap:
+            self.missed.append(self._gap)
+        self._gap = None
+
+
+def change_of(message: session_pb2.Applied) -> Change:
+    kind = message.command.WhichOneof("request") or ""
+    request = getattr(message.command, kind) if kind else None
+    return Change(kind, message.tick, request, message.grab_id)
+
+
+def of_each(parts: list[FrameBody | None], name: str) -> Array | None:
+    """(frames,) of the numbers of that name, NaN where a frame does not have the body; None where it was not recorded."""
+    numbers = [None if part is None else getattr(part, name) for part in parts]
+    if all(number is None for number in numbers):
+        return None
+    return np.array([np.nan if number is None else number for number in numbers])
+
+
+def middle_of(part: FrameBody | None) -> Array:
+    """(3,): the mean of the vertices, m."""
+    if part is None:
+        return np.full(3, np.nan)
+    middle: Array = part.positions.mean(axis=0, dtype=np.float64)
+    return middle
 
 
 def stacked(parts: list[FrameBody | None], name: str) -> Array32:

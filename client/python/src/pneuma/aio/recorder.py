@@ -101,14 +101,19 @@ class Recorder:
         return self._frames
 
     async def step(self, ticks: int = 1) -> State:
-        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick."""
+        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick.
+
+        Raises PneumaError where a frame does not come: UNAVAILABLE, and the world has done some of the ticks.
+        """
         left = whole(ticks, "step.ticks", least=1)
         while True:
             part = min(left, max(1, int(frames_at_once * self._ticks_a_frame)))
             left -= part
             request = wire.Step(world=self._world, ticks=part, observe=None if left else wire.Observe())
             done = await self._connection.call(wire.ClientMessage(step=request), wire.Done)
-            await self._wait_for(done.tick)
+            if not await self._comes(done.tick):
+                what = f"the frame of tick {done.tick} has not come for {frame_patience_s:g} s"
+                raise PneumaError("UNAVAILABLE", what, "recorder.step")
             if not left:
                 return state_in(done)
 
@@ -120,7 +125,7 @@ class Recorder:
             stats = await self._connection.call(
                 wire.ClientMessage(get_stats=wire.GetStats(world=self._world)), wire.Stats
             )
-            await self._wait_for(stats.tick)
+            await self._comes(stats.tick)
         except PneumaError:
             pass  # the world, or the server, has gone: what came is all there is
         finally:
@@ -131,14 +136,15 @@ class Recorder:
         if self._error:
             raise self._error
 
-    async def _wait_for(self, tick: int) -> None:
-        """Until the stream's last frame up to that tick has come, or is long overdue."""
+    async def _comes(self, tick: int) -> bool:
+        """Waits for the stream's last frame up to that tick; false where it is long overdue."""
         while self._tick + self._ticks_a_frame <= tick and not self._error:
             self._came.clear()
             try:
                 await asyncio.wait_for(self._came.wait(), frame_patience_s)
             except asyncio.TimeoutError:
-                return
+                return False
+        return True
 
     def _take(self, data: bytes, message: wire.ServerMessage) -> None:
         kind = message.WhichOneof("message")
