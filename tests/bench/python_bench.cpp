@@ -119,7 +119,8 @@ void python_worlds_beside_bullet(benchmark::State& bench) {
   std::vector<double> python;
   for ([[maybe_unused]] auto _ : bench) {
     const auto start = Clock::now();
-    for (int tick = 0; tick < fleet_ticks; ++tick) threads.for_each(fleet_worlds, [&](std::size_t i) { peers[i].step(); });
+    for (int tick = 0; tick < fleet_ticks; ++tick)
+      threads.for_each(fleet_worlds, [&](std::size_t i) { peers[i].step(); });
     const double passes = static_cast<double>(fleet_worlds) * fleet_ticks * BulletSettings{}.iterations;
     bullet.push_back(passes * vertices / seconds_since(start));
     const double ticks = python_figure({"worlds", path, std::to_string(fleet_worlds), std::to_string(fleet_ticks)});

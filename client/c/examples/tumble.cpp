@@ -13,7 +13,7 @@ constexpr const char* scene = R"({
   "gravity": {"y": -9.81},
   "meshes": [{"name": "sheet", "grid": {"columns": 12, "rows": 12, "width_m": 2, "height_m": 2}}],
   "soft_bodies": [{"name": "sheet", "mesh": "sheet", "mass_kg": 1,
-                   "springs": {"stiffness_n_m": 2000, "damping_n_s_m": 1}, "pinned": [0, 12, 156, 168]}],
+                   "springs": {"stiffness_n_m": 2000, "damping_n_s_m": 1}, "pins": [0, 12, 156, 168]}],
   "rigid_bodies": [{"name": "stone", "shape": {"sphere": {"radius_m": 0.2}}, "position": {"y": 1}, "mass_kg": 1}]
 })";
 

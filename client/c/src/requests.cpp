@@ -6,6 +6,7 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include "pneuma.h"
 #include "pneuma_client/client.h"
 
 namespace pneuma::c {

@@ -32,11 +32,14 @@ TEST(LocalWorld, StepsAsALiveWorldDoes) {
   LocalWorld local = local_ball(2);
   EXPECT_EQ(local.answer(step(30)).done().tick(), 30U);
   EXPECT_EQ(local.answer(impulse_up("ball", 2.0)).done().tick(), 31U);
-  const v1::ServerMessage reply = local.answer(step(30));
+  v1::ClientMessage observed = step(30);
+  observed.mutable_step()->mutable_observe();
+  const v1::ServerMessage reply = local.answer(observed);
   EXPECT_EQ(reply.request_id(), 7U);
   EXPECT_EQ(reply.done().state().state_hash(), live->physics().state_hash());
   EXPECT_EQ(reply.done().state().tick(), 60U);
   EXPECT_EQ(reply.done().world(), "ball");
+  EXPECT_FALSE(local.answer(step(1)).done().has_state()) << "nobody asked";
 }
 
 TEST(LocalWorld, WaitsForATouch) {
@@ -45,6 +48,7 @@ TEST(LocalWorld, WaitsForATouch) {
   message.mutable_step_until()->set_ticks_max(600);
   message.mutable_step_until()->mutable_touch()->set_first("ball");
   message.mutable_step_until()->mutable_touch()->set_second("floor");
+  message.mutable_step_until()->mutable_observe();
   const v1::ServerMessage reply = local.answer(message);
   EXPECT_TRUE(reply.done().reached());
   const auto& ball = reply.done().state().soft_bodies(0).body();
@@ -63,7 +67,7 @@ TEST(LocalWorld, GrabsAndResets) {
   reset.mutable_reset();
   EXPECT_EQ(local.answer(reset).done().tick(), 5U);
   EXPECT_EQ(local.live().physics().tick(), 0U);
-  EXPECT_EQ(local.answer(step(1)).done().state().tick(), 6U);
+  EXPECT_EQ(local.answer(step(1)).done().tick(), 6U);
 }
 
 TEST(LocalWorld, ErrorsAreTheWiresOwn) {

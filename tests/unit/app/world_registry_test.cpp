@@ -14,7 +14,7 @@ using base::StatusCode;
 
 TEST(WorldRegistry, AClientLeavesAFourthOfTheWorldsToOthers) {
   WorldRegistry registry(8);
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(registry.reserve("a" + std::to_string(i), "a").ok());
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(registry.reserve(std::string("a").append(std::to_string(i)), "a").ok());
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(registry.reserve_like("w", "a").ok());
   EXPECT_EQ(registry.reserve("a6", "a").code(), StatusCode::limit_exceeded);
   EXPECT_EQ(registry.reserve_like("w", "a").status().what(),
