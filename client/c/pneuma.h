@@ -9,6 +9,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* NOLINTBEGIN(readability-identifier-naming): names of C */
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -21,7 +23,7 @@ extern "C" {
 /* Of the library that the program runs with. */
 PNEUMA_API uint32_t pneuma_api_version(void);
 
-/* As on the wire (proto/WIRE.md, "Errors"). */
+/* As on the wire (proto/WIRE.md, "Errors"), but that PNEUMA_UNAUTHENTICATED is also what a token does not allow. */
 typedef enum pneuma_code {
   PNEUMA_OK = 0,
   PNEUMA_INVALID_ARGUMENT = 1,
@@ -77,8 +79,8 @@ PNEUMA_API void pneuma_text_free(char* text);
 /* A world in this program. It has the same bits as a server's of the same scene. */
 typedef struct pneuma_world pneuma_world;
 
-/* `scene`: JSON as files of scenes have it, or the name of a built-in one ("five-balls"). `threads`: that step it, the
-   caller's among them; 0 counts as 1. */
+/* `scene`: the text of a scene's file (JSON), or the name of a built-in scene ("five-balls"). `threads`: that step it,
+   the caller's among them; 0 counts as 1. */
 PNEUMA_API pneuma_world* pneuma_world_create(const char* scene, uint32_t threads, pneuma_error* error);
 PNEUMA_API void pneuma_world_destroy(pneuma_world* world);
 /* A tick is 1/60 s of the world's time, unless its scene has another rate. */
@@ -87,8 +89,9 @@ PNEUMA_API pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pn
 PNEUMA_API const pneuma_frame* pneuma_world_frame(pneuma_world* world);
 /* Two worlds with the same hash have the same bits. */
 PNEUMA_API uint64_t pneuma_world_state_hash(const pneuma_world* world);
-/* Any request of the protocol that a paused world takes, as JSON: {"impulse": {"body": "ball", "impulse": {"y": 3}}}.
-   Its `world` may be left out. The reply is JSON too; `reply` may be NULL. */
+/* Any request of the protocol that a paused world takes, as JSON: {"impulse": {"body": "ball", "impulse": {"y": 3}}},
+   {"get_stats": {}}, {"edit": {"edit": {"changes": [{"set_gravity": {"y": -1.62}}]}}}. proto/pneuma/v1/session.proto
+   lists them. The request's `world` is the scene's name, or left out. The reply is JSON too; `reply` may be NULL. */
 PNEUMA_API pneuma_code pneuma_world_request(pneuma_world* world, const char* request, char** reply,
                                             pneuma_error* error);
 
@@ -129,5 +132,7 @@ PNEUMA_API pneuma_code pneuma_client_next(pneuma_client* client, double timeout_
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(readability-identifier-naming) */
 
 #endif

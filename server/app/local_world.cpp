@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "app/protocol.h"
+#include "app/request_kinds.h"
 #include "app/step_goal.h"
 #include "app/world_queries.h"
 #include "app/world_state.h"
@@ -30,6 +31,11 @@ v1::ServerMessage LocalWorld::answer(const v1::ClientMessage& request) {
 }
 
 Result<v1::ServerMessage> LocalWorld::try_to_answer(const v1::ClientMessage& request) {
+  const std::string* named = world_of(request);
+  if (named != nullptr && !named->empty() && *named != live_.scene_name()) {
+    return base::not_found("no world " + *named + " in here; it is called " + live_.scene_name(),
+                           std::string(kind_of(request)) + ".world");
+  }
   if (auto answer = answer_question(live_.physics(), request, live_.scene_name(), live_.tick())) return *answer;
   v1::ServerMessage reply;
   reply.set_request_id(request.request_id());

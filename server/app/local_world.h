@@ -19,7 +19,8 @@ class LocalWorld {
 
   /// The reply of a server's world to Step, StepUntil, GetScene, GetStats, questions (world_queries.h) and what
   /// LiveWorld changes by.
-  /// Other requests are UNSUPPORTED. Stats have what the physics tells. Worlds are called by their scene's name.
+  /// Other requests are UNSUPPORTED. Stats have what the physics tells. The world is called by its scene's name;
+  /// requests may leave it out.
   [[nodiscard]] v1::ServerMessage answer(const v1::ClientMessage& request);
 
   [[nodiscard]] const LiveWorld& live() const { return live_; }

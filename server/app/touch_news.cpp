@@ -10,7 +10,7 @@ namespace pneuma::app {
 
 using base::Status;
 using scene_io::set;
-using Kind = v1::Touches::Touch;
+using ToldTouch = v1::Touches::Touch;
 
 namespace {
 
@@ -30,9 +30,9 @@ bool is_at_rest(const physics::World& world, physics::BodyRef body) {
   return true;
 }
 
-void add(Kind::Kind kind, const std::string& first, const std::string& second, const physics::BodyTouch* found,
+void add(ToldTouch::Kind kind, const std::string& first, const std::string& second, const physics::BodyTouch* found,
          v1::Touches& news) {
-  v1::Touches::Touch& touch = *news.add_touches();
+  ToldTouch& touch = *news.add_touches();
   touch.set_kind(kind);
   touch.set_first(first);
   touch.set_second(second);
@@ -111,7 +111,7 @@ bool TouchNews::take_room() {
 
 void TouchNews::tell_removed(v1::Touches& news) {
   while (!removed_.empty() && take_room()) {
-    add(Kind::ENDED, removed_.back().first, removed_.back().second, nullptr, news);
+    add(ToldTouch::ENDED, removed_.back().first, removed_.back().second, nullptr, news);
     removed_.pop_back();
   }
 }
@@ -143,11 +143,11 @@ std::set<TouchNews::Pair> TouchNews::tell_changed(const TickTouches& now, v1::To
     last_told_ = pair;
     if (found == nullptr) {
       const auto ended = touching_.find(pair);
-      add(Kind::ENDED, ended->second.first, ended->second.second, nullptr, news);
+      add(ToldTouch::ENDED, ended->second.first, ended->second.second, nullptr, news);
       touching_.erase(ended);
     } else {
       const Names names{physics::name_of(now.world(), pair.first), physics::name_of(now.world(), pair.second)};
-      add(Kind::BEGAN, names.first, names.second, found, news);
+      add(ToldTouch::BEGAN, names.first, names.second, found, news);
       touching_.emplace(pair, names);
       begun.insert(pair);
     }
@@ -166,11 +166,12 @@ void TouchNews::tell_pressed(const TickTouches& now, const std::set<Pair>& begun
     if (touch.impulse_n_s < wish_.impulse_min_n_s() || !touching_.contains(pair) || begun.contains(pair)) continue;
     pressed.push_back(&touch);
   }
-  std::ranges::stable_sort(pressed, std::ranges::greater(), &physics::BodyTouch::impulse_n_s);
+  std::ranges::sort(pressed, {},
+                    [](const physics::BodyTouch* touch) { return std::pair(-touch->impulse_n_s, pair_of(*touch)); });
   for (const physics::BodyTouch* touch : pressed) {
     if (take_room()) {
       const auto& names = touching_.at(pair_of(*touch));
-      add(Kind::PRESSED, names.first, names.second, touch, news);
+      add(ToldTouch::PRESSED, names.first, names.second, touch, news);
     } else {
       news.set_dropped(news.dropped() + 1);
     }

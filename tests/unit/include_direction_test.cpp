@@ -1,7 +1,7 @@
 // Shows that arrows point one way: main -> app -> {scene_io, physics, codec, net, persist, proto} -> base, and
 // pneuma -> replay -> {app, pneuma_client}.
-// Reads every #include below server/, client/cpp/, client/c/ and client/python/native/ and holds its first path component
-// against the table. The rooms of server/physics have arrows of their own, downwards in a second table.
+// Reads every #include below server/, client/cpp/, client/c/ and client/python/native/ and holds its first path
+// component against the table. The rooms of server/physics have arrows of their own, downwards in a second table.
 
 #include <algorithm>
 #include <filesystem>

@@ -94,7 +94,7 @@ def test_what_cannot_be_asked_is_named(world: World) -> None:
         world.nearest((0, 0, 0), bodies=["nobody"])
     assert nobody.value.code == "NOT_FOUND"
     with pytest.raises(PneumaError) as stranger:
-        world.touches(bodies="nobody").take()
+        world.touches(bodies="nobody").open()
     assert stranger.value.where == "subscribe.touches.bodies[0]"
 
 
@@ -168,6 +168,20 @@ def test_touches_begin_anew_after_a_reset(falling: World) -> None:
         falling.reset()
         falling.step(30)
         assert kinds(touches.take()) == ["BEGAN", "ENDED"]
+
+
+def test_touches_that_have_not_begun_say_so(falling: World) -> None:
+    touches = falling.touches()
+    falling.step(30)
+    with pytest.raises(PneumaError, match="has not begun"):
+        touches.take()
+
+
+def test_names_are_not_counted(world: World, shared: Server) -> None:
+    with pytest.raises(TypeError, match="by its name"):
+        _ = "ball" in world  # type: ignore[operator]
+    with pytest.raises(TypeError, match="by its name"):
+        _ = "places" in shared  # type: ignore[operator]
 
 
 def test_touches_keep_no_frames(falling: World) -> None:

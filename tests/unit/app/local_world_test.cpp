@@ -21,6 +21,13 @@ v1::ClientMessage step(std::uint32_t ticks) {
   return message;
 }
 
+/// Requests need not name the world.
+v1::ClientMessage in_process(v1::ClientMessage message) {
+  if (message.has_impulse()) message.mutable_impulse()->clear_world();
+  if (message.has_grab()) message.mutable_grab()->clear_world();
+  return message;
+}
+
 TEST(LocalWorld, StepsAsALiveWorldDoes) {
   auto live = LiveWorld::create(ball_scene());
   ASSERT_TRUE(live.ok());
@@ -31,7 +38,7 @@ TEST(LocalWorld, StepsAsALiveWorldDoes) {
 
   LocalWorld local = local_ball(2);
   EXPECT_EQ(local.answer(step(30)).done().tick(), 30U);
-  EXPECT_EQ(local.answer(impulse_up("ball", 2.0)).done().tick(), 31U);
+  EXPECT_EQ(local.answer(in_process(impulse_up("ball", 2.0))).done().tick(), 31U);
   v1::ClientMessage observed = step(30);
   observed.mutable_step()->mutable_observe();
   const v1::ServerMessage reply = local.answer(observed);
@@ -59,7 +66,7 @@ TEST(LocalWorld, WaitsForATouch) {
 
 TEST(LocalWorld, GrabsAndResets) {
   LocalWorld local = local_ball();
-  const v1::ServerMessage grabbed = local.answer(grab_vertex(3));
+  const v1::ServerMessage grabbed = local.answer(in_process(grab_vertex(3)));
   EXPECT_EQ(grabbed.grabbed().vertex(), 3U);
   EXPECT_EQ(grabbed.grabbed().tick(), 1U);
   (void)local.answer(step(5));
@@ -73,7 +80,8 @@ TEST(LocalWorld, GrabsAndResets) {
 TEST(LocalWorld, ErrorsAreTheWiresOwn) {
   LocalWorld local = local_ball();
   EXPECT_EQ(local.answer(step(0)).error().where(), "step.ticks");
-  EXPECT_EQ(local.answer(impulse_up("stone", 1.0)).error().code(), v1::Error::NOT_FOUND);
+  EXPECT_EQ(local.answer(in_process(impulse_up("stone", 1.0))).error().code(), v1::Error::NOT_FOUND);
+  EXPECT_EQ(local.answer(impulse_up("ball", 1.0)).error().where(), "impulse.world") << "another world's";
   v1::ClientMessage subscribe;
   subscribe.mutable_subscribe()->set_world("ball");
   EXPECT_EQ(local.answer(subscribe).error().code(), v1::Error::UNSUPPORTED);

@@ -14,7 +14,7 @@
 namespace pneuma::physics {
 namespace {
 
-class Random {
+class Draws {
  public:
   double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
   Vec3d vector(double extent) {
@@ -28,7 +28,7 @@ class Random {
 };
 
 TEST(FaceTree, FindsWhatALookAtEveryFaceFinds) {
-  Random random;
+  Draws random;
   for (const MeshPtr& mesh : {*make_icosphere(2, 1.0), *make_box({0.5, 1.0, 0.7}, 3), *make_grid(7, 5, 1.5, 1.0)}) {
     std::vector<Vec3d> positions_m = mesh->positions_m;
     for (Vec3d& position : positions_m) position += random.vector(0.05);
@@ -86,7 +86,7 @@ std::vector<Shape> every_shape() {
 
 // Walks along the ray: its way ends where the distance is 0, and until there it is on one side.
 TEST(SurfaceHit, IsWhereTheDistanceOfTheShapeFirstIsNone) {
-  Random random;
+  Draws random;
   for (const Shape& shape : every_shape()) {
     const bool has_sides = !std::holds_alternative<MeshShape>(shape);
     std::size_t met = 0;
@@ -132,7 +132,7 @@ TEST(SurfaceQueries, TheFirstOfAllSurfacesIsMet) {
   World world = make(queried_scene());
   run(world, 20);
   SurfaceQueries all(world, all_bodies(world));
-  Random random;
+  Draws random;
   std::set<std::string> met;
   for (int i = 0; i < 2'000; ++i) {
     const Ray ray{random.vector(2.5), random.vector(1.0)};
@@ -165,7 +165,7 @@ TEST(SurfaceQueries, ThePlaceOnAFaceIsThatOfItsWeights) {
   const std::vector<double> x_m = positions(world, 0);
   SurfaceQueries skin(world, {{BodyKind::soft, 0}});
   const Vec3d centre = world.measure(0).centre_of_mass;
-  Random random;
+  Draws random;
   for (int i = 0; i < 50; ++i) {
     const auto met = skin.first_hit({centre + 3.0 * random.vector(1.0).normalized(), Vec3d::Zero()});
     EXPECT_FALSE(met.has_value());
@@ -191,7 +191,7 @@ TEST(SurfaceQueries, TheNearestPlaceIsOnTheSurfaceAndKnowsInsideFromOutside) {
   const auto inside = skin.nearest(centre);
   ASSERT_TRUE(inside.has_value());
   EXPECT_LT(inside->distance_m, -0.2);
-  Random random;
+  Draws random;
   for (int i = 0; i < 100; ++i) {
     const Vec3d point = random.vector(2.5);
     const auto nearest = all.nearest(point);
@@ -211,7 +211,7 @@ TEST(SurfaceQueries, TheNearestPlaceIsOnTheSurfaceAndKnowsInsideFromOutside) {
 TEST(SurfaceQueries, HoweverManyAreAskedEachIsAnsweredAlike) {
   World world = make(queried_scene());
   run(world, 5);
-  Random random;
+  Draws random;
   std::vector<Ray> rays;
   for (int i = 0; i < 100; ++i) rays.push_back({random.vector(2.5), random.vector(1.0)});
   SurfaceQueries many(world, all_bodies(world));

@@ -13,7 +13,8 @@ class Touch:
     """Two of a world's soft bodies, rigid bodies and colliders.
 
     kind: "BEGAN", "ENDED", or "PRESSED": it goes on, with an impulse of the size asked for.
-    impulse_n_s: how hard they were pressed together in that tick, along the normals.
+    impulse_n_s: how hard they were pressed together in that tick, along the normals. Of a bounce, that is what stopped
+        and returned the body, and its weight for the rest of the substep: up to m g dt more.
     push: (3,), N s: what the first got from the second, friction included.
     position: (3,), metres: the mean of where. normal: (3,), unit, out of the second.
 

@@ -106,7 +106,10 @@ class Body:
         edit = wire.Edit(world=self._world)
         messages.fill(edit.edit.changes.add(), change, "edit.edit.changes[0]")
         changed = edit.edit.changes[0]
-        getattr(changed, changed.WhichOneof("change")).name = self.name
+        content = getattr(changed, changed.WhichOneof("change"))
+        if content.name not in ("", self.name):
+            raise messages.invalid("edit.edit.changes[0].name", f'is "{content.name}"; this changes "{self.name}"')
+        content.name = self.name
         return (await self._connection.call(wire.ClientMessage(edit=edit), wire.Done)).tick
 
     async def place_vertices(self, positions: Points | None = None, velocities: Points | None = None) -> int:

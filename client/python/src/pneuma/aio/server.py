@@ -10,7 +10,7 @@ from typing import Self, TypeVar
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection
 from pneuma.aio.program import Program
-from pneuma.aio.world import World
+from pneuma.aio.world import World, named
 from pneuma.scene import Source, fill_source
 
 Reply = TypeVar("Reply")
@@ -61,6 +61,7 @@ class Server:
 
     def __getitem__(self, name: str) -> World:
         """A world that is there; where it is not, the first request says NOT_FOUND."""
+        named(name, "a world")
         return World(self.connection, name, self.page)
 
     async def worlds(self) -> list[wire.WorldList.World]:

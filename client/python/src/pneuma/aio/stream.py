@@ -96,8 +96,13 @@ class TouchStream(Subscription):
     __slots__ = ()
 
     async def take(self) -> list[Touch]:
-        """All that came since the last time. After a step, that is all of its ticks."""
-        return (await self._opened()).take_touches()
+        """All that came since the last time. After a step, that is all of its ticks.
+
+        Raises PneumaError before the stream has begun: what touched until then, nobody has heard.
+        """
+        if self._reader is None:
+            raise PneumaError("FAILED_PRECONDITION", "the stream has not begun: use it as a block, or open it", "touches")
+        return self._reader.take_touches()
 
     async def next(self) -> Touch | None:
         """The next touch; None once the world is destroyed or the stream closed."""

@@ -66,6 +66,7 @@ class World:
 
     def __getitem__(self, body: str) -> Body:
         """A soft or rigid body, by its name."""
+        named(body, "a body")
         return Body(self._connection, self.name, body)
 
     # Time
@@ -219,7 +220,7 @@ class World:
         return {box.body: (xyz(box.low), xyz(box.high)) for box in found.boxes}
 
     def touches(self, *, bodies: Sequence[str] = (), impulse_min_n_s: float | None = None) -> TouchStream:
-        """What begins and ends to touch, to iterate over, or to take after each step.
+        """What begins and ends to touch, each as a `pneuma.Touch`: to iterate over, or as a block, to take after steps.
 
         bodies: soft bodies, rigid bodies and colliders, by name: those in which one of them takes part; none: all.
         impulse_min_n_s: tell each tick's impulse of at least so much; None: only that with which a touch begins.
@@ -420,6 +421,12 @@ class World:
         return await self._connection.call(
             wire.ClientMessage(get_scene=wire.GetScene(world=self.name)), wire.SceneReply
         )
+
+
+def named(name: object, what: str) -> None:
+    """Raises TypeError. Without it, `name in world` would ask for world[0], world[1], and so on."""
+    if not isinstance(name, str):
+        raise TypeError(f"{what} is had by its name, a str, not by {name!r}; `in` and `for` are for states and lists")
 
 
 def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
