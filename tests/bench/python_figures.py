@@ -13,7 +13,7 @@ import time
 import pneuma
 from pneuma import _native, engine
 from pneuma._proto import recording_pb2
-from pneuma.recording import frames_of
+from pneuma.recording import Contents
 
 
 def worlds_ticks_a_second(scene: str, count: int, ticks: int) -> float:
@@ -29,8 +29,9 @@ def milliseconds_a_frame(path: str) -> float:
     stream = recording_pb2.RecordingHeader.FromString(reader.header).stream
     messages = list(iter(reader.next, None))
     begun_s = time.perf_counter()
-    frames = sum(1 for _ in frames_of(stream, iter(messages)))
-    return 1e3 * (time.perf_counter() - begun_s) / frames
+    contents = Contents(stream)
+    contents.take(messages)
+    return 1e3 * (time.perf_counter() - begun_s) / len(contents.frames)
 
 
 def milliseconds_on_top(server_program: str) -> float:
