@@ -85,7 +85,7 @@ PNEUMA_API pneuma_world* pneuma_world_create(const char* scene, uint32_t threads
 PNEUMA_API void pneuma_world_destroy(pneuma_world* world);
 /* A tick is 1/60 s of the world's time, unless its scene has another rate. */
 PNEUMA_API pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pneuma_error* error);
-/* Where everything is, in single precision, with velocities. */
+/* Where everything is, in single precision, with velocities. NULL where there is no memory for it. */
 PNEUMA_API const pneuma_frame* pneuma_world_frame(pneuma_world* world);
 /* Two worlds with the same hash have the same bits. */
 PNEUMA_API uint64_t pneuma_world_state_hash(const pneuma_world* world);

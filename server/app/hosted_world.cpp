@@ -142,7 +142,7 @@ v1::ServerMessage HostedWorld::stepped(const PendingStep& step) const {
   // An edit may have come between its ticks: what is too large since is not told, the ticks are done all the same.
   const v1::Observe* observed = step.observe();
   if (observed != nullptr && observed_bytes(live_.physics(), *observed) <= base::state_bytes_max) {
-    *reply.mutable_done()->mutable_state() = observe(*observed);
+    *reply.mutable_done()->mutable_state() = state_of(live_.physics(), *observed, name_, live_.tick());
   }
   return reply;
 }

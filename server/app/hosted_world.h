@@ -116,7 +116,6 @@ class HostedWorld {
   [[nodiscard]] base::Status check_step(const PendingStep& step) const;
   /// Answers the steps that come next and whose tick the world has passed.
   void end_passed_steps(Outbox& outbox);
-  [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
   /// What is answered later, from what is kept of the world.
   [[nodiscard]] std::optional<Answer> look_back(const Request& request);
   [[nodiscard]] base::Status check_past(std::uint64_t tick, const std::string& field) const;

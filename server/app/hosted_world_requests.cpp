@@ -267,13 +267,6 @@ Status HostedWorld::check_step(const PendingStep& step) const {
   return wrong.ok() ? wrong : wrong.inside(kind + ".observe");
 }
 
-v1::State HostedWorld::observe(const v1::Observe& asked) const {
-  v1::State state = state_of(live_.physics(), asked);
-  state.set_world(name_);
-  state.set_tick(live_.tick());
-  return state;
-}
-
 Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) const {
   if (tick > live_.tick()) {
     return base::invalid(

@@ -82,7 +82,7 @@ Result<v1::ServerMessage> LocalWorld::step(const v1::ClientMessage& request) {
   v1::ServerMessage reply = done_reply(request.request_id(), live_.tick(), live_.scene_name());
   if (until) reply.mutable_done()->set_reached(reached);
   if (until ? request.step_until().has_observe() : request.step().has_observe()) {
-    *reply.mutable_done()->mutable_state() = observe(asked);
+    *reply.mutable_done()->mutable_state() = state_of(live_.physics(), asked, live_.scene_name(), live_.tick());
   }
   return reply;
 }
@@ -103,13 +103,6 @@ Result<v1::ServerMessage> LocalWorld::change(const v1::ClientMessage& request) {
   *reply.mutable_grabbed() = *effect->grabbed;
   reply.mutable_grabbed()->set_tick(shown_from);
   return reply;
-}
-
-v1::State LocalWorld::observe(const v1::Observe& asked) const {
-  v1::State state = state_of(live_.physics(), asked);
-  state.set_world(live_.scene_name());
-  state.set_tick(live_.tick());
-  return state;
 }
 
 }  // namespace pneuma::app

@@ -30,7 +30,6 @@ class LocalWorld {
   [[nodiscard]] base::Result<v1::ServerMessage> try_to_answer(const v1::ClientMessage& request);
   [[nodiscard]] base::Result<v1::ServerMessage> step(const v1::ClientMessage& request);
   [[nodiscard]] base::Result<v1::ServerMessage> change(const v1::ClientMessage& request);
-  [[nodiscard]] v1::State observe(const v1::Observe& asked) const;
 
   LiveWorld live_;
   std::unique_ptr<physics::Workers> workers_;

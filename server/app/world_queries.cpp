@@ -52,11 +52,6 @@ void write(const physics::World& world, const std::optional<physics::FoundSurfac
   set(*to.mutable_weights(), found->on_face->barycentric);
 }
 
-Result<v1::State> get_state(const physics::World& world, const v1::GetState& request) {
-  if (Status wrong = check_observed(world, request.observe()); !wrong.ok()) return wrong.inside("get_state.observe");
-  return state_of(world, request.observe());
-}
-
 }  // namespace
 
 Result<v1::SurfacePoints> cast_rays(const physics::World& world, const v1::Raycast& request) {
@@ -119,7 +114,8 @@ std::optional<Result<v1::ServerMessage>> answer_question(const physics::World& w
                                                          const std::string& name, std::uint64_t tick) {
   v1::ServerMessage reply;
   reply.set_request_id(request.request_id());
-  const auto tell = [&](auto found, auto* (v1::ServerMessage::*place)()) -> Result<v1::ServerMessage> {
+  using Answer = Result<v1::ServerMessage>;
+  const auto tell = [&](auto found, auto* (v1::ServerMessage::*place)()) -> Answer {
     if (!found.ok()) return found.status();
     found->set_world(name);
     found->set_tick(tick);
@@ -127,8 +123,12 @@ std::optional<Result<v1::ServerMessage>> answer_question(const physics::World& w
     return reply;
   };
   switch (request.request_case()) {
-    case v1::ClientMessage::kGetState:
-      return tell(get_state(world, request.get_state()), &v1::ServerMessage::mutable_state);
+    case v1::ClientMessage::kGetState: {
+      const v1::Observe& asked = request.get_state().observe();
+      if (Status wrong = check_observed(world, asked); !wrong.ok()) return Answer(wrong.inside("get_state.observe"));
+      *reply.mutable_state() = state_of(world, asked, name, tick);
+      return Answer(std::move(reply));
+    }
     case v1::ClientMessage::kRaycast:
       return tell(cast_rays(world, request.raycast()), &v1::ServerMessage::mutable_surface_points);
     case v1::ClientMessage::kNearestPoint:

@@ -90,8 +90,10 @@ Status check_observed(const physics::World& world, const v1::Observe& asked) {
   return {};
 }
 
-v1::State state_of(const physics::World& world, const v1::Observe& asked) {
+v1::State state_of(const physics::World& world, const v1::Observe& asked, const std::string& name, std::uint64_t tick) {
   v1::State state;
+  state.set_world(name);
+  state.set_tick(tick);
   state.set_time_s(world.time_s());
   state.set_state_hash(world.state_hash());
   state.set_double_precision(asked.double_precision());

@@ -1,10 +1,10 @@
 // How a hand reaches into a world: impulses and grabs.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/limits.h"
 #include "physics/mesh/picking.h"
+#include "physics/queries.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/scene/shape.h"
 #include "physics/simulation.h"
@@ -12,12 +12,6 @@
 namespace pneuma::physics {
 
 namespace {
-
-// Where a ray meets a body, or nothing.
-struct RayHit {
-  double distance_m = 0.0;
-  Vec3d position = Vec3d::Zero();
-};
 
 template <class Real>
 std::vector<Vec3d> positions_m(const SoftState<Real>& body) {
@@ -27,19 +21,20 @@ std::vector<Vec3d> positions_m(const SoftState<Real>& body) {
   return positions;
 }
 
+// Where a ray meets a body, or nothing.
 template <class Real>
-std::optional<RayHit> meet(const SoftState<Real>& body, const RayPoint& ray) {
+std::optional<Vec3d> meet(const SoftState<Real>& body, const RayPoint& ray) {
   const std::optional<MeshPoint> hit = first_hit(positions_m(body), body.body.mesh->faces, {ray.origin, ray.direction});
   if (!hit) return std::nullopt;
-  return RayHit{hit->distance_m, hit->position_m};
+  return hit->position_m;
 }
 
-std::optional<RayHit> meet(const RigidState& body, const RayPoint& ray) {
+std::optional<Vec3d> meet(const RigidState& body, const RayPoint& ray) {
   const Quatd to_body = body.orientation.conjugate();
   const Ray local{to_body * (ray.origin - body.position), to_body * ray.direction};
   const auto distance_m = surface_hit_m(body.body.shape, local);
   if (!distance_m) return std::nullopt;
-  return RayHit{*distance_m, ray.origin + *distance_m * ray.direction.stableNormalized()};
+  return Vec3d(ray.origin + *distance_m * ray.direction.stableNormalized());
 }
 
 base::Status misses(const std::string& body) {
@@ -63,9 +58,9 @@ base::Result<std::vector<VertexWeight>> vertices_at(const SoftState<Real>& body,
     return weights_near(positions, surface.position_m, near->radius_m);
   }
   if (const auto* ray = std::get_if<RayPoint>(&at)) {
-    const std::optional<RayHit> hit = meet(body, *ray);
+    const std::optional<Vec3d> hit = meet(body, *ray);
     if (!hit) return misses(body.body.name);
-    return weights_near(positions, hit->position, ray->radius_m);
+    return weights_near(positions, *hit, ray->radius_m);
   }
   std::vector<VertexWeight> all;
   const double mean = 1.0 / static_cast<double>(body.x.size());
@@ -113,40 +108,23 @@ base::Result<Hit> push(RigidState& body, const At& at, const Vec3d& impulse_n_s)
     point = frame.to_world(nearest_surface(body.body.shape, frame.to_local(near->position)).point);
   }
   if (const auto* ray = std::get_if<RayPoint>(&at)) {
-    const std::optional<RayHit> hit = meet(body, *ray);
+    const std::optional<Vec3d> hit = meet(body, *ray);
     if (!hit) return misses(body.body.name);
-    point = hit->position;
+    point = *hit;
   }
   body.velocity += inverse_masses_1_kg(body).cwiseProduct(impulse_n_s);
   body.angular_velocity += inverse_inertia_times(body, (point - body.position).cross(impulse_n_s));
   return Hit{body.body.name, std::nullopt};
 }
 
-// The name of the first body along a ray.
-std::optional<std::string> first_body(const Simulation& sim, const RayPoint& ray, bool with_rigid) {
-  std::optional<std::string> name;
-  double nearest_m = std::numeric_limits<double>::infinity();
-  const auto consider = [&](const std::optional<RayHit>& hit, const std::string& body) {
-    if (!hit || hit->distance_m >= nearest_m) return;
-    nearest_m = hit->distance_m;
-    name = body;
-  };
-  sim.visit([&](const auto& bodies) {
-    for (const auto& body : bodies.states) consider(meet(body, ray), body.body.name);
-  });
-  if (with_rigid) {
-    for (const RigidState& body : sim.rigid) consider(meet(body, ray), body.body.name);
-  }
-  return name;
-}
-
-base::Result<std::string> named_body(const Simulation& sim, const std::string& body, const At& at, bool with_rigid) {
+base::Result<std::string> named_body(const World& world, const std::string& body, const At& at, bool with_rigid) {
   if (!body.empty()) return body;
   const auto* ray = std::get_if<RayPoint>(&at);
   if (ray == nullptr) return base::invalid("no body is named; only a ray may leave it open", "body");
-  const std::optional<std::string> found = first_body(sim, *ray, with_rigid);
-  if (!found) return misses({});
-  return *found;
+  std::vector<BodyRef> bodies = all_bodies(world);
+  std::erase_if(bodies, [&](BodyRef each) { return each.kind > (with_rigid ? BodyKind::rigid : BodyKind::soft); });
+  const auto first = SurfaceQueries(world, bodies).first_hit({ray->origin, ray->direction});
+  return first ? base::Result(name_of(world, first->body)) : misses({});
 }
 
 // Calls `visitor` with the state of the soft body of that name and gives what it returns; nothing where there is none.
@@ -180,7 +158,7 @@ base::Status no_grab(std::uint64_t id) {
 }  // namespace
 
 base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, const Vec3d& impulse_n_s) {
-  const base::Result<std::string> name = named_body(*simulation_, body, at, true);
+  const base::Result<std::string> name = named_body(*this, body, at, true);
   if (!name.ok()) return name.status();
   auto soft = with_soft_body(*simulation_, *name, [&](auto& state) { return push(state, at, impulse_n_s); });
   if (soft && soft->ok()) simulation_->wake(*name);
@@ -195,7 +173,7 @@ base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, co
 
 base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
                                   double stiffness_n_m, double damping_n_s_m) {
-  const base::Result<std::string> name = named_body(*simulation_, body, at, false);
+  const base::Result<std::string> name = named_body(*this, body, at, false);
   if (!name.ok()) return name.status();
   auto held = with_soft_body(*simulation_, *name, [&](auto& state) -> base::Result<Hit> {
     if (state.frozen) {

@@ -36,15 +36,6 @@ double inside_or_out(const FacesAt& surface, const MeshPoint& nearest, const Vec
   return is_inside ? -nearest.distance_m : nearest.distance_m;
 }
 
-// In the frame of a solid.
-FoundSurface found_at(const Vec3d& position, const Vec3d& normal, double distance_m) {
-  FoundSurface found;
-  found.position = position;
-  found.normal = normal;
-  found.distance_m = distance_m;
-  return found;
-}
-
 }  // namespace
 
 std::optional<BodyRef> find_body(const World& world, const std::string& name) {
@@ -86,7 +77,7 @@ FaceTree::Box box_about(const World& world, BodyRef body) {
   return {state.position - half_m, state.position + half_m};
 }
 
-SurfaceQueries::SurfaceQueries(const World& world, const std::vector<BodyRef>& among) : world_(world) {
+SurfaceQueries::SurfaceQueries(const World& world, const std::vector<BodyRef>& among) {
   candidates_.reserve(among.size());
   for (const BodyRef body : among) {
     Candidate& candidate = candidates_.emplace_back();
@@ -97,14 +88,23 @@ SurfaceQueries::SurfaceQueries(const World& world, const std::vector<BodyRef>& a
       candidate.box = box_about(candidate.skin.positions_m);
     } else if (body.kind == BodyKind::rigid) {
       const RigidState& state = world.rigid_bodies()[body.index];
-      candidate.frame = Frame(state.position, state.orientation);
-      candidate.box = box_of_shape(candidate.frame, half_extents_m(state.body.shape));
+      candidate.set_solid(Frame(state.position, state.orientation), state.body.shape, nullptr);
     } else {
       const ColliderState& state = world.colliders()[body.index];
-      candidate.frame = Frame(state.position, state.orientation);
-      candidate.box = box_of_shape(candidate.frame, half_extents_m(state.collider.shape));
+      candidate.set_solid(Frame(state.position, state.orientation), state.collider.shape, state.tree.get());
     }
   }
+}
+
+void SurfaceQueries::Candidate::set_solid(const Frame& at, const Shape& of_shape, const MeshTree* of_mesh) {
+  frame = at;
+  shape = &of_shape;
+  mesh = of_mesh;
+  box = box_of_shape(at, half_extents_m(of_shape));
+}
+
+FoundSurface SurfaceQueries::Candidate::found(const Vec3d& position, const Vec3d& normal, double distance_m) const {
+  return {body, frame.to_world(position), frame.rotation * normal, distance_m, {}};
 }
 
 // Of two that are as near, the one that comes first among those asked about.
@@ -141,64 +141,43 @@ std::optional<FoundSurface> SurfaceQueries::nearest(const Vec3d& point, double w
 }
 
 std::optional<FoundSurface> SurfaceQueries::hit(Candidate& candidate, const Ray& ray) {
-  const BodyRef body = candidate.body;
-  if (body.kind == BodyKind::soft) {
+  if (candidate.body.kind == BodyKind::soft) {
     Skin& skin = candidate.skin;
     const auto met = first_hit_in(skin.take_tree(looks_), skin.surface(), ray, &looks_);
     if (!met) return std::nullopt;
-    return FoundSurface{body, met->position_m, unit_normal(skin.surface(), met->face), met->distance_m,
+    return FoundSurface{candidate.body, met->position_m, unit_normal(skin.surface(), met->face), met->distance_m,
                         FoundSurface::OnFace{met->face, met->barycentric}};
   }
   const Frame& frame = candidate.frame;
   const Ray local{frame.to_local(ray.origin_m), frame.rotation.transpose() * ray.direction};
-  const bool is_rigid = body.kind == BodyKind::rigid;
-  const MeshTree* tree = is_rigid ? nullptr : world_.colliders()[body.index].tree.get();
-  FoundSurface found;
-  if (tree != nullptr) {
-    const auto met = tree->first_hit(local);
+  if (candidate.mesh != nullptr) {
+    const FacesAt surface = candidate.mesh->surface();
+    const auto met = first_hit_in(candidate.mesh->faces, surface, local, &looks_);
     if (!met) return std::nullopt;
-    found = found_at(met->position_m, unit_normal(tree->surface(), met->face), met->distance_m);
-  } else {
-    const Shape& shape =
-        is_rigid ? world_.rigid_bodies()[body.index].body.shape : world_.colliders()[body.index].collider.shape;
-    const auto distance_m = surface_hit_m(shape, local);
-    if (!distance_m) return std::nullopt;
-    const Vec3d position = local.origin_m + *distance_m * local.direction.stableNormalized();
-    found = found_at(position, nearest_surface(shape, position).normal, *distance_m);
+    return candidate.found(met->position_m, unit_normal(surface, met->face), met->distance_m);
   }
-  found.body = body;
-  found.position = frame.to_world(found.position);
-  found.normal = frame.rotation * found.normal;
-  return found;
+  const auto distance_m = surface_hit_m(*candidate.shape, local);
+  if (!distance_m) return std::nullopt;
+  const Vec3d position = local.origin_m + *distance_m * local.direction.stableNormalized();
+  return candidate.found(position, nearest_surface(*candidate.shape, position).normal, *distance_m);
 }
 
 FoundSurface SurfaceQueries::nearest_of(Candidate& candidate, const Vec3d& point) {
-  const BodyRef body = candidate.body;
-  if (body.kind == BodyKind::soft) {
+  if (candidate.body.kind == BodyKind::soft) {
     Skin& skin = candidate.skin;
     const MeshPoint at = nearest_in(skin.take_tree(looks_), skin.surface(), point, &looks_);
-    return {body, at.position_m, unit_normal(skin.surface(), at.face),
+    return {candidate.body, at.position_m, unit_normal(skin.surface(), at.face),
             inside_or_out(skin.surface(), at, point, skin.mesh->closed), FoundSurface::OnFace{at.face, at.barycentric}};
   }
-  const Frame& frame = candidate.frame;
-  const Vec3d local = frame.to_local(point);
-  const bool is_rigid = body.kind == BodyKind::rigid;
-  const MeshTree* tree = is_rigid ? nullptr : world_.colliders()[body.index].tree.get();
-  FoundSurface found;
-  if (tree != nullptr) {
-    const MeshPoint at = tree->nearest(local);
-    found = found_at(at.position_m, unit_normal(tree->surface(), at.face),
-                     inside_or_out(tree->surface(), at, local, tree->mesh->closed));
-  } else {
-    const Shape& shape =
-        is_rigid ? world_.rigid_bodies()[body.index].body.shape : world_.colliders()[body.index].collider.shape;
-    const SurfacePoint at = nearest_surface(shape, local);
-    found = found_at(at.point, at.normal, at.distance_m);
+  const Vec3d local = candidate.frame.to_local(point);
+  if (candidate.mesh != nullptr) {
+    const FacesAt surface = candidate.mesh->surface();
+    const MeshPoint at = nearest_in(candidate.mesh->faces, surface, local, &looks_);
+    return candidate.found(at.position_m, unit_normal(surface, at.face),
+                           inside_or_out(surface, at, local, candidate.mesh->mesh->closed));
   }
-  found.body = body;
-  found.position = frame.to_world(found.position);
-  found.normal = frame.rotation * found.normal;
-  return found;
+  const SurfacePoint at = nearest_surface(*candidate.shape, local);
+  return candidate.found(at.point, at.normal, at.distance_m);
 }
 
 const FaceTree& SurfaceQueries::Skin::take_tree(std::uint64_t& looks) {

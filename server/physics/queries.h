@@ -12,6 +12,7 @@
 
 #include "physics/contact/contact_note.h"
 #include "physics/mesh/face_tree.h"
+#include "physics/mesh/mesh_tree.h"
 #include "physics/scene/shape.h"
 #include "physics/world.h"
 
@@ -44,7 +45,7 @@ struct FoundSurface {
 class SurfaceQueries {
  public:
   SurfaceQueries(const World& world, const std::vector<BodyRef>& among);
-  /// How many faces of soft bodies were looked at so far, and what the finding of them cost, in such looks.
+  /// How many faces of meshes were looked at so far, and what the finding of them cost, in such looks.
   [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
   /// Where the ray first meets a surface within `length_m`; one that begins inside, where it leaves. `distance_m` is
@@ -72,9 +73,14 @@ class SurfaceQueries {
   struct Candidate {
     BodyRef body;
     FaceTree::Box box;  // infinite where it has no end
-    Frame frame;        // of solids
     Skin skin;          // of soft bodies
+    Frame frame;        // of solids, as what follows
+    const Shape* shape = nullptr;
+    const MeshTree* mesh = nullptr;  // of a collider that is one
 
+    void set_solid(const Frame& at, const Shape& of_shape, const MeshTree* of_mesh);
+    /// In the solid's own frame.
+    [[nodiscard]] FoundSurface found(const Vec3d& position, const Vec3d& normal, double distance_m) const;
     [[nodiscard]] bool is_endless() const { return !box.low_m.allFinite(); }
   };
 
@@ -84,7 +90,6 @@ class SurfaceQueries {
   [[nodiscard]] std::optional<FoundSurface> hit(Candidate& candidate, const Ray& ray);
   [[nodiscard]] FoundSurface nearest_of(Candidate& candidate, const Vec3d& point);
 
-  const World& world_;
   std::vector<Candidate> candidates_;
   std::uint64_t looks_ = 0;
   std::vector<std::pair<double, std::size_t>> order_;  // of a question: what a candidate is away at least, and which

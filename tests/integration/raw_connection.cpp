@@ -107,6 +107,11 @@ std::optional<v1::ServerMessage> RawConnection::receive_reply(std::uint64_t requ
   return std::nullopt;
 }
 
+std::optional<v1::ServerMessage> RawConnection::ask(std::uint64_t request_id, v1::ClientMessage message) {
+  message.set_request_id(request_id);
+  return send(message) ? receive_reply(request_id) : std::nullopt;
+}
+
 std::string RawConnection::receive_to_end() {
   std::string bytes;
   for (char byte = 0; read(&byte, 1);) bytes += byte;

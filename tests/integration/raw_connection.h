@@ -31,6 +31,8 @@ class RawConnection {
   std::optional<v1::ServerMessage> receive();
   /// The next message that answers `request_id`.
   std::optional<v1::ServerMessage> receive_reply(std::uint64_t request_id);
+  /// Sends a request and waits for its reply.
+  std::optional<v1::ServerMessage> ask(std::uint64_t request_id, v1::ClientMessage message);
   /// All bytes that come until the connection ends, or none does in time.
   std::string receive_to_end();
   /// True where the server ends the connection in time; what comes before is thrown away, the last goodbye's code kept.

@@ -89,8 +89,13 @@ pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pneuma_error*
 }
 
 const pneuma_frame* pneuma_world_frame(pneuma_world* world) {
-  pneuma::c::look_at(world->local.live(), world->view);
-  return world->view.frame();
+  const pneuma_frame* frame = nullptr;
+  pneuma::c::guarded(nullptr, [&] {
+    pneuma::c::look_at(world->local.live(), world->view);
+    frame = world->view.frame();
+    return pneuma::base::Status();
+  });
+  return frame;
 }
 
 uint64_t pneuma_world_state_hash(const pneuma_world* world) {

@@ -23,7 +23,6 @@ struct MeshTree {
   [[nodiscard]] MeshPoint nearest(const Eigen::Vector3d& point_m) const {
     return nearest_in(faces, surface(), point_m);
   }
-  [[nodiscard]] std::optional<MeshPoint> first_hit(const Ray& ray) const { return first_hit_in(faces, surface(), ray); }
 };
 
 [[nodiscard]] std::shared_ptr<const MeshTree> make_mesh_tree(std::shared_ptr<const Mesh> mesh);

@@ -107,6 +107,18 @@ TEST(NearestPoint, IsRefusedWhereItLooksAtTooManyFaces) {
   EXPECT_EQ(much.where(), "nearest_point.points");
 }
 
+TEST(NearestPoint, LooksAtTheFacesOfMeshCollidersToo) {
+  physics::Scene scene;
+  physics::Collider shell;
+  shell.name = "shell";
+  shell.shape = physics::MeshShape{"shell", *physics::make_icosphere(6, 0.5)};
+  scene.colliders = {shell};
+  const physics::World world = physics::make(scene);
+  v1::NearestPoint request;
+  while (request.points_size() < static_cast<int>(base::query_points_max)) request.add_points();
+  EXPECT_EQ(find_nearest(world, request).status().code(), StatusCode::limit_exceeded);
+}
+
 TEST(NearestPoint, TellsTheSideAndTheReach) {
   const physics::World world = lively();
   v1::NearestPoint request;

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection, reply_in
+from pneuma.aio.world import whole
 from pneuma.arrays import Vector
 from pneuma.blocking import Blocking, LoopThread, waits
 from pneuma.client import Body
@@ -151,9 +152,10 @@ class Worlds:
         scene: Source,
         count: int = 1024,
         *,
-        shown: Collection[Shown] = shown_unless_said,
+        shown: Collection[Shown] | Shown = shown_unless_said,
         threads: int | None = None,
     ) -> None:
+        shown = [shown] if isinstance(shown, str) else shown
         unknown = set(shown) - set(get_args(Shown))
         if unknown:
             raise PneumaError("INVALID_ARGUMENT", f"{', '.join(sorted(unknown))}: not among {get_args(Shown)}", "shown")
@@ -182,6 +184,7 @@ class Worlds:
     ) -> None:
         """Acts on every world, steps it, and writes the arrays. What is None is not done.
 
+        ticks: 0 acts and shows, without a step.
         impulses: (count, bodies, 3), N s, each to a whole body before the first tick.
         moles: (count, soft bodies), mol, what the gas holds then, whatever leaked before; NaN leaves a body as it is.
             A body that the scene gives no gas takes NaN alone.
@@ -191,7 +194,7 @@ class Worlds:
         A frozen body takes no impulse, and one whose gas burst takes no moles. Raises PneumaError where one of these
         cannot be; it names the world, and the others may have been stepped.
         """
-        self._native.step(ticks, impulses, moles, collider_velocities, collider_angular_velocities)
+        self._native.step(whole(ticks, "step.ticks"), impulses, moles, collider_velocities, collider_angular_velocities)
 
     def reset(self, which: object = None) -> None:
         """Puts worlds back to the scene's start: those of which `which`, (count,) of bool, is true; None: all.
