@@ -101,7 +101,9 @@ class TouchStream(Subscription):
         Raises PneumaError before the stream has begun: what touched until then, nobody has heard.
         """
         if self._reader is None:
-            raise PneumaError("FAILED_PRECONDITION", "the stream has not begun: use it as a block, or open it", "touches")
+            raise PneumaError(
+                "FAILED_PRECONDITION", "the stream has not begun: use it as a block, or open it", "touches"
+            )
         return self._reader.take_touches()
 
     async def next(self) -> Touch | None:
