@@ -1,6 +1,7 @@
 #include "physics/fleet.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <mutex>
@@ -56,7 +57,8 @@ base::Result<Fleet> Fleet::create(Scene scene, std::size_t count, std::size_t th
 }
 
 Fleet::Fleet(World start, std::size_t count, std::size_t threads)
-    : start_(std::move(start)), threads_(std::make_unique<Workers>(threads)) {
+    : start_(std::move(start)), threads_(std::make_unique<Workers>(threads)), companies_(threads) {
+  Company::prepare(start_);
   for (std::size_t i = 0; i < start_.soft_body_count(); ++i) {
     body_names_.push_back(start_.soft_body(i).name);
     vertex_count_ += start_.soft_body(i).mesh->positions_m.size();
@@ -69,16 +71,27 @@ Fleet::Fleet(World start, std::size_t count, std::size_t threads)
 Status Fleet::step(std::uint32_t ticks, const FleetActions& actions, const FleetView& view) {
   std::mutex refusing;
   std::optional<std::pair<std::size_t, Status>> refused;  // of the first world that was, whichever thread had it
-  threads_->for_each(count(), [&](std::size_t i) {
-    if (Status wrong = act(i, actions); !wrong.ok()) {
-      const std::lock_guard lock(refusing);
-      if (!refused || i < refused->first) refused.emplace(i, wrong.inside("worlds[" + std::to_string(i) + "]"));
-      return;
+  const std::size_t threads = threads_->threads();
+  // As many worlds at a time as lanes take, where each thread still has some.
+  const std::size_t run = std::clamp<std::size_t>(count() / threads, 1, pack_slots);
+  std::atomic<std::size_t> next{0};
+  threads_->for_each(threads, [&](std::size_t thread) {
+    std::vector<World*> acted;
+    for (std::size_t begin = next.fetch_add(run); begin < count(); begin = next.fetch_add(run)) {
+      const std::size_t end = std::min(begin + run, count());
+      acted.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        if (Status wrong = act(i, actions); wrong.ok()) {
+          acted.push_back(&worlds_[i]);
+        } else {
+          const std::lock_guard lock(refusing);
+          if (!refused || i < refused->first) refused.emplace(i, wrong.inside("worlds[" + std::to_string(i) + "]"));
+        }
+      }
+      for (std::uint32_t tick = 0; tick < ticks; ++tick) companies_[thread].step_tick(acted);
+      // Shown while they are in this core's cache.
+      for (const World* world : acted) show(static_cast<std::size_t>(world - worlds_.data()), view);
     }
-    Workers alone(1);
-    for (std::uint32_t tick = 0; tick < ticks; ++tick) worlds_[i].step_tick(alone);
-    // Shown while it is in this core's cache.
-    show(i, view);
   });
   return refused ? refused->second : Status();
 }

@@ -46,6 +46,15 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
+  /// Whether the next substep begins a tick that bodies run through by themselves, lanes and all.
+  [[nodiscard]] bool begins_free_tick() const;
+  /// For the substeps that are left of the tick.
+  [[nodiscard]] SubstepContext context_on(Workers& workers);
+  /// Steps a body through so many substeps by itself, and looks in each whether it runs away.
+  template <class Real>
+  void step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps, const SubstepContext& context);
+  /// After so many substeps of all bodies. True when these ended the tick.
+  bool end_substeps(std::uint32_t count);
   /// Wakes the body of that name, if it sleeps, and its group.
   void wake(const std::string& body);
   /// After the scene or what it says of the bodies has changed.
@@ -87,8 +96,9 @@ class Simulation {
   std::vector<FrozenBody> frozen;
   std::vector<BodyGasEvent> gas_events;
   std::vector<BrokenJoint> broken_joints;
-  bool noting = false;  // contacts
-  TouchTally touches;   // of the tick under way, or the last; empty unless asked for
+  bool noting = false;      // contacts
+  TouchTally touches;       // of the tick under way, or the last; empty unless asked for
+  bool in_company = false;  // its bodies may go beside those of other worlds (company.h)
   bool profiling = false;
   Profile profile{};
 
@@ -103,7 +113,6 @@ class Simulation {
   void end_tick();
 
   // A substep and its parts, substep.cpp.
-  [[nodiscard]] SubstepContext context_on(Workers& workers);
   template <class Real>
   [[nodiscard]] bool move_freely(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
@@ -119,8 +128,6 @@ class Simulation {
   template <class Real>
   void run_task(SoftBodies<Real>& bodies, const StepTask& task, const SubstepContext& context,
                 LaneScratch<Real>& scratch);
-  template <class Real>
-  void step_closely(SoftBodies<Real>& bodies, std::size_t index, const SubstepContext& context);
   template <class Real>
   void begin_notes(SoftBodies<Real>& bodies) const;
   template <class Real>

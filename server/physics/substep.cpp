@@ -63,8 +63,17 @@ bool Simulation::substep(Workers& workers) {
     move(bodies, context);
     return std::uint32_t{1};
   });
-  substep_index += substeps_done;
-  if (plan_is_stale_ && substeps_done > 0) make_plan();
+  return end_substeps(substeps_done);
+}
+
+bool Simulation::begins_free_tick() const {
+  const auto goes_freely = [&](const auto& bodies) { return !bodies.plan.may_touch && bodies.next_task == 0; };
+  return substep_index == 0 && is_explicit(choice.integrator) && visit(goes_freely) && !is_at_rest();
+}
+
+bool Simulation::end_substeps(std::uint32_t count) {
+  substep_index += count;
+  if (plan_is_stale_ && count > 0) make_plan();
   if (substep_index < choice.substeps) return false;
   end_tick();
   return true;
@@ -213,7 +222,7 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, const SubstepCon
   }
   for (const StepTask& task : tasks) {
     for (const std::uint32_t i : task.bodies) {
-      if (bodies.done[i] == 0) step_closely(bodies, i, context);
+      if (bodies.done[i] == 0) step_closely(bodies, i, bodies.task_substeps, context);
     }
   }
   if (bodies.next_task < bodies.tasks.size()) return 0;
@@ -234,11 +243,12 @@ void Simulation::run_task(SoftBodies<Real>& bodies, const StepTask& task, const 
   for (std::size_t i = 0; i < count; ++i) bodies.done[task.bodies[i]] = done[i];
 }
 
-// A body that may run away in the task's substeps, looked at in each.
 template <class Real>
-void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, const SubstepContext& context) {
+void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps,
+                              const SubstepContext& context) {
+  bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
   SoftState<Real>& body = bodies.states[index];
-  for (std::uint32_t i = 0; i < bodies.task_substeps && !body.frozen; ++i) {
+  for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
     step_alone(body, lanes_of(bodies, index), context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
     if (body.gas_event) report_gas(body);
     if (!is_well(body, extents_of(body))) frozen.push_back({body.body.name, freeze(body)});
@@ -313,5 +323,8 @@ void Simulation::report_gas(SoftState<Real>& body) {
   plan_is_stale_ |= event.kind == GasEvent::Kind::burst;
   gas_events.push_back({body.body.name, event});
 }
+
+template void Simulation::step_closely<float>(SoftBodies<float>&, std::size_t, std::uint32_t, const SubstepContext&);
+template void Simulation::step_closely<double>(SoftBodies<double>&, std::size_t, std::uint32_t, const SubstepContext&);
 
 }  // namespace pneuma::physics

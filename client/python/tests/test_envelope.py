@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pneuma import PneumaError, wire
-from pneuma.envelope import cut, enveloped, length_of, message_bytes_max
+from pneuma.envelope import Messages, cut, enveloped, length_of, message_bytes_max
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -41,3 +41,23 @@ def test_no_message_has_such_a_length(length: int) -> None:
 def test_the_length_leads_the_message() -> None:
     assert enveloped(b"abc") == b"\0\0\0\3abc"
     assert length_of(b"\0\0\1\2") == 258
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_messages_come_whole_however_the_bytes_come(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    sent = [random.bytes(int(size)) for size in random.integers(1, 300, 50)]
+    stream = b"".join(enveloped(message) for message in sent)
+    messages, begin = Messages(), 0
+    came: list[bytes] = []
+    while begin < len(stream):
+        end = begin + int(random.integers(1, [2, 10, 1000][seed % 3]))
+        came += messages.add(stream[begin:end])
+        begin = end
+    assert came == sent
+
+
+def test_no_message_is_waited_for_past_a_bad_length() -> None:
+    messages = Messages()
+    with pytest.raises(PneumaError, match="MALFORMED"):
+        list(messages.add(enveloped(b"good") + b"\0\0\0\0"))

@@ -15,17 +15,6 @@ constexpr std::size_t fleet_share_min = 2;  // fleets are at least half full
 // What a fleet works on must stay in the second cache level; bodies one by one take a width'th of it.
 constexpr std::size_t fleet_bytes_max = std::size_t{512} * 1024;
 
-bool makes_fleet(std::size_t bodies, std::size_t width) {
-  return bodies > 1 && bodies * fleet_share_min >= width;
-}
-
-template <class Real>
-bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings) {
-  const auto damped = [](const SoftState<Real>& body) { return body.body.springs.damping_n_s_m > 0.0; };
-  return damped(a) == damped(b) && has_lane_gas(a, rings) == has_lane_gas(b, rings) &&
-         a.mass_shares.empty() == b.mass_shares.empty() && a.pinned == b.pinned;
-}
-
 // Of the mesh's edges; empty where the body has no factors.
 std::vector<double> stiffness_scales(const Mesh& mesh, const Springs& springs) {
   std::vector<double> scales;
@@ -74,8 +63,27 @@ std::size_t arrays_of(Integrator integrator, bool gas, bool weighed) {
 
 }  // namespace
 
+bool makes_fleet(std::size_t bodies, std::size_t width) {
+  return bodies > 1 && bodies * fleet_share_min >= width;
+}
+
 template <class Real>
-StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast,
+bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings) {
+  const auto damped = [](const SoftState<Real>& body) { return body.body.springs.damping_n_s_m > 0.0; };
+  return damped(a) == damped(b) && has_lane_gas(a, rings) == has_lane_gas(b, rings) &&
+         a.mass_shares.empty() == b.mass_shares.empty() && a.pinned == b.pinned;
+}
+
+template <class Real>
+bool fits_abreast(const SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context) {
+  const Rings& rings = lanes.mesh->rings;
+  const std::size_t arrays = arrays_of<Real>(context.integrator, has_lane_gas(body, rings), !body.mass_shares.empty());
+  return rings.slot_count() * 3 * lanes.kernels->width * sizeof(Real) * arrays <= fleet_bytes_max &&
+         !has_other_forces(body, rings, context.surroundings);
+}
+
+template <class Real>
+StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, Abreast abreast,
                               const StepPlan<Real>& before) {
   StepPlan<Real> plan;
   plan.kernels = &lane_kernels<Real>(isa_in_use());
@@ -98,8 +106,9 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
   }
   for (const StepGroup& group : plan.groups) {
     std::shared_ptr<const LaneMesh<Real>>& lanes = plan.meshes[group.mesh];
-    if (abreast && plan.kernels->edges_first && makes_fleet(group.members.size(), plan.kernels->width) &&
-        lanes->edges.lengths_m.empty()) {
+    const bool in_fleet = abreast == Abreast::of_several_worlds ||
+                          (abreast == Abreast::of_the_world && makes_fleet(group.members.size(), plan.kernels->width));
+    if (in_fleet && plan.kernels->edges_first && lanes->edges.lengths_m.empty()) {
       auto with_edges = std::make_shared<LaneMesh<Real>>(*lanes);
       const Springs& springs = bodies[group.members.front()].body.springs;
       with_edges->edges = make_ring_edges<Real>(*plan.shapes[group.mesh], lanes->rings,
@@ -119,19 +128,14 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   std::vector<StepTask> tasks;
   const std::size_t width = plan.kernels->width;
   for (const StepGroup& group : plan.groups) {
-    const Rings& rings = plan.meshes[group.mesh]->rings;
-    const SoftState<Real>& first = bodies[group.members.front()];
-    const bool gas = has_lane_gas(first, rings);
-    const bool weighed = !first.mass_shares.empty();
-    const std::size_t fleet_bytes =
-        rings.slot_count() * 3 * width * sizeof(Real) * arrays_of<Real>(context.integrator, gas, weighed);
+    const LaneTables<Real> lanes{plan.meshes[group.mesh].get(), plan.kernels};
     std::vector<std::uint32_t> abreast;
     for (const std::uint32_t i : group.members) {
       if (!bodies[i].is_awake()) continue;
-      if (fleet_bytes > fleet_bytes_max || has_other_forces(bodies[i], rings, context.surroundings)) {
-        tasks.push_back({group.mesh, {i}});
-      } else {
+      if (fits_abreast(bodies[i], lanes, context)) {
         abreast.push_back(i);
+      } else {
+        tasks.push_back({group.mesh, {i}});
       }
     }
     for (auto rest = std::span(abreast); !rest.empty();) {
@@ -147,12 +151,15 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
   return tasks;
 }
 
-template StepPlan<float> make_step_plan<float>(std::span<const SoftState<float>>, bool, bool, const StepPlan<float>&);
-template StepPlan<double> make_step_plan<double>(std::span<const SoftState<double>>, bool, bool,
-                                                 const StepPlan<double>&);
-template std::vector<StepTask> cut_into_tasks<float>(const StepPlan<float>&, std::span<const SoftState<float>>,
-                                                     const SubstepContext&);
-template std::vector<StepTask> cut_into_tasks<double>(const StepPlan<double>&, std::span<const SoftState<double>>,
+#define PNEUMA_INSTANTIATE(Real)                                                                               \
+  template bool go_abreast<Real>(const SoftState<Real>&, const SoftState<Real>&, const Rings&);                \
+  template bool fits_abreast<Real>(const SoftState<Real>&, const LaneTables<Real>&, const SubstepContext&);    \
+  template StepPlan<Real> make_step_plan<Real>(std::span<const SoftState<Real>>, bool, Abreast,                \
+                                               const StepPlan<Real>&);                                         \
+  template std::vector<StepTask> cut_into_tasks<Real>(const StepPlan<Real>&, std::span<const SoftState<Real>>, \
                                                       const SubstepContext&);
+PNEUMA_INSTANTIATE(float)
+PNEUMA_INSTANTIATE(double)
+#undef PNEUMA_INSTANTIATE
 
 }  // namespace pneuma::physics

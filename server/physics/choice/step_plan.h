@@ -31,11 +31,23 @@ struct StepPlan {
   [[nodiscard]] const LaneMesh<Real>& mesh_of(std::size_t body) const { return *meshes[mesh_of_body[body]]; }
 };
 
-/// `abreast`: the method steps bodies of a group side by side where that pays. Tables of `before`, which may be empty,
-/// are taken over where the mesh is the same.
+/// Whose bodies the method steps side by side, where that pays.
+enum class Abreast { none, of_the_world, of_several_worlds };
+
+/// Tables of `before`, which may be empty, are taken over where the mesh is the same.
 template <class Real>
-[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, bool abreast,
+[[nodiscard]] StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool solids, Abreast abreast,
                                             const StepPlan<Real>& before);
+
+/// Whether two bodies of one lane mesh can share a StepGroup.
+template <class Real>
+[[nodiscard]] bool go_abreast(const SoftState<Real>& a, const SoftState<Real>& b, const Rings& rings);
+/// Whether a body of a lane mesh can go beside others at all: the lanes know each force on it, and have room.
+template <class Real>
+[[nodiscard]] bool fits_abreast(const SoftState<Real>& body, const LaneTables<Real>& lanes,
+                                const SubstepContext& context);
+/// Whether so many bodies are faster abreast than one by one.
+[[nodiscard]] bool makes_fleet(std::size_t bodies, std::size_t width);
 
 /// Bodies that one thread steps in one go: one alone, or several of a group abreast.
 struct StepTask {

@@ -50,7 +50,8 @@ BodyMeasures measure_motion(const SoftState<Real>& state, const std::vector<Vec3
   if (state.body.mesh->closed) sums.volume_m3 = signed_volume_m3(x, state.body.mesh->faces);
   if (!state.gas) return sums;
   const Gas& gas = *state.body.gas;
-  gas_volume_m3 = body_volume_m3<Real>(state.body, state.x);
+  const bool is_measured = state.body.mesh->closed && state.body.volume.method == VolumeMethod::exact;
+  gas_volume_m3 = is_measured ? sums.volume_m3 : body_volume_m3<Real>(state.body, state.x);
   sums.pressure_pa = gas_pressure_pa(*state.gas, gas, *gas_volume_m3) - outside_pressure_pa;
   sums.temperature_k = gas_temperature_k(*state.gas, gas, *gas_volume_m3);
   sums.moles = state.gas->moles;

@@ -57,16 +57,23 @@ void LaneBodies<Real>::load(bool gas, bool weighed) const {
     }
     return;
   }
-  std::size_t to = 0;
+  std::array<const Vec3<Real>*, pack_slots> x{};
+  std::array<const Vec3<Real>*, pack_slots> v{};
+  for (std::size_t lane = 0; lane < width_; ++lane) {
+    x[lane] = of_lane(lane).x.data();
+    v[lane] = of_lane(lane).v.data();
+  }
+  Real* to_x = scratch_.x.data();
+  Real* to_v = scratch_.v.data();
   for (const std::uint32_t vertex : mesh_.rings.vertices) {
     for (std::size_t lane = 0; lane < width_; ++lane) {
-      const SoftState<Real>& body = of_lane(lane);
       for (std::size_t c = 0; c < 3; ++c) {
-        scratch_.x[to + c * width_ + lane] = body.x[vertex][static_cast<Eigen::Index>(c)];
-        scratch_.v[to + c * width_ + lane] = body.v[vertex][static_cast<Eigen::Index>(c)];
+        to_x[c * width_ + lane] = x[lane][vertex][static_cast<Eigen::Index>(c)];
+        to_v[c * width_ + lane] = v[lane][vertex][static_cast<Eigen::Index>(c)];
       }
     }
-    to += 3 * width_;
+    to_x += 3 * width_;
+    to_v += 3 * width_;
   }
 }
 
@@ -114,13 +121,23 @@ void LaneBodies<Real>::store(std::span<const std::uint8_t> wanted, bool advance)
     });
     return;
   }
+  std::array<Vec3<Real>*, pack_slots> to_x{};
+  std::array<Vec3<Real>*, pack_slots> to_v{};
+  std::array<std::size_t, pack_slots> lanes{};
+  std::size_t count = 0;
+  for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
+    if (wanted[lane] == 0) continue;
+    to_x[count] = bodies_[lane]->x.data();
+    to_v[count] = bodies_[lane]->v.data();
+    lanes[count++] = lane;
+  }
   for_slots([&](std::size_t slot, std::uint32_t vertex) {
     const Real* x = scratch_.x.data() + at(slot, 0, 0);
     const Real* v = scratch_.v.data() + at(slot, 0, 0);
-    for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
-      if (wanted[lane] == 0) continue;
-      bodies_[lane]->x[vertex] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
-      bodies_[lane]->v[vertex] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t lane = lanes[i];
+      to_x[i][vertex] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
+      to_v[i][vertex] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
     }
   });
 }

@@ -12,7 +12,7 @@ namespace pneuma::physics {
 template <class Real>
 class BodyTables {
  public:
-  explicit BodyTables(const SoftState<Real>& body) : plan_(make_step_plan<Real>({&body, 1}, false, false, {})) {
+  explicit BodyTables(const SoftState<Real>& body) : plan_(make_step_plan<Real>({&body, 1}, false, Abreast::none, {})) {
     tables = {{&plan_.mesh_of(0), plan_.kernels}, matrices_.get(), {}};
   }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from pneuma._proto import session_pb2 as wire
 from pneuma.errors import PneumaError
 
@@ -26,6 +28,31 @@ def length_of(head: bytes) -> int:
     if not 1 <= length <= message_bytes_max:
         raise PneumaError("MALFORMED", f"the server sends a message of {length} bytes")
     return length
+
+
+class Messages:
+    """The messages in the bytes that come."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self._wanted = length_bytes  # so many bytes until there is something to take
+
+    def add(self, data: bytes) -> Iterator[bytes]:
+        """Those that are whole with `data`; to be gone through to the end. Raises PneumaError as `length_of` does."""
+        self._bytes += data
+        begin = 0
+        try:
+            while len(self._bytes) - begin >= self._wanted:
+                if self._wanted == length_bytes:
+                    self._wanted += length_of(bytes(self._bytes[begin : begin + length_bytes]))
+                    continue
+                end = begin + self._wanted
+                self._wanted = length_bytes
+                message = bytes(memoryview(self._bytes)[begin + length_bytes : end])
+                begin = end
+                yield message
+        finally:
+            del self._bytes[:begin]
 
 
 def cut(message: wire.ClientMessage, bytes_max: int, parts_bytes_max: int) -> list[bytes]:

@@ -44,7 +44,8 @@ TEST(StepPlan, AddsEdgesToTablesThatAFleetTakesOver) {
   const Simulation many(balls_of(mesh, 16), {1, Integrator::midpoint, ""});
   const auto& states = std::get<SoftBodies<double>>(many.soft).states;
   const auto& anew = std::get<SoftBodies<double>>(many.soft).plan;
-  const auto plan = make_step_plan<double>(states, false, true, std::get<SoftBodies<double>>(few.soft).plan);
+  const auto plan =
+      make_step_plan<double>(states, false, Abreast::of_the_world, std::get<SoftBodies<double>>(few.soft).plan);
   EXPECT_EQ(plan.meshes[0]->edges.ends, anew.meshes[0]->edges.ends);
   EXPECT_EQ(plan.meshes[0]->edges.ends.empty(), !plan.kernels->edges_first);
 }

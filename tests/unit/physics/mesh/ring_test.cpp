@@ -58,7 +58,7 @@ void vary_stiffness(SoftState<Real>& state, unsigned seed) {
 /// The change of momentum in one step of explicit Euler.
 template <class Real>
 std::vector<Vec3d> forces_by_rings(SoftState<Real>& state) {
-  const StepPlan<Real> plan = make_step_plan<Real>({&state, 1}, false, false, {});
+  const StepPlan<Real> plan = make_step_plan<Real>({&state, 1}, false, Abreast::none, {});
   const std::vector<Vec3<Real>> v_before = state.v;
   const SubstepContext context{.integrator = Integrator::explicit_euler, .dt_s = 1.0};
   LaneScratch<Real> scratch;

@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from pneuma._proto import frame_pb2, session_pb2
 from pneuma.aio.feed import Feed
-from pneuma.envelope import cut, enveloped, length_bytes, length_of
+from pneuma.envelope import Messages, cut, enveloped
 from pneuma.errors import PneumaError, error_of
 
 protocol_version = 1
@@ -19,8 +19,6 @@ protocol_version = 1
 hello_bytes_max = 4096
 # The server pings every 15 s: two are missing.
 silence_s = 40.0
-# Past it the socket is not read until what came was taken.
-read_buffer_bytes = 2**20
 # How long a request waits in all because the server asks for it. Past that, the error is raised.
 retry_s_max = 60.0
 
@@ -57,12 +55,10 @@ class Address:
     timeout_s: float = 60.0
 
 
-class Connection:
-    """Made by `open`. Answers the server's pings by itself."""
+class Connection(asyncio.Protocol):
+    """Made by `open`. Answers the server's pings by itself. What came is taken in the loop's turn that read it."""
 
-    def __init__(
-        self, address: Address, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, why_it_broke: WhyItBroke
-    ) -> None:
+    def __init__(self, address: Address, why_it_broke: WhyItBroke) -> None:
         self.address = address
         self._why_it_broke = why_it_broke
         self.welcome = session_pb2.Welcome(message_bytes_max=hello_bytes_max)
@@ -72,8 +68,8 @@ class Connection:
         #: Is shown every message that comes, and its bytes, before it is taken.
         self.tap: Callable[[bytes, session_pb2.ServerMessage], None] | None = None
         self._topologies: dict[bytes, frame_pb2.Topology] = {}
-        self._reader = reader
-        self._writer = writer
+        self._transport: asyncio.Transport
+        self._messages = Messages()
         self._waiting: dict[int, asyncio.Future[session_pb2.ServerMessage]] = {}
         self._last_id = 0
         look_backs, worlds_made = asyncio.Semaphore(look_backs_max), asyncio.Semaphore(worlds_made_max)
@@ -85,7 +81,11 @@ class Connection:
             "restore_world": worlds_made,
         }
         self._error: PneumaError | None = None
-        self._reading = asyncio.create_task(self._read())
+        self._loop = asyncio.get_running_loop()
+        self._heard_s = self._loop.time()
+        self._silence = self._loop.call_later(silence_s, self._look_for_silence)
+        self._lost: asyncio.Future[None] = self._loop.create_future()
+        self._telling_why: asyncio.Task[None] | None = None
 
     @classmethod
     async def open(cls, address: Address, why_it_broke: WhyItBroke = nothing_known) -> Connection:
@@ -97,13 +97,15 @@ class Connection:
 
     @classmethod
     async def _open_once(cls, address: Address, why_it_broke: WhyItBroke) -> Connection:
+        loop = asyncio.get_running_loop()
         try:
-            opening = asyncio.open_connection(address.host, address.port, ssl=address.tls, limit=read_buffer_bytes)
-            reader, writer = await asyncio.wait_for(opening, address.timeout_s)
+            opening = loop.create_connection(
+                lambda: cls(address, why_it_broke), address.host, address.port, ssl=address.tls
+            )
+            _, connection = await asyncio.wait_for(opening, address.timeout_s)
         except (OSError, asyncio.TimeoutError) as error:
             why = str(error) or f"no answer in {address.timeout_s} s"
             raise PneumaError("UNAVAILABLE", f"cannot connect to {address.host}:{address.port}: {why}") from None
-        connection = cls(address, reader, writer, why_it_broke)
         hello = session_pb2.Hello(protocol_version=protocol_version, token=address.token, client_name="pneuma Python")
         try:
             connection.welcome = await connection._ask(
@@ -135,12 +137,10 @@ class Connection:
     async def close(self) -> None:
         """Ends the connection. What waits is UNAVAILABLE."""
         self._end(PneumaError("UNAVAILABLE", "the connection was closed"))
-        self._reading.cancel()
-        await asyncio.wait([self._reading])
         try:
-            await asyncio.wait_for(self._writer.wait_closed(), 1.0)
-        except (OSError, asyncio.TimeoutError):
-            self._writer.transport.abort()  # it is over either way
+            await asyncio.wait_for(asyncio.shield(self._lost), 1.0)
+        except asyncio.TimeoutError:
+            self._transport.abort()  # it is over either way
 
     @property
     def error(self) -> PneumaError | None:
@@ -150,7 +150,7 @@ class Connection:
     async def _ask(self, request: session_pb2.ClientMessage, expected: type[T], timeout_s: float | None) -> T:
         if self._error:
             raise self._error
-        reply: asyncio.Future[session_pb2.ServerMessage] = asyncio.get_running_loop().create_future()
+        reply: asyncio.Future[session_pb2.ServerMessage] = self._loop.create_future()
         request_id = self._send(request, reply)
         try:
             message = await asyncio.wait_for(reply, timeout_s)
@@ -170,28 +170,45 @@ class Connection:
         if reply:
             self._waiting[self._last_id] = reply
         for message in messages:
-            self._writer.write(enveloped(message))
+            self._transport.write(enveloped(message))
         return self._last_id
 
-    async def _read(self) -> None:
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        self._heard_s = self._loop.time()
         try:
-            while self._error is None:
-                async with asyncio.timeout(silence_s):
-                    length = length_of(await self._reader.readexactly(length_bytes))
-                    data = await self._reader.readexactly(length)
-                message = session_pb2.ServerMessage.FromString(data)
+            for message_bytes in self._messages.add(data):
+                if self._error:
+                    return
+                message = session_pb2.ServerMessage.FromString(message_bytes)
                 if self.tap:
-                    self.tap(data, message)
+                    self.tap(message_bytes, message)
                 self._take(message)
         except PneumaError as error:
             self._end(error)
-        except TimeoutError:
-            self._end(PneumaError("UNAVAILABLE", "the server has gone silent"))
-        except (OSError, asyncio.IncompleteReadError):
-            why = await self._why_it_broke()
-            self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
         except Exception as error:  # of protobuf, or of what a message tells
             self._end(PneumaError("MALFORMED", f"a message that cannot be read: {error}"))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._silence.cancel()
+        if self._error is None:
+            self._telling_why = self._loop.create_task(self._tell_why())
+        if not self._lost.done():
+            self._lost.set_result(None)
+
+    async def _tell_why(self) -> None:
+        why = await self._why_it_broke()
+        self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
+
+    def _look_for_silence(self) -> None:
+        left_s = self._heard_s + silence_s - self._loop.time()
+        if left_s > 0:
+            self._silence = self._loop.call_later(left_s, self._look_for_silence)
+        else:
+            self._end(PneumaError("UNAVAILABLE", "the server has gone silent"))
 
     def _take(self, message: session_pb2.ServerMessage) -> None:
         kind = message.WhichOneof("message")
@@ -231,7 +248,8 @@ class Connection:
         self._waiting.clear()
         for feed in self.feeds.values():
             feed.end(error)
-        self._writer.close()
+        self._silence.cancel()
+        self._transport.close()
 
 
 def reply_in(message: session_pb2.ServerMessage, expected: type[T]) -> T:
