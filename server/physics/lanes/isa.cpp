@@ -1,5 +1,9 @@
 #include "physics/lanes/isa.h"
 
+#if defined(__x86_64__)
+#include <cpuid.h>
+#endif
+
 #include <algorithm>
 #include <atomic>
 #include <string>
@@ -29,6 +33,22 @@ bool has_isa(Isa isa) {
   if (isa == Isa::v3) return __builtin_cpu_supports("x86-64-v3") != 0;
 #endif
   return isa == Isa::baseline;
+}
+
+// Zen 5 is AMD's family 26. The families before, and Intel's, take them in two halves.
+bool has_fast_wide_roots() {
+#if defined(__x86_64__)
+  constexpr unsigned amd = 0x6874'7541;  // the first four letters of AuthenticAMD
+  unsigned eax = 0;
+  unsigned ebx = 0;
+  unsigned ecx = 0;
+  unsigned edx = 0;
+  if (__get_cpuid(0, &eax, &ebx, &ecx, &edx) == 0 || ebx != amd) return false;
+  if (__get_cpuid(1, &eax, &ebx, &ecx, &edx) == 0) return false;
+  return ((eax >> 8U) & 0xfU) + ((eax >> 20U) & 0xffU) >= 26;
+#else
+  return false;
+#endif
 }
 
 Isa isa_in_use() {

@@ -13,6 +13,8 @@ inline constexpr std::array<std::string_view, 3> isa_names{"baseline", "v3", "v4
 
 /// Whether this processor, its system and this build have it.
 [[nodiscard]] bool has_isa(Isa isa);
+/// Whether this processor takes the square roots and quotients of 16 floats in little more time than those of 8.
+[[nodiscard]] bool has_fast_wide_roots();
 
 /// What worlds are created with from now on: the best that there is, unless use_isa said otherwise.
 [[nodiscard]] Isa isa_in_use();

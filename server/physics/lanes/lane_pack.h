@@ -199,7 +199,7 @@ template <>
 struct Pack<float, 16> {
   using Real = float;
   static constexpr std::size_t width = 16;
-  static constexpr bool edges_first = false;
+  static constexpr bool edges_first = true;
   static constexpr std::size_t slots_per_ms = 250'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane % 4) + lane / 4; }
 

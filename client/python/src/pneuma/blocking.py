@@ -6,7 +6,6 @@ So pings are answered while the script does something else, and no request is wr
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
 import functools
 import threading
 import weakref
@@ -20,6 +19,42 @@ Made = TypeVar("Made")
 Outer = TypeVar("Outer")
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+class Call(Generic[R]):
+    """What a thread waits for while the loop does it. A lock wakes the thread sooner than a future would."""
+
+    def __init__(self, work: Coroutine[Any, Any, R]) -> None:
+        self._work = work
+        self._task: asyncio.Task[None] | None = None
+        self._result: R
+        self._error: BaseException | None = None
+        self._over = threading.Lock()
+        self._over.acquire()
+
+    def wait(self) -> R:
+        self._over.acquire()
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+    # In the loop.
+
+    def begin(self) -> None:
+        self._task = asyncio.create_task(self._run())
+
+    def cancel(self) -> None:
+        """To be called after `begin`."""
+        if self._task is not None:
+            self._task.get_loop().call_soon(self._task.cancel)  # once it has begun, so that it ends
+
+    # Nothing comes after it that would keep the thread from going on.
+    async def _run(self) -> None:
+        try:
+            self._result = await self._work
+        except BaseException as error:  # whatever it is, it is the waiting thread's
+            self._error = error
+        self._over.release()
 
 
 class LoopThread:
@@ -42,15 +77,20 @@ class LoopThread:
         if not self.end.alive:
             work.close()
             raise PneumaError("UNAVAILABLE", "the server was closed")
-        done = asyncio.run_coroutine_threadsafe(work, self._loop)
+        call = Call(work)
         try:
-            return done.result()
+            self._loop.call_soon_threadsafe(call.begin)
+        except RuntimeError:  # the loop was closed just now
+            work.close()
+            raise PneumaError("UNAVAILABLE", "the server was closed") from None
+        try:
+            return call.wait()
         except PneumaError as error:
             raise error.with_traceback(None) from None  # the place that matters is the script's
-        except concurrent.futures.CancelledError:
+        except asyncio.CancelledError:
             raise PneumaError("UNAVAILABLE", "the server was closed") from None
         except BaseException:
-            done.cancel()
+            self._loop.call_soon_threadsafe(call.cancel)
             raise
 
     def call_soon(self, work: Callable[[], None]) -> None:
@@ -62,11 +102,13 @@ class LoopThread:
 def run_forever(loop: asyncio.AbstractEventLoop) -> None:
     asyncio.set_event_loop(loop)
     loop.run_forever()
-    # What other threads still wait for.
-    left = asyncio.all_tasks(loop)
-    for task in left:
-        task.cancel()
-    loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+    # What other threads still wait for, and what they begin meanwhile: each begins before it is cancelled.
+    loop.run_until_complete(asyncio.sleep(0))
+    while left := asyncio.all_tasks(loop):
+        for task in left:
+            task.cancel()
+        loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+        loop.run_until_complete(asyncio.sleep(0))
     loop.run_until_complete(loop.shutdown_default_executor())
     loop.close()
 
