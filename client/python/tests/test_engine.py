@@ -159,6 +159,11 @@ def test_arrays_show_the_worlds() -> None:
     assert np.abs(worlds.mean_velocities).max() > 1 and not worlds.frozen.any()
 
 
+def test_a_name_that_has_no_rows_is_told() -> None:
+    with pytest.raises(KeyError, match="no soft body ball .there are ball-1, ball-2"):
+        engine.Worlds("five-balls", 1).rows["ball"]
+
+
 def test_heavy_vertices_count_for_more_in_the_mean_velocity() -> None:
     """The momentum over the mass: the mean of the vertices' velocities by their masses, not the plain one."""
     scene = engine.World("bouncing-ball").scene()

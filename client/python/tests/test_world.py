@@ -92,6 +92,9 @@ def test_a_name_that_a_state_has_not_is_told(world: World) -> None:
         world.state()["bal"]
     with pytest.raises(KeyError, match="it is a rigid body: state.rigid has it"):
         world.state()["stone"]
+    state = pickle.loads(pickle.dumps(world.state()))  # a copy tells it too
+    with pytest.raises(KeyError, match="no rigid body ston .there are stone."):
+        state.rigid["ston"]
 
 
 def test_a_kick_is_momentum(world: World) -> None:
@@ -297,6 +300,8 @@ def test_a_method_for_bodies_of_the_other_kind_is_told(world: World) -> None:
     with pytest.raises(PneumaError, match='NOT_FOUND: no such body "bal"'):
         world["bal"].place((0, 1, 0))
     assert repr(world["ball"]) == "<Body ball of the world test>"
+    with world["ball"].grab((0, 9, 0), vertex=3) as grab:
+        assert repr(grab) == "<Grab of vertex 3 of ball of the world test>"
 
 
 @pytest.mark.parametrize("of", ["pneuma", "pneuma.aio"])

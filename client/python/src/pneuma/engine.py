@@ -25,6 +25,7 @@ from pneuma.arrays import Vector
 from pneuma.blocking import Blocking, LoopThread, waits
 from pneuma.client import Body
 from pneuma.errors import PneumaError
+from pneuma.named import Named
 from pneuma.native import need_native
 from pneuma.scene import Source, fill_source
 
@@ -167,9 +168,9 @@ class Worlds:
         self.tick_s = self._native.tick_s
         self.bodies: tuple[str, ...] = tuple(names)
         self.colliders: tuple[str, ...] = tuple(self._native.collider_names)
-        self.rows: Mapping[str, slice] = {
-            name: slice(begin, end) for name, begin, end in zip(names, ends[:-1], ends[1:])
-        }
+        self.rows: Mapping[str, slice] = Named(
+            "soft body", {name: slice(begin, end) for name, begin, end in zip(names, ends[:-1], ends[1:])}
+        )
         self.frozen: NDArray[np.bool_] = self._native.frozen
         self.ticks: NDArray[np.uint64] = self._native.ticks
 

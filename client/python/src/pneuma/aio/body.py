@@ -25,6 +25,9 @@ class Grab:
         self.body = grabbed.body
         self.vertex = grabbed.vertex
 
+    def __repr__(self) -> str:
+        return f"<Grab of vertex {self.vertex} of {self.body} of the world {self._world}>"
+
     async def move(self, target: Vector) -> int:
         """Holds it to another point, metres. Returns the first tick that shows it."""
         request = wire.MoveGrab(world=self._world, grab_id=self._grab_id)
