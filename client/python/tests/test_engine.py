@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -248,8 +249,11 @@ def test_arrays_of_other_shapes_are_refused() -> None:
         worlds.positions
     with pytest.raises(PneumaError, match="colour"):
         seven_worlds(shown=["colour"])
-    with pytest.raises(PneumaError, match="count"):
-        engine.Worlds("bouncing-ball", 0)
+    for count in (0, -1, 2.5, "2"):
+        with pytest.raises(PneumaError, match=rf"INVALID_ARGUMENT: is {count!r}.*\(count\)"):
+            engine.Worlds("bouncing-ball", count)  # type: ignore[arg-type]
+    with pytest.raises(PneumaError, match=r"INVALID_ARGUMENT: are no numbers \(moles\)"):
+        worlds.step(moles="more")
     impulses = np.zeros((7, 1, 3))
     impulses[5, 0, 0] = np.nan
     with pytest.raises(PneumaError, match=r"worlds\[5\].impulses\[0\]"):
@@ -258,9 +262,17 @@ def test_arrays_of_other_shapes_are_refused() -> None:
         worlds.step(moles=np.full((7, 1), -1.0))
 
 
-@pytest.mark.parametrize("threads", [0, 1025])
-def test_threads_are_bounded(threads: int) -> None:
-    wanted = rf"INVALID_ARGUMENT: is {threads}; 1 to 1024 can be \(threads\)"
+@pytest.mark.parametrize(
+    "threads, told",
+    [
+        (-1, "is -1; it must be 1 or more"),
+        (0, "is 0; it must be 1 or more"),
+        (1025, "is 1025; 1 to 1024 can be"),
+        (1.5, "is 1.5, not a whole number"),
+    ],
+)
+def test_threads_are_bounded(threads: Any, told: str) -> None:
+    wanted = rf"INVALID_ARGUMENT: {told}.*\(threads\)"
     with pytest.raises(PneumaError, match=wanted):
         engine.World("bouncing-ball", threads=threads)
     with pytest.raises(PneumaError, match=wanted):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -155,6 +156,25 @@ def array_of(value: object, where: str, *, whole: bool = False) -> NDArray[Any]:
     if array.size and array.dtype.kind not in ("iu" if whole else "iuf"):
         raise invalid(where, f"has elements that are no {'whole numbers' if whole else 'numbers'}")
     return array
+
+
+def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
+    """A count that the wire can hold. Raises PneumaError."""
+    try:
+        value = operator.index(number)
+    except TypeError:
+        raise invalid(where, f"is {number!r}, not a whole number") from None
+    if not least <= value < 2**bits:
+        raise invalid(where, f"is {value}; it must be {least} or more, and below 2^{bits}")
+    return value
+
+
+def parts_of(given: object, where: str, *names: str) -> tuple[Any, ...]:
+    """A tuple's elements, one for each name. Raises PneumaError where there are others; text has none."""
+    parts = tuple(given) if isinstance(given, Iterable) and not isinstance(given, (str, bytes)) else ()
+    if len(parts) != len(names):
+        raise invalid(where, f"is {given!r}, not ({', '.join(names)})")
+    return parts
 
 
 def invalid(where: str, what: str) -> PneumaError:

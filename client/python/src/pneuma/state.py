@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuma._proto import session_pb2 as wire
-from pneuma.arrays import Floats, Points
+from pneuma.arrays import Floats, Points, floats
 from pneuma.errors import PneumaError
 from pneuma.named import Named, not_there
 
@@ -178,10 +178,7 @@ def little_endian(points: Points | None, where: str) -> bytes:
     """(n, 3) as doubles, x y z after x y z; nothing of None."""
     if points is None:
         return b""
-    try:
-        array = np.asarray(points, "<f8")
-    except (TypeError, ValueError):
-        raise PneumaError("INVALID_ARGUMENT", "are no numbers", where) from None
+    array = floats(points, where, "<f8")
     if array.ndim != 2 or array.shape[1] != 3:
         raise PneumaError("INVALID_ARGUMENT", f"have the shape {array.shape}; points have (n, 3)", where)
     return array.tobytes()

@@ -11,8 +11,9 @@ from typing import Self
 from pneuma._proto import recording_pb2
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Address, Connection
-from pneuma.aio.world import state_in, whole
+from pneuma.aio.world import state_in
 from pneuma.errors import PneumaError
+from pneuma.messages import whole
 from pneuma.native import need_native
 from pneuma.state import State
 
