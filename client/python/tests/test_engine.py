@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,6 +160,11 @@ def test_arrays_show_the_worlds() -> None:
     assert np.abs(worlds.mean_velocities).max() > 1 and not worlds.frozen.any()
 
 
+def test_a_name_that_has_no_rows_is_told() -> None:
+    with pytest.raises(KeyError, match="no soft body ball .there are ball-1, ball-2"):
+        engine.Worlds("five-balls", 1).rows["ball"]
+
+
 def test_heavy_vertices_count_for_more_in_the_mean_velocity() -> None:
     """The momentum over the mass: the mean of the vertices' velocities by their masses, not the plain one."""
     scene = engine.World("bouncing-ball").scene()
@@ -243,8 +249,11 @@ def test_arrays_of_other_shapes_are_refused() -> None:
         worlds.positions
     with pytest.raises(PneumaError, match="colour"):
         seven_worlds(shown=["colour"])
-    with pytest.raises(PneumaError, match="count"):
-        engine.Worlds("bouncing-ball", 0)
+    for count in (0, -1, 2.5, "2"):
+        with pytest.raises(PneumaError, match=rf"INVALID_ARGUMENT: is {count!r}.*\(count\)"):
+            engine.Worlds("bouncing-ball", count)  # type: ignore[arg-type]
+    with pytest.raises(PneumaError, match=r"INVALID_ARGUMENT: are no numbers \(moles\)"):
+        worlds.step(moles="more")
     impulses = np.zeros((7, 1, 3))
     impulses[5, 0, 0] = np.nan
     with pytest.raises(PneumaError, match=r"worlds\[5\].impulses\[0\]"):
@@ -253,9 +262,17 @@ def test_arrays_of_other_shapes_are_refused() -> None:
         worlds.step(moles=np.full((7, 1), -1.0))
 
 
-@pytest.mark.parametrize("threads", [0, 1025])
-def test_threads_are_bounded(threads: int) -> None:
-    wanted = rf"INVALID_ARGUMENT: is {threads}; 1 to 1024 can be \(threads\)"
+@pytest.mark.parametrize(
+    "threads, told",
+    [
+        (-1, "is -1; it must be 1 or more"),
+        (0, "is 0; it must be 1 or more"),
+        (1025, "is 1025; 1 to 1024 can be"),
+        (1.5, "is 1.5, not a whole number"),
+    ],
+)
+def test_threads_are_bounded(threads: Any, told: str) -> None:
+    wanted = rf"INVALID_ARGUMENT: {told}.*\(threads\)"
     with pytest.raises(PneumaError, match=wanted):
         engine.World("bouncing-ball", threads=threads)
     with pytest.raises(PneumaError, match=wanted):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pytest
 
-from pneuma import envs
+from pneuma import PneumaError, envs
+from pneuma.engine import Worlds
 
 from conftest import sources
 
@@ -116,10 +118,130 @@ def test_an_episode_that_ends_makes_room_for_another() -> None:
 
 def test_what_is_refused_is_told() -> None:
     env = envs.VectorEnv(envs.RollToPlace(), 3)
+    env.reset()
     with pytest.raises(ValueError, match=r"\(3, 1\), not \(3, 2\)"):
         env.step(np.zeros((3, 1)))
     with pytest.raises(ValueError, match="options"):
         env.reset(options={"gravity": 3})
+
+
+class Given(envs.RollToPlace):
+    """A task whose methods return what they are told to, where they are."""
+
+    def __init__(self, **returned: Any) -> None:
+        self.returned = returned
+
+    def goals(self, random: np.random.Generator, count: int) -> Any:
+        return self.returned.get("goals", super().goals(random, count))
+
+    def act(self, worlds: Worlds, actions: Any) -> Any:
+        return self.returned.get("act", super().act(worlds, actions))
+
+    def observe(self, worlds: Worlds, goals: Any) -> Any:
+        return self.returned.get("observe", super().observe(worlds, goals))
+
+    def judge(self, worlds: Worlds, goals: Any) -> Any:
+        return self.returned.get("judge", super().judge(worlds, goals))
+
+
+yes = np.ones(3, np.bool_)
+
+
+@pytest.mark.parametrize(
+    "method, returned, told",
+    [
+        ("goals", np.zeros(3), "the shape (3,), not (3, n)"),
+        ("goals", np.zeros((1, 2)), "the shape (1, 2), not (3, 2)"),
+        ("act", None, "None, not a dict"),
+        ("observe", np.zeros((3, 5)), "the shape (3, 5), not (3, 4)"),
+        ("observe", np.zeros(4), "the shape (4,), not (3, 4)"),
+        ("judge", np.zeros(3), "not (rewards, reached)"),
+        ("judge", (np.zeros((3, 3)), yes), "rewards of the shape (3, 3), not (3,)"),
+        ("judge", (0.0, yes), "rewards of the shape (), not (3,)"),
+        ("judge", (np.zeros(3), True), "reached of the shape (), not (3,)"),
+        ("judge", (np.zeros(3), np.zeros(3)), "reached as float64, not bool"),
+    ],
+)
+def test_what_a_task_returns_has_its_shape(method: str, returned: Any, told: str) -> None:
+    with pytest.raises(ValueError) as refused:
+        env = envs.VectorEnv(Given(**{method: returned}), 3)
+        env.reset(seed=1)
+        env.step(np.zeros((3, 2)))
+    assert str(refused.value).startswith(f"Given.{method} returned ") and told in str(refused.value)
+
+
+def test_goals_keep_their_size() -> None:
+    """One more or fewer would not fit those that other worlds have."""
+    task = Given()
+    env = envs.VectorEnv(task, 3)
+    task.returned["goals"] = np.zeros((3, 1))
+    with pytest.raises(ValueError, match=r"Given.goals returned the shape \(3, 1\), not \(3, 2\)"):
+        env.reset()
+
+
+def test_what_a_task_returns_may_be_lists_and_whole_numbers() -> None:
+    goals, rewards = np.ones((3, 2), int), [1, 2, 3]
+    env = envs.VectorEnv(Given(goals=goals, observe=[[0] * 4] * 3, judge=(rewards, [False, True, False])), 3)
+    seen, _ = env.reset()
+    assert seen.dtype == np.float32 and env._goals.dtype == np.float64
+    _, told, terminated, _, infos = env.step(np.zeros((3, 2)))
+    assert told.tolist() == rewards and terminated.tolist() == infos["reached"].tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    "name, value, told",
+    [
+        ("action_space", ([-1], [1]), r"Given.action_space is \(\[-1\], \[1\]\), not an envs.Box"),
+        ("action_space", envs.Box(-1, 1), r"Given.action_space has the shape \(\), not \(n,\)"),
+        ("ticks_a_step", 0, r"is 0; it must be 1 or more.*Given.ticks_a_step"),
+        ("steps_max", 0, "Given.steps_max is 0"),
+    ],
+)
+def test_what_a_task_lacks_is_told_before_a_world_is_made(name: str, value: Any, told: str) -> None:
+    task = Given()
+    setattr(task, name, value)
+    with pytest.raises((TypeError, ValueError, PneumaError), match=told):
+        envs.VectorEnv(task, 3)
+
+
+def test_what_is_no_task_is_told() -> None:
+    class Unfinished(envs.RollToPlace):
+        @property
+        def shown(self) -> Any:  # type: ignore[override]
+            raise AttributeError
+
+    for task, told in (
+        (envs.RollToPlace, r"RollToPlace is a class: a task is made of it, RollToPlace\(\)"),
+        ("roll", "'roll' is no task: a task's class derives from envs.Task"),
+        (Unfinished(), "Unfinished has no shown"),
+    ):
+        with pytest.raises(TypeError, match=told):
+            envs.Env(task)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "low, high, told",
+    [
+        ([-1, -1], [1], r"low has the shape \(2,\), and high \(1,\)"),
+        ([1], [-1], "low is past high"),
+        ([np.nan], [1], "no number"),
+    ],
+)
+def test_a_box_has_bounds_of_one_shape(low: Any, high: Any, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        envs.Box(low, high)
+
+
+def test_a_reset_comes_first() -> None:
+    one, many = envs.Env(envs.RollToPlace()), envs.VectorEnv(envs.RollToPlace(), 3)
+    assert (repr(one), repr(many)) == ("<Env: RollToPlace>", "<VectorEnv of 3 worlds: RollToPlace>")
+    with pytest.raises(RuntimeError, match="no episode has begun: reset"):
+        one.step(np.zeros(2))
+    with pytest.raises(RuntimeError, match="no episode has begun: reset"):
+        many.step(np.zeros((3, 2)))
+    one.reset()
+    with pytest.raises(ValueError, match=r"the action has the shape \(1, 2\), not \(2,\)"):
+        one.step(np.zeros((1, 2)))
 
 
 def test_a_place_is_reached_by_who_pushes_towards_it() -> None:

@@ -26,9 +26,9 @@ from pneuma import (
     Springs,
     triangles,
 )
-from pneuma._proto import scene_pb2, scene_types
+from pneuma._proto import scene_pb2, scene_types, session_pb2
 from pneuma.messages import fill, message_name, value_of
-from pneuma.scene import json_of, message_of
+from pneuma.scene import fill_source, json_of, message_of
 
 from conftest import checkout
 
@@ -140,7 +140,40 @@ refusals: list[tuple[Any, str, str]] = [
     ({"meshes": [{"triangles": {"positions": np.zeros((4, 2))}}]}, "scene.meshes[0].triangles.positions", "(4, 2)"),
     ({"colliders": [{"shape": Gas()}]}, "scene.colliders[0].shape", "is a Gas, not a Shape"),
     ({"colliders": [{"shape": 3}]}, "scene.colliders[0].shape", "3 is no Shape"),
+    ({"colliders": [{"quux": 3}]}, "scene.colliders[0].quux", "unknown field of Collider"),
+    ({"gravity": np.zeros((3, 1))}, "scene.gravity", "has the shape (3, 1); x, y, z have (3,)"),
+    ({"gravity": [[0], [-9.81], [0]]}, "scene.gravity", "has the shape (3, 1)"),
+    ({"gravity": (0, (1, 2), 0)}, "scene.gravity", "rows of different lengths"),
+    ({"soft_bodies": [{"mesh": 3}]}, "scene.soft_bodies[0].mesh", "is 3, not text"),
+    ({"soft_bodies": [{"mesh": Mesh(name="m")}]}, "scene.soft_bodies[0].mesh", "is a Mesh, not text"),
+    ({"soft_bodies": [{"mass_kg": [1, 2]}]}, "scene.soft_bodies[0].mass_kg", "is [1, 2], not a number"),
+    (
+        {"meshes": [{"icosphere": {"subdivisions": "2"}}]},
+        "scene.meshes[0].icosphere.subdivisions",
+        "not a whole number",
+    ),
 ]
+
+
+@pytest.mark.parametrize("faces", [[(0, 1, 2, 3)] * 3, [0, 1, 2], [[[0, 1, 2]]], []])
+def test_faces_that_are_no_triangles_are_refused(faces: Any) -> None:
+    """Three faces of four corners are not four faces of three."""
+    with pytest.raises(PneumaError, match=r"INVALID_ARGUMENT: have the shape .*triangles have \(m, 3\)"):
+        triangles("m", np.zeros((4, 3)), faces)
+
+
+@pytest.mark.parametrize("part", [3, "ball", [ball()], None, Gas()])
+def test_what_is_no_part_of_a_scene_is_refused(part: Any) -> None:
+    scene = Scene()
+    with pytest.raises(TypeError, match="add takes these.*Mesh, SoftBody, RigidBody, Collider, Joint"):
+        scene.add(ball(), part)
+    assert scene == Scene()  # none, where one is refused
+
+
+@pytest.mark.parametrize("source", [None, 3, [ball()], ball()])
+def test_what_is_no_scene_is_told(source: Any) -> None:
+    with pytest.raises(TypeError, match="is no scene, which is a Scene, a dict, JSON"):
+        fill_source(session_pb2.CreateWorld(), source)
 
 
 @pytest.mark.parametrize("scene, where, what", refusals, ids=[where for _, where, _ in refusals])

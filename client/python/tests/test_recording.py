@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
+import resource
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -259,6 +260,55 @@ def test_a_frame_that_does_not_come_stops_the_steps(
             assert recorder.frames == 0
 
     asyncio.run(record())
+
+
+@pytest.fixture
+def no_room() -> Iterator[None]:
+    """No file of this program may grow past a few frames, as on a disk that is full. The server's may."""
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, limits[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def test_steps_stop_where_the_file_cannot_be_written(
+    world: World, tmp_path: Path, no_room: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each frame is written at once: so the file holds those that there was room for."""
+    monkeypatch.setattr(recorder_module, "flush_interval_s", 0.0)
+    path = tmp_path / "full.pneuma"
+    with world.record(path) as recorder:
+        with pytest.raises(PneumaError, match="UNAVAILABLE: File too large .*full.pneuma") as full:
+            recorder.step(6000)
+        assert full.value.where == str(path)
+        stopped = world.state().tick
+        assert 0 < stopped < 6000
+        # It is told once, and a recording that has ended takes no step.
+        with pytest.raises(PneumaError, match="FAILED_PRECONDITION: the recording of .*full.pneuma has ended"):
+            recorder.step()
+        assert world.step().tick == stopped + 1
+        assert repr(recorder).endswith("full.pneuma, ended>")
+    recording = pneuma.read(path)
+    assert recording.damage and recording.world == world.name
+    assert recording.ticks.tolist() == list(range(len(recording))) and len(recording) > 1
+
+
+def test_a_write_that_failed_is_told_at_the_end(world: World, tmp_path: Path, no_room: None) -> None:
+    """Where the world is stepped, or runs, without the recorder."""
+    recorder = world.record(tmp_path / "full.pneuma")
+    assert world.step(600).tick == 600
+    with pytest.raises(PneumaError, match="File too large"):
+        recorder.close()
+    recorder.close()
+
+
+def test_a_recorder_says_what_it_records(world: World, tmp_path: Path) -> None:
+    with world.record(tmp_path / "five.pneuma") as recorder:
+        recorder.step(2)
+        assert repr(recorder) == f"<Recorder of five-balls: 3 frames in {tmp_path / 'five.pneuma'}>"
+    with pytest.raises(PneumaError, match="FAILED_PRECONDITION.*has ended .recorder.step"):
+        recorder.step()
+    assert world.state().tick == 2
 
 
 def test_a_recording_with_await(tmp_path: Path) -> None:

@@ -51,6 +51,22 @@ def test_frames_have_triangles_and_solids(world: World) -> None:
     assert set(frame.solids) == {"room"}
 
 
+def test_a_name_that_a_frame_has_not_is_told(world: World) -> None:
+    with world.stream() as frames:
+        frame = next(frames)
+    with pytest.raises(KeyError, match="no soft body ball .there are ball-1, ball-2"):
+        frame["ball"]
+    with pytest.raises(KeyError, match="it is rigid, or a collider: frame.solids has it"):
+        frame["room"]
+    with pytest.raises(KeyError, match="no rigid body or collider floor .there are room."):
+        frame.solids["floor"]
+
+
+def test_a_stream_says_of_what_world(world: World) -> None:
+    assert repr(world.stream()) == "<Stream of five-balls>"
+    assert repr(world.touches()) == "<TouchStream of five-balls>"
+
+
 def test_a_running_world_is_streamed_as_it_runs(world: World) -> None:
     world.resume()
     ticks = [frame.tick for frame in itertools.islice(world.stream(max_error=1e-3, rate_hz=30), 8)]

@@ -92,6 +92,9 @@ def test_a_name_that_a_state_has_not_is_told(world: World) -> None:
         world.state()["bal"]
     with pytest.raises(KeyError, match="it is a rigid body: state.rigid has it"):
         world.state()["stone"]
+    state = pickle.loads(pickle.dumps(world.state()))  # a copy tells it too
+    with pytest.raises(KeyError, match="no rigid body ston .there are stone."):
+        state.rigid["ston"]
 
 
 def test_a_kick_is_momentum(world: World) -> None:
@@ -121,6 +124,24 @@ def test_a_kick_at_a_place_turns_the_body(world: World, place: str) -> None:
 def test_two_places_are_refused(world: World) -> None:
     with pytest.raises(PneumaError, match="one at most"):
         world["ball"].kick((1, 0, 0), vertex=1, at=(0, 0, 0))
+
+
+def test_a_place_that_is_none_is_told(world: World) -> None:
+    wrong: Any = (0, 5, 0)
+    with pytest.raises(PneumaError, match=r"is \(0, 5, 0\), not \(origin, direction\) \(impulse.ray\)"):
+        world["ball"].kick((1, 0, 0), ray=wrong)
+    wrong = 1.5
+    with pytest.raises(PneumaError, match=r"is 1.5, not a whole number \(grab.vertex\)"):
+        world["ball"].grab((1, 0, 0), vertex=wrong)
+    of_numpy: Any = np.int64(7)
+    with world["ball"].grab((0, 9, 0), vertex=of_numpy) as grab:
+        assert grab.vertex == 7
+
+
+def test_what_is_no_state_is_told(world: World) -> None:
+    body: Any = world.state(velocities=True)["ball"]
+    with pytest.raises(TypeError, match="set_state takes a State, as `step` and `state` return it, not <ball at"):
+        world.set_state(body)
 
 
 def test_gravity_is_told_and_set(world: World) -> None:
@@ -207,7 +228,7 @@ def test_not_reached_is_an_error_like_others(world: World) -> None:
 
 @pytest.mark.parametrize(
     "ticks, told",
-    [(-1, "is -1"), (0, "is 0"), (1.5, "is 1.5; ticks are whole"), (2**40, "is 1099511627776; .* below")],
+    [(-1, "is -1"), (0, "is 0"), (1.5, "is 1.5, not a whole number"), (2**40, "is 1099511627776; .* below")],
 )
 def test_what_is_no_number_of_ticks_is_refused(world: World, ticks: Any, told: str) -> None:
     with pytest.raises(PneumaError, match=f"INVALID_ARGUMENT: {told}.*.step.ticks"):
@@ -221,6 +242,23 @@ def test_one_thing_is_waited_for(world: World) -> None:
     for given in ({}, {"tick": 3, "at_rest": True}):
         with pytest.raises(PneumaError, match="one of tick, at_rest, touch and past"):
             world.run_until(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "given, where, told",
+    [
+        ({"touch": "ab"}, "touch", "is 'ab', not (first, second)"),
+        ({"touch": ("ball",)}, "touch", "is ('ball',), not (first, second)"),
+        ({"touch": ("ball", 3)}, "touch.second", "is 3, not text"),
+        ({"past": ("ball", (0, 1, 0))}, "past", "not (body, normal, offset_m)"),
+        ({"past": ("ball", (0, 1), 2.0)}, "past.normal", "has 2 numbers"),
+    ],
+)
+def test_what_is_waited_for_is_told_where_it_is_wrong(world: World, given: Any, where: str, told: str) -> None:
+    with pytest.raises(PneumaError) as refused:
+        world.run_until(**given)
+    assert (refused.value.code, refused.value.where) == ("INVALID_ARGUMENT", f"run_until.{where}")
+    assert told in refused.value.what and world.state().tick == 0
 
 
 def test_a_world_that_runs_is_not_stepped(world: World) -> None:
@@ -297,6 +335,8 @@ def test_a_method_for_bodies_of_the_other_kind_is_told(world: World) -> None:
     with pytest.raises(PneumaError, match='NOT_FOUND: no such body "bal"'):
         world["bal"].place((0, 1, 0))
     assert repr(world["ball"]) == "<Body ball of the world test>"
+    with world["ball"].grab((0, 9, 0), vertex=3) as grab:
+        assert repr(grab) == "<Grab of vertex 3 of ball of the world test>"
 
 
 @pytest.mark.parametrize("of", ["pneuma", "pneuma.aio"])

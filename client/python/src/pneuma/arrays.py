@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
+
+from pneuma.errors import PneumaError
 
 Floats: TypeAlias = NDArray[np.float32] | NDArray[np.float64]
 
@@ -18,3 +20,12 @@ Rotation: TypeAlias = Sequence[float] | NDArray[Any]
 Points: TypeAlias = Sequence[Vector] | NDArray[Any]
 #: (n,); an array of more dimensions counts row by row
 Numbers: TypeAlias = Sequence[float] | NDArray[Any]
+
+
+def floats(given: object, where: str, number: DTypeLike = np.float64) -> NDArray[np.float64]:
+    """An array of what is given, itself where that is one. Raises PneumaError."""
+    try:
+        array: NDArray[np.float64] = np.asarray(given, number)
+    except (TypeError, ValueError):
+        raise PneumaError("INVALID_ARGUMENT", "are no numbers", where) from None
+    return array

@@ -129,21 +129,33 @@ class TouchStream(Subscription[aio.TouchStream]):
 
 
 class Recorder(Blocking["aio_recorder.Recorder"]):
-    """A recording under way, made by `World.record`. It ends by `close`, or as a block at the block's end."""
+    """A recording under way, made by `World.record`. It ends by `close`, or as a block at the block's end.
+
+    The first write that fails ends it: the file holds what was written before. `step` raises the error, or else `close`.
+    """
 
     __slots__ = ()
 
     @property
     def frames(self) -> int:
-        """How many were recorded."""
+        """How many were recorded. After a write that failed, the last ones of them are not in the file."""
         return self._inner.frames
 
     def step(self, ticks: int = 1) -> State:
-        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick."""
+        """Steps the paused world, no faster than it is recorded: no frame is lost. Returns the state at the last tick.
+
+        Raises PneumaError where the world has done some of the ticks, and the recording has not:
+        - A frame does not come: UNAVAILABLE.
+        - The file cannot be written. The recording has ended then.
+        """
+        __tracebackhide__ = True
         return self._thread.run(self._inner.step(ticks))
 
     def close(self) -> None:
-        """Waits for the frame of the world's last tick, and ends the file. Raises PneumaError where that failed."""
+        """Waits for the frame of the world's last tick, and ends the file.
+
+        Raises PneumaError where a write failed, unless `step` has raised that. Once closed, does nothing.
+        """
         self._thread.run(self._inner.close())
 
     def __enter__(self) -> Self:

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 from pneuma import aio
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection, reply_in
-from pneuma.aio.world import whole
-from pneuma.arrays import Vector
+from pneuma.arrays import Vector, floats
 from pneuma.blocking import Blocking, LoopThread, waits
 from pneuma.client import Body
 from pneuma.errors import PneumaError
+from pneuma.named import Named
+from pneuma.messages import whole
 from pneuma.native import need_native
 from pneuma.scene import Source, fill_source
 
@@ -44,7 +45,7 @@ class InProcess:
     """Answers the requests of `pneuma.aio` at once, where a connection would ask a server."""
 
     def __init__(self, source: Source, threads: int) -> None:
-        self.native = _native.World(made_of(source), threads)
+        self.native = _native.World(made_of(source), whole(threads, "threads", least=1))
 
     async def call(self, request: wire.ClientMessage, expected: type[T]) -> T:
         request.request_id = 1
@@ -159,7 +160,8 @@ class Worlds:
         unknown = set(shown) - set(get_args(Shown))
         if unknown:
             raise PneumaError("INVALID_ARGUMENT", f"{', '.join(sorted(unknown))}: not among {get_args(Shown)}", "shown")
-        threads = len(os.sched_getaffinity(0)) if threads is None else threads
+        threads = len(os.sched_getaffinity(0)) if threads is None else whole(threads, "threads", least=1)
+        count = whole(count, "count", least=1)
         self._native = _native.Worlds(made_of(scene), count, threads, set(shown))
         names, counts = self._native.body_names, self._native.vertex_counts
         ends = np.cumsum([0, *counts]).tolist()
@@ -167,9 +169,9 @@ class Worlds:
         self.tick_s = self._native.tick_s
         self.bodies: tuple[str, ...] = tuple(names)
         self.colliders: tuple[str, ...] = tuple(self._native.collider_names)
-        self.rows: Mapping[str, slice] = {
-            name: slice(begin, end) for name, begin, end in zip(names, ends[:-1], ends[1:])
-        }
+        self.rows: Mapping[str, slice] = Named(
+            "soft body", {name: slice(begin, end) for name, begin, end in zip(names, ends[:-1], ends[1:])}
+        )
         self.frozen: NDArray[np.bool_] = self._native.frozen
         self.ticks: NDArray[np.uint64] = self._native.ticks
 
@@ -194,7 +196,14 @@ class Worlds:
         A frozen body takes no impulse, and one whose gas burst takes no moles. Raises PneumaError where one of these
         cannot be; it names the world, and the others may have been stepped.
         """
-        self._native.step(whole(ticks, "step.ticks"), impulses, moles, collider_velocities, collider_angular_velocities)
+        given = {
+            "impulses": impulses,
+            "moles": moles,
+            "collider_velocities": collider_velocities,
+            "collider_angular_velocities": collider_angular_velocities,
+        }
+        arrays = (None if numbers is None else floats(numbers, name) for name, numbers in given.items())
+        self._native.step(whole(ticks, "step.ticks"), *arrays)
 
     def reset(self, which: object = None) -> None:
         """Puts worlds back to the scene's start: those of which `which`, (count,) of bool, is true; None: all.

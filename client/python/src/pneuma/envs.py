@@ -10,83 +10,22 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pneuma._proto.scene_types import Atmosphere, Collider, Gas, Mesh, Shape, SoftBody, Springs, Stepping, Surface
-from pneuma.engine import Shown, Worlds
+from pneuma.engine import Worlds
 from pneuma.scene import Scene
+from pneuma.task import Array, Box, CheckedTask, Flags, Rows, Task, check_task, repeated
 
-Array = NDArray[np.float64]
-Rows = NDArray[np.float32]
-Flags = NDArray[np.bool_]
+__all__ = ["Box", "Env", "InflateToHeight", "RollToPlace", "Task", "VectorEnv"]
+
 Info = dict[str, Any]
 
 gas_constant_j_mol_k = 8.31446
 step_cost = 0.1
-
-
-class Box:
-    """Arrays of a shape, with bounds an element."""
-
-    def __init__(self, low: ArrayLike, high: ArrayLike) -> None:
-        self.low = np.array(low, np.float32)
-        self.high = np.array(high, np.float32)
-        self.shape = self.low.shape
-        self.dtype = self.low.dtype
-        self._random = np.random.default_rng()
-
-    def seed(self, seed: int | None = None) -> None:
-        """Where `sample` begins."""
-        self._random = np.random.default_rng(seed)
-
-    def sample(self, seed: int | None = None) -> Rows:
-        """One of them, by chance; the same for the same seed."""
-        random = self._random if seed is None else np.random.default_rng(seed)
-        return random.uniform(np.maximum(self.low, -1e6), np.minimum(self.high, 1e6)).astype(np.float32)
-
-    def contains(self, x: ArrayLike) -> bool:
-        x = np.asarray(x)
-        return x.shape == self.shape and bool(np.all((self.low <= x) & (x <= self.high)))
-
-    def __repr__(self) -> str:
-        return f"Box({self.low}, {self.high})"
-
-
-class Task(ABC):
-    """What is to be done in a world: what an action does, what is seen, and how good that is. Rows are worlds."""
-
-    #: What the task reads of the worlds.
-    shown: tuple[Shown, ...]
-    observation_space: Box
-    action_space: Box
-    #: Of the world, with one action.
-    ticks_a_step = 6
-    #: After so many an episode is truncated.
-    steps_max = 80
-
-    @abstractmethod
-    def scene(self) -> Scene:
-        """What each world begins as."""
-
-    @abstractmethod
-    def goals(self, random: np.random.Generator, count: int) -> Array:
-        """(count, n): what is wanted in so many episodes."""
-
-    @abstractmethod
-    def act(self, worlds: Worlds, actions: Array) -> dict[str, Array]:
-        """What actions, within the space, mean for `Worlds.step`."""
-
-    @abstractmethod
-    def observe(self, worlds: Worlds, goals: Array) -> Array:
-        """(count, n), as the space has them."""
-
-    @abstractmethod
-    def judge(self, worlds: Worlds, goals: Array) -> tuple[Array, Flags]:
-        """(count,) each: rewards, and which goals are reached."""
 
 
 class InflateToHeight(Task):
@@ -207,6 +146,7 @@ class VectorEnv:
     """
 
     def __init__(self, task: Task, num_envs: int = 1024, *, threads: int | None = None) -> None:
+        check_task(task)
         self.task = task
         self.num_envs = num_envs
         self.worlds = Worlds(task.scene(), num_envs, shown=task.shown, threads=threads)
@@ -215,9 +155,11 @@ class VectorEnv:
         self.observation_space = repeated(task.observation_space, num_envs)
         self.action_space = repeated(task.action_space, num_envs)
         self._random = np.random.default_rng()
-        self._goals = task.goals(self._random, num_envs)
+        self._checked = CheckedTask(task, self.worlds)
+        self._goals = self._checked.goals(self._random, num_envs).copy()
         self._steps = np.zeros(num_envs, np.int64)
         self._over = np.ones(num_envs, np.bool_)
+        self._is_reset = False
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Rows, Info]:
         """Begins an episode in every world. `options` has none that are known."""
@@ -226,12 +168,13 @@ class VectorEnv:
         if seed is not None:
             self._random = np.random.default_rng(seed)
         self._begin(np.ones(self.num_envs, np.bool_))
+        self._is_reset = True
         return self._observed(), self._infos(np.zeros(self.num_envs, np.bool_), np.ones(self.num_envs, np.bool_))
 
     def step(self, actions: ArrayLike) -> tuple[Rows, Array, Flags, Flags, Info]:
         """Observations, rewards, terminated, truncated and infos, a row a world.
 
-        Raises ValueError where an action is not finite, before any world is stepped.
+        Raises ValueError where an action is not finite, before any world is stepped; RuntimeError before a reset.
 
         infos: `reached`, whose goal is; `begun`, whose episode has just begun.
         """
@@ -242,15 +185,17 @@ class VectorEnv:
         if not np.isfinite(actions).all():
             row = int(np.flatnonzero(~np.isfinite(actions).all(axis=1))[0])
             raise ValueError(f"actions[{row}] is not finite: {actions[row]}")
+        if not self._is_reset:
+            raise RuntimeError("no episode has begun: reset() begins one")
         begun = self._over.copy()
         actions = np.where(begun[:, None], 0.0, np.clip(actions, space.low, space.high))
-        self.worlds.step(self.task.ticks_a_step, **self.task.act(self.worlds, actions))
+        self.worlds.step(self.task.ticks_a_step, **self._checked.act(actions))
         self._steps += 1
         if begun.any():
             self._begin(begun)
-        rewards, reached = self.task.judge(self.worlds, self._goals)
+        rewards, reached = self._checked.judge(self._goals)
         rewards = np.where(begun, 0.0, rewards)
-        reached &= ~begun
+        reached = reached & ~begun
         terminated = reached | (self.worlds.frozen.any(axis=1) & ~begun)
         truncated = (self._steps >= self.task.steps_max) & ~terminated
         self._over = terminated | truncated
@@ -267,15 +212,18 @@ class VectorEnv:
 
     def _begin(self, which: Flags) -> None:
         self.worlds.reset(which)
-        self._goals[which] = self.task.goals(self._random, int(which.sum()))
+        self._goals[which] = self._checked.goals(self._random, int(which.sum()))
         self._steps[which] = 0
         self._over[which] = False
 
     def _observed(self) -> Rows:
-        return self.task.observe(self.worlds, self._goals).astype(np.float32)
+        return self._checked.observe(self._goals)
 
     def _infos(self, reached: Flags, begun: Flags) -> Info:
         return {"reached": reached, "begun": begun}
+
+    def __repr__(self) -> str:
+        return f"<VectorEnv of {self.num_envs} worlds: {self.task}>"
 
 
 class Env:
@@ -294,11 +242,16 @@ class Env:
 
     def step(self, action: ArrayLike) -> tuple[Rows, float, bool, bool, Info]:
         """Observation, reward, terminated, truncated, and infos: `reached`. After an episode's end `reset` is due."""
-        if self.vector._over[0]:
+        if self.vector._is_reset and self.vector._over[0]:
             raise RuntimeError("the episode is over: reset() begins another")
+        if np.shape(action) != self.action_space.shape:
+            raise ValueError(f"the action has the shape {np.shape(action)}, not {self.action_space.shape}")
         observations, rewards, terminated, truncated, infos = self.vector.step(np.asarray(action)[None])
         info = {"reached": bool(infos["reached"][0])}
         return observations[0], float(rewards[0]), bool(terminated[0]), bool(truncated[0]), info
+
+    def __repr__(self) -> str:
+        return f"<Env: {self.task}>"
 
     def close(self) -> None:
         """Nothing is open."""
@@ -308,7 +261,3 @@ class Env:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def repeated(space: Box, count: int) -> Box:
-    return Box(np.broadcast_to(space.low, (count, *space.shape)), np.broadcast_to(space.high, (count, *space.shape)))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pneuma._proto import frame_pb2 as wire
 from pneuma._proto import session_pb2
 from pneuma.errors import PneumaError
+from pneuma.named import Named, not_there
 from pneuma.state import Array, wxyz, xyz
 
 Floats32: TypeAlias = NDArray[np.float32]
@@ -90,6 +91,9 @@ class Frame:
     missed: tuple[int, int] | None = None
 
     def __getitem__(self, body: str) -> FrameBody:
+        if body not in self.bodies:
+            hint = "; it is rigid, or a collider: frame.solids has it" if body in self.solids else ""
+            raise not_there("soft body", body, self.bodies, hint)
         return self.bodies[body]
 
     def __repr__(self) -> str:
@@ -184,7 +188,7 @@ def frame_of(
         positions=positions,
         velocities=velocities,
         bodies=bodies,
-        solids={pose.name: pose for pose in decoded.poses},
+        solids=Named("rigid body or collider", {pose.name: pose for pose in decoded.poses}),
         contacts=tuple(contact_of(contact, layout) for contact in message.contacts),
         events=events,
         missed=missed,

@@ -7,18 +7,33 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import operator
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from google.protobuf.descriptor import Descriptor, FieldDescriptor
 from google.protobuf.message import Message
+from numpy.typing import NDArray
 
 from pneuma._proto import scene_types
 from pneuma.errors import PneumaError
 
 # What a sequence of numbers means where one of these is wanted.
 components = {"pneuma.v1.Vec3": "xyz", "pneuma.v1.Quaternion": "wxyz"}
+
+# What a field takes, in words.
+kinds = {
+    FieldDescriptor.CPPTYPE_STRING: "text",
+    FieldDescriptor.CPPTYPE_BOOL: "True or False",
+    FieldDescriptor.CPPTYPE_ENUM: "a name",
+    FieldDescriptor.CPPTYPE_FLOAT: "a number",
+    FieldDescriptor.CPPTYPE_DOUBLE: "a number",
+    FieldDescriptor.CPPTYPE_INT32: "a whole number",
+    FieldDescriptor.CPPTYPE_INT64: "a whole number",
+    FieldDescriptor.CPPTYPE_UINT32: "a whole number",
+    FieldDescriptor.CPPTYPE_UINT64: "a whole number",
+}
 
 
 def fill(message: Message, value: object, where: str) -> None:
@@ -36,7 +51,10 @@ def fill(message: Message, value: object, where: str) -> None:
         fill_by_name(message, value, where)
     elif descriptor.full_name in components:
         names = components[descriptor.full_name]
-        numbers = list(numbers_of(value, where))
+        array = array_of(value, where)
+        if array.ndim > 1:
+            raise invalid(where, f"has the shape {array.shape}; {', '.join(names)} have ({len(names)},)")
+        numbers = array.ravel().tolist()
         if len(numbers) != len(names):
             raise invalid(where, f"has {len(numbers)} numbers; {', '.join(names)} are {len(names)}")
         for name, number in zip(names, numbers):
@@ -77,7 +95,8 @@ def fill_by_name(message: Message, values: Mapping[str, object], where: str) -> 
         place = f"{where}.{name}" if where else name
         if name not in by_name:
             near = difflib.get_close_matches(name, by_name, n=1)
-            raise invalid(place, "unknown field" + (f"; did you mean {near[0]}?" if near else ""))
+            kind = message.DESCRIPTOR.name
+            raise invalid(place, f"unknown field of {kind}" + (f"; did you mean {near[0]}?" if near else ""))
         if value is not None:
             fill_field(message, by_name[name], value, place)
 
@@ -91,7 +110,7 @@ def fill_field(message: Message, each: FieldDescriptor, value: object, where: st
         if each.message_type:
             fill(target, value, where)
         else:
-            assign(lambda: setattr(message, each.name, scalar_of(each, value)), where, value)
+            assign(lambda: setattr(message, each.name, scalar_of(each, value)), where, each, value)
     elif each.message_type and isinstance(value, np.ndarray):
         if value.ndim != 2 or value.shape[1] != 3 or each.message_type.full_name != "pneuma.v1.Vec3":
             raise invalid(where, f"is an array of shape {value.shape}; points have the shape (n, 3)")
@@ -103,7 +122,7 @@ def fill_field(message: Message, each: FieldDescriptor, value: object, where: st
             fill(target.add(), element, f"{where}[{index}]")
     else:
         whole = each.type in (each.TYPE_UINT32, each.TYPE_UINT64)
-        assign(lambda: target.extend(numbers_of(value, where, whole=whole)), where, value)
+        assign(lambda: target.extend(array_of(value, where, whole=whole).ravel().tolist()), where, each, value)
 
 
 def scalar_of(each: FieldDescriptor, value: object) -> object:
@@ -115,21 +134,47 @@ def scalar_of(each: FieldDescriptor, value: object) -> object:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def assign(set_it: Any, where: str, value: object) -> None:
-    """Calls `set_it`, and tells what protobuf says of a value as an error with its place."""
+def assign(set_it: Any, where: str, each: FieldDescriptor, value: object) -> None:
+    """Calls `set_it`, and tells a value that protobuf does not take as an error with its place."""
     try:
         set_it()
-    except (TypeError, ValueError) as error:
+    except TypeError:
+        plain = isinstance(value, (str, bytes, int, float, list, tuple))
+        shown = repr(value) if plain else f"a {type(value).__name__}"
+        raise invalid(where, f"is {shown}, not {kinds[each.cpp_type]}") from None
+    except ValueError as error:
         is_short = not isinstance(value, (Sequence, np.ndarray)) or len(value) <= 1
         raise invalid(where, f"{value!r}: {error}" if is_short else str(error)) from None
 
 
-def numbers_of(value: object, where: str, *, whole: bool = False) -> Iterable[float]:
-    array = np.asarray(value)
+def array_of(value: object, where: str, *, whole: bool = False) -> NDArray[Any]:
+    """Numbers in a shape. Raises PneumaError where elements are none, or rows have different lengths."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise invalid(where, "has rows of different lengths") from None
     if array.size and array.dtype.kind not in ("iu" if whole else "iuf"):
         raise invalid(where, f"has elements that are no {'whole numbers' if whole else 'numbers'}")
-    numbers: list[float] = array.ravel().tolist()
-    return numbers
+    return array
+
+
+def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
+    """A count that the wire can hold. Raises PneumaError."""
+    try:
+        value = operator.index(number)
+    except TypeError:
+        raise invalid(where, f"is {number!r}, not a whole number") from None
+    if not least <= value < 2**bits:
+        raise invalid(where, f"is {value}; it must be {least} or more, and below 2^{bits}")
+    return value
+
+
+def parts_of(given: object, where: str, *names: str) -> tuple[Any, ...]:
+    """A tuple's elements, one for each name. Raises PneumaError where there are others; text has none."""
+    parts = tuple(given) if isinstance(given, Iterable) and not isinstance(given, (str, bytes)) else ()
+    if len(parts) != len(names):
+        raise invalid(where, f"is {given!r}, not ({', '.join(names)})")
+    return parts
 
 
 def invalid(where: str, what: str) -> PneumaError:

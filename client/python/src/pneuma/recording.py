@@ -15,6 +15,7 @@ from pneuma._proto import frame_pb2, recording_pb2, session_pb2
 from pneuma.aio.feed import joined
 from pneuma.errors import PneumaError
 from pneuma.frames import Event, Frame, FrameBody, Layout, event_of, frame_of
+from pneuma.named import not_there
 from pneuma.scene import Scene
 
 Array = NDArray[np.float64]
@@ -99,7 +100,7 @@ class Recording:
         parts = self._parts(body)
         there = [part for part in parts if part is not None]
         if not there:
-            raise KeyError(f"no soft body {body} (there are {', '.join(self.bodies) or 'none'})")
+            raise not_there("soft body", body, self.bodies)
         counts = dict.fromkeys(len(part.positions) for part in there)
         meshes = {id(part.faces): part.faces for part in there}  # frames of a layout share one
         if len(counts) > 1:

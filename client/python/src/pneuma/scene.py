@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Self, TypeAlias
+from typing import Any, Self, TypeAlias, get_args
 
 import numpy as np
 from google.protobuf import json_format
+from numpy.typing import NDArray
 
 from pneuma import messages
 from pneuma._proto import scene_pb2 as wire
 from pneuma._proto import scene_types, session_pb2
 from pneuma._proto.scene_types import Collider, Joint, Mesh, RigidBody, SoftBody
-from pneuma.arrays import Numbers, Points
+from pneuma.arrays import Points
 
 Part: TypeAlias = Mesh | SoftBody | RigidBody | Collider | Joint
 
@@ -31,7 +32,11 @@ class Scene(scene_types.Scene):
     __slots__ = ()
 
     def add(self, *parts: Part) -> Self:
-        """Appends each to the list of its kind. Returns the scene."""
+        """Appends each to the list of its kind. Returns the scene. Raises TypeError where one is of no such kind."""
+        for part in parts:
+            if not isinstance(part, get_args(Part)):
+                kinds = ", ".join(kind.__name__ for kind in get_args(Part))
+                raise TypeError(f"add takes these, one after the other: {kinds}; not {part!r}")
         for part in parts:
             if isinstance(part, Mesh):
                 self.meshes.append(part)
@@ -75,6 +80,9 @@ Source: TypeAlias = str | PathLike[str] | scene_types.Scene | Mapping[str, objec
 
 def fill_source(request: session_pb2.CreateWorld, source: Source) -> None:
     """Says which scene a world is made of: a built-in one, a scene, a dict like its JSON form, JSON, or a file's path."""
+    if not isinstance(source, (str, PathLike, scene_types.Scene, Mapping)):
+        forms = "a Scene, a dict, JSON, a built-in scene's name or the path of a .json file"
+        raise TypeError(f"{source!r} is no scene, which is {forms}")
     if isinstance(source, (scene_types.Scene, Mapping)):
         request.scene.CopyFrom(message_of(source))
     elif isinstance(source, str) and source.lstrip().startswith("{"):
@@ -89,10 +97,20 @@ def json_of(message: wire.Scene) -> str:
     return json.dumps(json_format.MessageToDict(message, preserving_proto_field_name=True), indent=2) + "\n"
 
 
-def triangles(name: str, positions: Points, faces: Numbers, *, mend: Mesh.Mend | None = None) -> Mesh:
+def triangles(
+    name: str, positions: Points, faces: Sequence[Sequence[int]] | NDArray[Any], *, mend: Mesh.Mend | None = None
+) -> Mesh:
     """A mesh of numpy arrays or lists.
 
     positions: (n, 3), metres. faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
+
+    Raises PneumaError where faces have another shape. What else is wrong, the server tells.
     """
-    indices = np.asarray(faces).reshape(-1)
-    return Mesh(name=name, triangles=Mesh.Triangles(positions=np.asarray(positions), indices=indices), mend=mend)
+    indices = np.asarray(faces)
+    if indices.ndim != 2 or indices.shape[1] != 3:
+        raise messages.invalid("triangles.faces", f"have the shape {indices.shape}; triangles have (m, 3)")
+    return Mesh(
+        name=name,
+        triangles=Mesh.Triangles(positions=np.asarray(positions), indices=indices.reshape(-1)),
+        mend=mend,
+    )

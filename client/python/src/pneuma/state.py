@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pneuma._proto import session_pb2 as wire
-from pneuma.arrays import Floats, Points
+from pneuma.arrays import Floats, Points, floats
 from pneuma.errors import PneumaError
+from pneuma.named import Named, not_there
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -96,7 +97,7 @@ class State:
     def __getitem__(self, body: str) -> SoftState:
         if body not in self.soft:
             hint = "; it is a rigid body: state.rigid has it" if body in self.rigid else ""
-            raise KeyError(f"no soft body {body} (there are {', '.join(self.soft) or 'none'}){hint}")
+            raise not_there("soft body", body, self.soft, hint)
         return self.soft[body]
 
     def __contains__(self, body: object) -> bool:
@@ -163,7 +164,7 @@ def state_of(message: wire.State) -> State:
         time_s=message.time_s,
         state_hash=message.state_hash,
         soft={body.name: body for body in soft},
-        rigid={body.name: body for body in rigid},
+        rigid=Named("rigid body", {body.name: body for body in rigid}),
     )
 
 
@@ -177,10 +178,7 @@ def little_endian(points: Points | None, where: str) -> bytes:
     """(n, 3) as doubles, x y z after x y z; nothing of None."""
     if points is None:
         return b""
-    try:
-        array = np.asarray(points, "<f8")
-    except (TypeError, ValueError):
-        raise PneumaError("INVALID_ARGUMENT", "are no numbers", where) from None
+    array = floats(points, where, "<f8")
     if array.ndim != 2 or array.shape[1] != 3:
         raise PneumaError("INVALID_ARGUMENT", f"have the shape {array.shape}; points have (n, 3)", where)
     return array.tobytes()

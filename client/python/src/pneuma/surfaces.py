@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pneuma import messages
 from pneuma._proto import session_pb2 as wire
-from pneuma.arrays import Points, Vector
+from pneuma.arrays import Points, Vector, floats
 from pneuma.state import Array, xyz
 
 
@@ -64,10 +64,7 @@ def rows(vectors: list[Array]) -> Array:
 
 def vectors(given: Points | Vector, where: str) -> Array:
     """(n, 3) of points, or of one. Raises PneumaError."""
-    try:
-        array: Array = np.asarray(given, float)
-    except (TypeError, ValueError):
-        raise messages.invalid(where, "are no numbers") from None
+    array = floats(given, where)
     if array.size == 0 or array.shape == (3,):
         array = array.reshape(-1, 3)
     if array.ndim != 2 or array.shape[1] != 3:

@@ -10,6 +10,7 @@ from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Connection
 from pneuma.arrays import Points, Rotation, Vector
 from pneuma.errors import PneumaError, at_a_blocks_end
+from pneuma.messages import parts_of, whole
 from pneuma.state import little_endian
 
 
@@ -24,6 +25,9 @@ class Grab:
         self._grab_id = grabbed.grab_id
         self.body = grabbed.body
         self.vertex = grabbed.vertex
+
+    def __repr__(self) -> str:
+        return f"<Grab of vertex {self.vertex} of {self.body} of the world {self._world}>"
 
     async def move(self, target: Vector) -> int:
         """Holds it to another point, metres. Returns the first tick that shows it."""
@@ -183,7 +187,7 @@ def choose_place(
     if at is not None:
         messages.fill(request.near, {"position": at, "radius_m": radius_m}, f"{where}.near")
     elif ray is not None:
-        origin, direction = ray
+        origin, direction = parts_of(ray, f"{where}.ray", "origin", "direction")
         messages.fill(request.ray, {"origin": origin, "direction": direction, "radius_m": radius_m}, f"{where}.ray")
     elif vertex is not None:
-        request.vertex = vertex
+        request.vertex = whole(vertex, f"{where}.vertex")

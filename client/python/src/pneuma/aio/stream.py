@@ -53,6 +53,9 @@ class Subscription:
         assert self._reader
         return self._reader
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self._request.world}>"
+
     def __aiter__(self) -> Self:
         return self
 

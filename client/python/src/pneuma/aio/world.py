@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import operator
 import webbrowser
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -21,6 +20,7 @@ from pneuma.aio.connection import Connection
 from pneuma.aio.stream import Stream, TouchStream
 from pneuma.arrays import Points, Vector
 from pneuma.errors import NotReached, PneumaError, at_a_blocks_end
+from pneuma.messages import parts_of, whole
 from pneuma.native import has_native
 from pneuma.scene import Scene, json_of
 from pneuma.state import Array, State, little_endian, state_of, xyz
@@ -113,11 +113,12 @@ class World:
             request.tick = whole(tick, "run_until.tick", bits=64)
             missed = f"tick {tick} was not reached"
         elif touch is not None:
-            request.touch.first, request.touch.second = touch
-            missed = f"{touch[0]} did not touch {touch[1]}"
+            first, second = parts_of(touch, "run_until.touch", "first", "second")
+            messages.fill(request.touch, {"first": first, "second": second}, "run_until.touch")
+            missed = f"{first} did not touch {second}"
         elif past is not None:
-            body, normal, offset_m = past
-            messages.fill(request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "step_until.past")
+            body, normal, offset_m = parts_of(past, "run_until.past", "body", "normal", "offset_m")
+            messages.fill(request.past, {"body": body, "normal": normal, "offset_m": offset_m}, "run_until.past")
             missed = f"{body} was not past {offset_m} m along {tuple(normal)}"
         else:
             request.rest.SetInParent()
@@ -326,6 +327,8 @@ class World:
 
         Gas, time and grabs stay as they are. `reset` puts all of them back.
         """
+        if not isinstance(state, State):
+            raise TypeError(f"set_state takes a State, as `step` and `state` return it, not {state!r}")
         without = [soft.name for soft in state.soft.values() if soft.velocities is None]
         if without and not keep_velocities:
             raise ValueError(
@@ -427,17 +430,6 @@ def named(name: object, what: str) -> None:
     """Raises TypeError. Without it, `name in world` would ask for world[0], world[1], and so on."""
     if not isinstance(name, str):
         raise TypeError(f"{what} is had by its name, a str, not by {name!r}; `in` and `for` are for states and lists")
-
-
-def whole(number: int, where: str, *, least: int = 0, bits: int = 32) -> int:
-    """A count that the wire can hold. Raises PneumaError."""
-    try:
-        value = operator.index(number)
-    except TypeError:
-        raise messages.invalid(where, f"is {number!r}; ticks are whole numbers") from None
-    if not least <= value < 2**bits:
-        raise messages.invalid(where, f"is {value}; it must be {least} or more, and below 2^{bits}")
-    return value
 
 
 def observe(bodies: Sequence[str], velocities: bool, double_precision: bool) -> wire.Observe:
