@@ -17,6 +17,7 @@
 #include <pybind11/stl.h>
 
 #include "app/local_world.h"
+#include "app/machine_memory.h"
 #include "app/scene_source.h"
 #include "messages.h"
 #include "module.h"
@@ -205,8 +206,24 @@ class ManyWorlds {
  private:
   static physics::Fleet make(std::string_view create_world, std::size_t count, std::size_t threads) {
     if (count == 0) raise(base::invalid("must be 1 or more", "count"));
-    return checked(
-        physics::Fleet::create(checked(scene_io::to_physics(scene_in(create_world))), count, checked_threads(threads)));
+    physics::Scene scene = checked(scene_io::to_physics(scene_in(create_world)));
+    check_memory(scene, count);
+    return checked(physics::Fleet::create(std::move(scene), count, checked_threads(threads)));
+  }
+  // By what no world does without, so that nothing is refused that may fit.
+  static void check_memory(const physics::Scene& scene, std::size_t count) {
+    constexpr double least_bytes = 16.0 * 1024;
+    constexpr double least_bytes_a_vertex = 256.0;
+    double vertices = 0.0;
+    for (const physics::SoftBody& body : scene.soft_bodies) {
+      vertices += static_cast<double>(body.mesh->positions_m.size());
+    }
+    const auto most = static_cast<double>(app::machine_memory_bytes());
+    const double least = static_cast<double>(count) * (least_bytes + least_bytes_a_vertex * vertices);
+    if (least <= most) return;
+    const auto mib = [](double bytes) { return std::to_string(static_cast<std::uint64_t>(bytes / (1024.0 * 1024.0))); };
+    raise({base::StatusCode::limit_exceeded,
+           std::to_string(count) + " worlds take " + mib(least) + " MiB or more; there are " + mib(most), "count"});
   }
   physics::FleetView view() {
     return {.positions_m = span_of(positions),

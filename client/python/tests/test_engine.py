@@ -252,6 +252,8 @@ def test_arrays_of_other_shapes_are_refused() -> None:
     for count in (0, -1, 2.5, "2"):
         with pytest.raises(PneumaError, match=rf"INVALID_ARGUMENT: is {count!r}.*\(count\)"):
             engine.Worlds("bouncing-ball", count)  # type: ignore[arg-type]
+    with pytest.raises(PneumaError, match=r"LIMIT_EXCEEDED: 1000000000 worlds take \d+ MiB or more.*\(count\)"):
+        engine.Worlds("bouncing-ball", 10**9)
     with pytest.raises(PneumaError, match=r"INVALID_ARGUMENT: are no numbers \(moles\)"):
         worlds.step(moles="more")
     impulses = np.zeros((7, 1, 3))
