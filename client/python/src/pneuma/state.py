@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
@@ -145,25 +145,57 @@ def plain(kind: type[T], message: Any, **given: Any) -> T:
     return kind(**given)
 
 
+class SoftStates(Mapping[str, SoftState]):
+    """The soft bodies of a state. Each is made of its message when it is first asked for: a loop of steps reads few."""
+
+    __slots__ = ("_messages", "_number", "_made")
+
+    def __init__(self, messages: Iterable[wire.State.Soft], number: str) -> None:
+        """number: the type of the coordinates. Raises ValueError where the bytes are no whole vertices."""
+        self._messages = {each.body.name: each for each in messages}
+        self._number = number
+        self._made: dict[str, SoftState] = {}
+        row_bytes = 3 * np.dtype(number).itemsize
+        for name, each in self._messages.items():
+            if len(each.positions) % row_bytes or len(each.velocities) not in (0, len(each.positions)):
+                raise ValueError(f"the vertices of {name} are not whole")
+
+    def __getitem__(self, name: str) -> SoftState:
+        if name not in self._made:
+            if name not in self._messages:
+                raise not_there("soft body", name, self)
+            each = self._messages[name]
+            self._made[name] = plain(
+                SoftState,
+                each.body,
+                positions=rows(each.positions, self._number),
+                velocities=rows(each.velocities, self._number) if each.velocities else None,
+            )
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._messages
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._messages)
+
+    def __len__(self) -> int:
+        return len(self._messages)
+
+    # Messages of our own are not known to the pickler.
+    def __reduce__(self) -> tuple[type[Named[SoftState]], tuple[str, dict[str, SoftState]]]:
+        return Named, ("soft body", dict(self))
+
+
 def state_of(message: wire.State) -> State:
     """Raises ValueError where the bytes are no whole vertices."""
-    number = "<f8" if message.double_precision else "<f4"
-    soft = [
-        plain(
-            SoftState,
-            each.body,
-            positions=rows(each.positions, number),
-            velocities=rows(each.velocities, number) if each.velocities else None,
-        )
-        for each in message.soft_bodies
-    ]
     rigid = [plain(RigidState, each, orientation=wxyz(each.orientation)) for each in message.rigid_bodies]
     return State(
         world=message.world,
         tick=message.tick,
         time_s=message.time_s,
         state_hash=message.state_hash,
-        soft={body.name: body for body in soft},
+        soft=SoftStates(message.soft_bodies, "<f8" if message.double_precision else "<f4"),
         rigid=Named("rigid body", {body.name: body for body in rigid}),
     )
 
