@@ -68,6 +68,9 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
   meet_rigid_bodies(world);
   if (is_lumped) filter_moves(world);
   if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
+  if (!world.substep.is_last_of_tick()) return;
+  lumped_.give_back();
+  surfaces_.give_back_room();
 }
 
 template <class Real>
@@ -129,7 +132,7 @@ void Contacts<Real>::hold_joints(const ContactWorld<Real>& world) {
 template <class Real>
 void Contacts<Real>::meet_lumped(const ContactWorld<Real>& world) {
   const StageTimer timer(world.substep.profile, surface_stage_);
-  lumped_.answer({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
+  lumped_->answer({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
 }
 
 template <class Real>
@@ -207,7 +210,8 @@ void Contacts<Real>::meet_rigid_bodies(const ContactWorld<Real>& world) {
 template <class Real>
 void Contacts<Real>::filter_moves(const ContactWorld<Real>& world) {
   const StageTimer timer(world.substep.profile, surface_stage_);
-  lumped_.cut({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
+  lumped_->cut({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
+  lumped_counts_ = lumped_counts_ + lumped_->take_counts();
 }
 
 template <class Real>
@@ -268,7 +272,8 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
   add(surface_stage_,
-      hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + lumped_.bytes() + coupled_.bytes());
+      hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes() +
+          (lumped_.held() != nullptr ? lumped_.held()->bytes() : 0));
   add(Stage::joints, joints_.bytes());
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes() +
                         rigid_rows_.capacity() * sizeof(ContactRow));

@@ -15,14 +15,15 @@
 #include "physics/contact/rigid_solver.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/machine/profile.h"
+#include "physics/machine/room_pool.h"
 #include "physics/machine/workers.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
 
-/// Finds and answers the contacts of one world. It holds nothing but scratch between ticks, so that a steady world
-/// allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
+/// Finds and answers the contacts of one world. Between ticks it holds nothing but scratch, and little of that: most of
+/// it worlds use in turns. So a steady world allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
 template <class Real>
 class Contacts {
  public:
@@ -35,7 +36,7 @@ class Contacts {
 
   /// What the rows of all substeps so far came to.
   [[nodiscard]] RowCounts row_counts() const {
-    return lumped_.counts() + coupled_.counts() + joints_.counts() + rigid_solver_.counts();
+    return lumped_counts_ + coupled_.counts() + joints_.counts() + rigid_solver_.counts();
   }
   /// Adds the bytes held for each stage.
   void add_bytes(Profile& profile) const;
@@ -74,7 +75,8 @@ class Contacts {
   std::vector<Aabb<double>> swept_;         // likewise, their swept boxes side by side
   std::vector<std::uint8_t> soft_touched_;  // likewise: by another's surface, in this substep
   SurfaceContacts<Real> surfaces_;
-  LumpedContacts<Real> lumped_;
+  Borrowed<LumpedContacts<Real>> lumped_;  // within a tick
+  RowCounts lumped_counts_;
   CoupledStep<Real> coupled_;
   JointContacts<Real> joints_;
   std::vector<std::uint32_t> order_;  // of the sweep

@@ -500,6 +500,13 @@ bool LumpedContacts<Real>::stop_missed(const Substep& substep, const SurfaceCont
 }
 
 template <class Real>
+void LumpedContacts<Real>::clear() {
+  rows_.clear();
+  skin_rows_ = 0;
+  solids_.clear();
+}
+
+template <class Real>
 std::size_t LumpedContacts<Real>::bytes() const {
   std::size_t numbers = kept_m_.capacity();
   for (const auto* values : {&places_m_, &velocities_m_s_, &moves_m_, &velocities_before_m_s_, &free_moves_m_}) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "physics/contact/contact_bounds.h"
@@ -40,7 +41,10 @@ class LumpedContacts {
   /// Once all else has changed the moves: where a span ends, cuts them so that nothing crosses.
   void cut(const Substep& substep, SurfaceContacts<Real>& surfaces);
 
-  [[nodiscard]] const RowCounts& counts() const { return counts_; }
+  /// Since it was last asked.
+  [[nodiscard]] RowCounts take_counts() { return std::exchange(counts_, {}); }
+  /// Between ticks: lets go of what is the world's.
+  void clear();
   [[nodiscard]] std::size_t bytes() const;
 
  private:

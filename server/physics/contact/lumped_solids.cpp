@@ -401,6 +401,14 @@ bool LumpedSolids<Real>::stop_missed(SoftState<Real>& state, const SurfaceBody& 
 }
 
 template <class Real>
+void LumpedSolids<Real>::clear() {
+  solids_.clear();
+  places_.clear();
+  planes_.clear();
+  tracks_.clear();
+}
+
+template <class Real>
 std::size_t LumpedSolids<Real>::bytes() const {
   return solids_.capacity() * sizeof(Solid) + places_.capacity() * sizeof(SolidPlace) +
          tracks_.capacity() * sizeof(Track) + planes_.capacity() * sizeof(Plane) + finder_.bytes() +

@@ -60,6 +60,9 @@ class LumpedSolids {
   bool stop_missed(const ContactWorld<Real>& world, std::span<const SurfaceBody> surfaces,
                    std::span<const std::uint32_t> soft);
 
+  /// Forgets the rows and their solids.
+  void clear();
+
   [[nodiscard]] std::size_t bytes() const;
 
  private:

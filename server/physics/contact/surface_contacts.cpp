@@ -160,7 +160,7 @@ bool SurfaceContacts<Real>::is_crossed(const SurfacePair& pair) {
   const BodyPair key(pair.first, pair.second);
   const auto known = std::ranges::lower_bound(clear_, key);
   if (known != clear_.end() && *known == key) return false;
-  if (finder_.are_crossed(pair, bodies_)) return true;
+  if (room_->finder.are_crossed(pair, bodies_)) return true;
   // A mesh that moves may run over a body between it and another one.
   if (!is_mesh(pair.second) || !mesh(pair.second).moves) clear_.insert(known, key);
   return false;
@@ -169,9 +169,9 @@ bool SurfaceContacts<Real>::is_crossed(const SurfacePair& pair) {
 template <class Real>
 void SurfaceContacts<Real>::find_candidates(SurfacePair& pair) {
   if (is_mesh(pair.second)) {
-    mesh_finder_.find(mesh(pair.second), pair, bodies_);
+    room_->mesh_finder.find(mesh(pair.second), pair, bodies_);
   } else {
-    finder_.find(pair, bodies_);
+    room_->finder.find(pair, bodies_);
   }
 }
 
@@ -181,8 +181,8 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
   crossed_.clear();
   std::size_t count = 0;
   for (const auto& [first, second] : near_) {
-    if (pairs_.size() == count) pairs_.emplace_back();
-    SurfacePair& pair = pairs_[count];
+    if (room_->pairs.size() == count) room_->pairs.emplace_back();
+    SurfacePair& pair = room_->pairs[count];
     pair.first = first;
     pair.second = second;
     if (is_crossed(pair)) {
@@ -192,7 +192,7 @@ void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
       ++count;
     }
   }
-  pairs_.resize(count);
+  room_->pairs.resize(count);
 }
 
 // The boxes hold all ways from where the bodies were loaded to near where they went then.
@@ -217,39 +217,39 @@ void SurfaceContacts<Real>::update_crossing_candidates(std::span<const SoftState
   if (!any_astray && !any_woken) return;
   if (any_woken) list_selves(soft);
   list_near(soft);
-  next_pairs_.clear();
-  auto old = pairs_.begin();
+  room_->next_pairs.clear();
+  auto old = room_->pairs.begin();
   for (const BodyPair& near : near_) {
     const auto key = [](const SurfacePair& pair) { return BodyPair(pair.first, pair.second); };
-    while (old != pairs_.end() && key(*old) < near) ++old;
-    if (old != pairs_.end() && key(*old) == near) {
-      SurfacePair& pair = next_pairs_.emplace_back(std::move(*old));
+    while (old != room_->pairs.end() && key(*old) < near) ++old;
+    if (old != room_->pairs.end() && key(*old) == near) {
+      SurfacePair& pair = room_->next_pairs.emplace_back(std::move(*old));
       if (!bodies_[near.first].any_astray && !bodies_[near.second].any_astray) continue;
       const bool is_whole = is_mesh(near.second) || near.first == near.second;
       const std::size_t known = is_whole ? 0 : pair.candidates.size();
       if (is_whole) {
         find_candidates(pair);
       } else {
-        finder_.add_astray(pair, bodies_);
+        room_->finder.add_astray(pair, bodies_);
       }
-      measures_.measure(pair, bodies_, known);
+      room_->measures.measure(pair, bodies_, known);
     } else if (std::ranges::binary_search(crossed_, near)) {
       continue;
     } else {
       SurfacePair pair{near.first, near.second};
       if (is_crossed(pair)) continue;
       find_candidates(pair);
-      measures_.measure(pair, bodies_);
-      next_pairs_.push_back(std::move(pair));
+      room_->measures.measure(pair, bodies_);
+      room_->next_pairs.push_back(std::move(pair));
     }
   }
-  pairs_.swap(next_pairs_);
+  room_->pairs.swap(room_->next_pairs);
 }
 
 template <class Real>
 void SurfaceContacts<Real>::find_rows(std::vector<ContactRow>& rows) {
-  for (SurfacePair& pair : pairs_) measures_.measure(pair, bodies_);
-  row_finder_.find(pairs_, bodies_, rows);
+  for (SurfacePair& pair : room_->pairs) room_->measures.measure(pair, bodies_);
+  room_->row_finder.find(room_->pairs, bodies_, rows);
 }
 
 template <class Real>
@@ -262,7 +262,7 @@ void SurfaceContacts<Real>::add_ways_out(std::vector<ContactRow>& rows) const {
 template <class Real>
 void SurfaceContacts<Real>::carry(std::size_t soft_count) {
   if (!std::exchange(may_carry_, false)) return;
-  carry_with_meshes(pairs_, meshes_, soft_count, bodies_, carried_);
+  carry_with_meshes(room_->pairs, meshes_, soft_count, bodies_, carried_);
 }
 
 // A body that was moved so may run through a third one now, so its pairs are looked at once more.
@@ -280,7 +280,7 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
     const double of_a = inverse_mass_1_kg(a);
     const double of_b = inverse_mass_1_kg(b);
     if (of_a + of_b == 0.0) continue;
-    const Vec3d way = finder_.way_apart({first, second}, bodies_);
+    const Vec3d way = room_->finder.way_apart({first, second}, bodies_);
     const double move_m = static_cast<double>(std::min(a.length_m, b.length_m)) * dt_s / parting_time_s;
     const double approach_m_s = std::max(0.0, way.dot(mean_velocity(b) - mean_velocity(a)));
     const auto push = [&](SoftState<Real>& state, double share) {
@@ -298,13 +298,18 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
   }
 }
 
+std::size_t SurfaceRoom::bytes() const {
+  std::size_t sum = (pairs.capacity() + next_pairs.capacity()) * sizeof(SurfacePair) + finder.bytes() +
+                    mesh_finder.bytes() + measures.bytes() + row_finder.bytes();
+  for (const auto* list : {&pairs, &next_pairs}) {
+    for (const SurfacePair& pair : *list) sum += pair.candidates.capacity() * sizeof(Candidate);
+  }
+  return sum;
+}
+
 template <class Real>
 std::size_t SurfaceContacts<Real>::bytes() const {
-  std::size_t sum = (pairs_.capacity() + next_pairs_.capacity()) * sizeof(SurfacePair) + finder_.bytes() +
-                    mesh_finder_.bytes() + measures_.bytes() + row_finder_.bytes();
-  for (const auto* pairs : {&pairs_, &next_pairs_}) {
-    for (const SurfacePair& pair : *pairs) sum += pair.candidates.capacity() * sizeof(Candidate);
-  }
+  std::size_t sum = room_.held() != nullptr ? room_.held()->bytes() : 0;
   for (const SurfaceBody& body : bodies_) sum += body.bytes();
   for (const auto& topology : topologies_) sum += topology->bytes();
   return sum;

@@ -16,10 +16,24 @@
 #include "physics/contact/row.h"
 #include "physics/contact/surface_body.h"
 #include "physics/contact/surface_rows.h"
+#include "physics/machine/room_pool.h"
 #include "physics/rigid/sweep.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
+
+/// What finding pairs and rows takes.
+struct SurfaceRoom {
+  std::vector<SurfacePair> pairs;       // near ones, sorted
+  std::vector<SurfacePair> next_pairs;  // scratch
+  CandidateFinder finder;
+  MeshCandidateFinder mesh_finder;
+  FeatureMeasures measures;
+  RowFinder row_finder;
+
+  void clear() {}  // it points to nothing
+  [[nodiscard]] std::size_t bytes() const;
+};
 
 /// Between ticks it holds lists that save work; what they give is what fresh ones would.
 template <class Real>
@@ -64,10 +78,13 @@ class SurfaceContacts {
   /// `parting_time_s`. What they approach each other by ends.
   void part(std::span<SoftState<Real>> soft, double dt_s);
 
-  [[nodiscard]] std::span<SurfacePair> pairs() { return pairs_; }
+  [[nodiscard]] std::span<SurfacePair> pairs() { return room_->pairs; }
   [[nodiscard]] std::vector<SurfaceBody>& bodies() { return bodies_; }
   [[nodiscard]] const std::vector<SurfaceBody>& bodies() const { return bodies_; }
   [[nodiscard]] std::span<const std::uint32_t> loaded() const { return loaded_; }
+
+  /// At a tick's end.
+  void give_back_room() { room_.give_back(); }
 
   [[nodiscard]] std::size_t bytes() const;
 
@@ -91,16 +108,11 @@ class SurfaceContacts {
   std::vector<MeshCollider> meshes_;                                // colliders; their surfaces follow the soft bodies'
   std::size_t meshes_begin_ = 0;                                    // the first of them in bodies_
   bool may_carry_ = false;                                          // meshes have not moved yet in this substep
-  std::vector<SurfacePair> pairs_;                                  // near ones, sorted
-  std::vector<SurfacePair> next_pairs_;                             // scratch
   std::vector<BodyPair> near_;                                      // bodies whose ways' boxes overlap, sorted
   std::vector<BodyPair> clear_;                                     // pairs known not to cross, sorted
   std::vector<BodyPair> crossed_;                                   // near ones that do, sorted
   std::vector<std::uint8_t> carried_;                               // scratch of carry()
-  CandidateFinder finder_;
-  MeshCandidateFinder mesh_finder_;
-  FeatureMeasures measures_;
-  RowFinder row_finder_;
+  Borrowed<SurfaceRoom> room_;                                      // within a tick
 };
 
 template <class Real>
