@@ -9,6 +9,9 @@
 
 namespace pneuma::physics {
 
+/// Of a room: one that has grown larger stays with its world, since the pool would hold it for worlds that need little.
+inline constexpr std::size_t pooled_room_bytes_max = std::size_t{8} * 1024 * 1024;
+
 /// Room that is taken from a pool of the process where it is first asked for, and given back by `give_back`. A copy, or
 /// what was moved from, has none. What is in a room that was taken is of whoever had it last.
 /// Room has `std::size_t bytes() const` and `void clear()`, which lets go of what is others'.
@@ -33,16 +36,18 @@ class Borrowed {
   /// Null where none is held.
   [[nodiscard]] const Room* held() const { return room_.get(); }
 
-  /// A room that has grown large is kept: the pool would hold it for worlds that need little.
+  /// Unless it has grown too large.
   void give_back() {
-    if (room_ == nullptr || room_->bytes() > pooled_bytes_max) return;
+    if (room_ == nullptr || room_->bytes() > pooled_room_bytes_max) return;
     room_->clear();
     Pool::of_process().put(std::move(room_));
   }
 
+  /// Of all rooms that nobody has.
+  [[nodiscard]] static std::size_t pooled_bytes() { return Pool::of_process().bytes(); }
+
  private:
-  static constexpr std::size_t pooled_bytes_max = std::size_t{4} * 1024 * 1024;
-  static constexpr std::size_t pooled_rooms_max = 64;
+  static constexpr std::size_t pooled_rooms_max = 16;
 
   class Pool {
    public:
@@ -57,6 +62,12 @@ class Borrowed {
       std::unique_ptr<Room> room = std::move(free_.back());
       free_.pop_back();
       return room;
+    }
+    std::size_t bytes() {
+      const std::lock_guard lock(mutex_);
+      std::size_t sum = 0;
+      for (const std::unique_ptr<Room>& room : free_) sum += room->bytes();
+      return sum;
     }
     void put(std::unique_ptr<Room> room) {
       const std::lock_guard lock(mutex_);
