@@ -57,8 +57,8 @@ base::Result<Fleet> Fleet::create(Scene scene, std::size_t count, std::size_t th
 }
 
 Fleet::Fleet(World start, std::size_t count, std::size_t threads)
-    : start_(std::move(start)), threads_(std::make_unique<Workers>(threads)), companies_(threads) {
-  Company::prepare(start_);
+    : start_(std::move(start)), threads_(std::make_unique<Workers>(threads)), batches_(threads) {
+  WorldBatch::prepare(start_);
   for (std::size_t i = 0; i < start_.soft_body_count(); ++i) {
     body_names_.push_back(start_.soft_body(i).name);
     vertex_count_ += start_.soft_body(i).mesh->positions_m.size();
@@ -88,7 +88,7 @@ Status Fleet::step(std::uint32_t ticks, const FleetActions& actions, const Fleet
           if (!refused || i < refused->first) refused.emplace(i, wrong.inside("worlds[" + std::to_string(i) + "]"));
         }
       }
-      for (std::uint32_t tick = 0; tick < ticks; ++tick) companies_[thread].step_tick(acted);
+      for (std::uint32_t tick = 0; tick < ticks; ++tick) batches_[thread].step_tick(acted);
       // Shown while they are in this core's cache.
       for (const World* world : acted) show(static_cast<std::size_t>(world - worlds_.data()), view);
     }

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "base/status.h"
-#include "physics/company.h"
 #include "physics/machine/workers.h"
 #include "physics/world.h"
+#include "physics/world_batch.h"
 
 namespace pneuma::physics {
 
@@ -67,7 +67,7 @@ class Fleet {
   World start_;
   std::vector<World> worlds_;
   std::unique_ptr<Workers> threads_;
-  std::vector<Company> companies_;  // one a thread
+  std::vector<WorldBatch> batches_;  // one a thread
   std::vector<std::string> body_names_;
   std::size_t vertex_count_ = 0;
 };

@@ -95,7 +95,7 @@ void Simulation::make_plan() {
     bodies.matrices = nullptr;
     if (choice.integrator != Integrator::xpbd) {
       const Abreast abreast = !is_explicit(choice.integrator) ? Abreast::none
-                              : in_company                    ? Abreast::of_several_worlds
+                              : in_batch                      ? Abreast::of_several_worlds
                                                               : Abreast::of_the_world;
       bodies.plan = make_step_plan<Real>(bodies.states, !rigid.empty() || !colliders.empty() || !joints.empty(),
                                          abreast, bodies.plan);

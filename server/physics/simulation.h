@@ -46,7 +46,8 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
-  /// Whether the next substep begins a tick that bodies run through by themselves, lanes and all.
+  /// Whether the next substep begins a tick in which each body, or group of bodies abreast, does all its substeps by
+  /// itself.
   [[nodiscard]] bool begins_free_tick() const;
   /// For the substeps that are left of the tick.
   [[nodiscard]] SubstepContext context_on(Workers& workers);
@@ -96,9 +97,9 @@ class Simulation {
   std::vector<FrozenBody> frozen;
   std::vector<BodyGasEvent> gas_events;
   std::vector<BrokenJoint> broken_joints;
-  bool noting = false;      // contacts
-  TouchTally touches;       // of the tick under way, or the last; empty unless asked for
-  bool in_company = false;  // its bodies may go beside those of other worlds (company.h)
+  bool noting = false;    // contacts
+  TouchTally touches;     // of the tick under way, or the last; empty unless asked for
+  bool in_batch = false;  // its bodies may go beside those of other worlds (world_batch.h)
   bool profiling = false;
   Profile profile{};
 

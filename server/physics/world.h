@@ -181,7 +181,7 @@ class World {
   [[nodiscard]] Profile profile() const;
 
  private:
-  friend class Company;
+  friend class WorldBatch;
   explicit World(std::unique_ptr<Simulation> simulation);
   std::unique_ptr<Simulation> simulation_;
 };

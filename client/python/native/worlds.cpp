@@ -210,10 +210,11 @@ class ManyWorlds {
     check_memory(scene, count);
     return checked(physics::Fleet::create(std::move(scene), count, checked_threads(threads)));
   }
-  // By what no world does without, so that nothing is refused that may fit.
+  // By what no world does without, so that nothing is refused that may fit: places, velocities and moves.
   static void check_memory(const physics::Scene& scene, std::size_t count) {
-    constexpr double least_bytes = 16.0 * 1024;
-    constexpr double least_bytes_a_vertex = 256.0;
+    const bool is_single = scene.stepping.precision == physics::Precision::single_precision;
+    const double least_bytes_a_vertex = 9.0 * (is_single ? sizeof(float) : sizeof(double));
+    constexpr double least_bytes = 4.0 * 1024;
     double vertices = 0.0;
     for (const physics::SoftBody& body : scene.soft_bodies) {
       vertices += static_cast<double>(body.mesh->positions_m.size());

@@ -276,9 +276,8 @@ void Contacts<Real>::add_bytes(Profile& profile) const {
   add(Stage::broad_phase, order_.capacity() * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(SoftPair));
   std::size_t near_bytes = near_.capacity() * sizeof(std::vector<std::uint32_t>);
   for (const std::vector<std::uint32_t>& near : near_) near_bytes += near.capacity() * sizeof(std::uint32_t);
-  add(surface_stage_,
-      hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes() +
-          (lumped_.held() != nullptr ? lumped_.held()->bytes() : 0));
+  add(surface_stage_, hits_.capacity() * sizeof(VertexHit) + near_bytes + surfaces_.bytes() + coupled_.bytes() +
+                          (lumped_.held() != nullptr ? lumped_.held()->bytes() : 0));
   add(Stage::joints, joints_.bytes());
   add(Stage::rigid, rigid_touched_.capacity() + rigid_near_.capacity() * sizeof(RigidContact) + rigid_solver_.bytes() +
                         rigid_rows_.capacity() * sizeof(ContactRow));

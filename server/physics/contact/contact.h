@@ -26,7 +26,8 @@ namespace pneuma::physics {
 [[nodiscard]] std::size_t pooled_contact_bytes();
 
 /// Finds and answers the contacts of one world. Between ticks it holds nothing but scratch, and little of that: most of
-/// it worlds use in turns. So a steady world allocates nothing; a fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
+/// it worlds use in turns. So a steady world allocates nothing; a fresh one gives the same bits, and is needed where
+/// bodies come, go or are put elsewhere.
 template <class Real>
 class Contacts {
  public:

@@ -35,7 +35,7 @@ bool has_isa(Isa isa) {
   return isa == Isa::baseline;
 }
 
-// Zen 5 is AMD's family 26. The families before, and Intel's, take them in two halves.
+// AMD's family 26 is Zen 5. Earlier families, and Intel's processors, work on the two halves of a register in turn.
 bool has_fast_wide_roots() {
 #if defined(__x86_64__)
   constexpr unsigned amd = 0x6874'7541;  // the first four letters of AuthenticAMD

@@ -24,7 +24,7 @@ struct LaneMesh {
   std::vector<Real> lengths_m;                 // ring_lengths_m
   std::vector<Real> stiffness_scales;          // of the edges, along_rings; empty where the body has no factors
   std::vector<double> vertex_stiffness_scale;  // which these are of
-  RingEdges<Real> edges;                       // for fleets of kernels with edges_first; otherwise empty
+  RingEdges<Real> edges;                       // of fleets where the pulls come first; otherwise empty
 
   [[nodiscard]] std::size_t bytes() const;
 };

@@ -529,7 +529,6 @@ consteval LaneKernels<typename P::Real> list_kernels() {
   for (std::size_t place = 0; place < pack_slots; ++place) {
     kernels.slot_of_place[place] = lane_order<P>.slot_of_place[place];
   }
-  kernels.edges_first = P::edges_first;
   kernels.pulls[0] = {&pull_pass<P, Real, false, false>, &pull_pass<P, Real, false, true>};
   kernels.pulls[1] = {&pull_pass<P, Real, true, false>, &pull_pass<P, Real, true, true>};
   kernels.pulled_rings = {&ring_pass<P, Real, FleetAccess<P, Real>, false, false, false, true>,

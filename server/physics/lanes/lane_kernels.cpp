@@ -20,12 +20,7 @@ template <>
 const LaneKernels<float>& lane_kernels<float>(Isa isa) {
   assert(has_isa(isa));
 #if defined(__x86_64__)
-  static const LaneKernels<float> v4_of_this_processor = [] {
-    LaneKernels<float> kernels = lane_kernels_v4_single;
-    kernels.edges_first = !has_fast_wide_roots();
-    return kernels;
-  }();
-  if (isa == Isa::v4) return v4_of_this_processor;
+  if (isa == Isa::v4) return lane_kernels_v4_single;
   if (isa == Isa::v3) return lane_kernels_v3_single;
 #endif
   return lane_kernels_baseline_single;

@@ -115,10 +115,8 @@ struct LaneKernels {
   std::array<std::uint8_t, pack_slots> slot_of_place{};
   // [layout][scaled][damped][gas]
   std::array<std::array<std::array<std::array<Ring, 2>, 2>, 2>, lane_layout_count> rings{};
-  // Whether fleets are faster with the pulls of all edges first, by pulls[scaled][damped], and then the rings, by
-  // pulled_rings[gas]. It depends on what square roots and divisions cost: on balls of 162 vertices, 16 lanes of
-  // floats, Zen 4 is a fifth faster so, and Zen 5 slower.
-  bool edges_first = false;
+  // Of fleets whose LaneMesh has edges: their pulls come first, by pulls[scaled][damped], and then the rings, by
+  // pulled_rings[gas].
   std::array<std::array<Ring, 2>, 2> pulls{};
   std::array<Ring, 2> pulled_rings{};
   std::array<Weigh, 2> weighs{};  // [gas]

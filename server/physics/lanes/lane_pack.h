@@ -32,7 +32,6 @@ template <class Scalar, std::size_t W>
 struct Pack {
   using Real = Scalar;
   static constexpr std::size_t width = W;
-  static constexpr bool edges_first = true;  // see LaneKernels
   static constexpr std::size_t slots_per_ms = 5'000;
   /// The slot whose numbers load_rows puts into a lane, and store_rows takes from it.
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
@@ -199,7 +198,6 @@ template <>
 struct Pack<float, 16> {
   using Real = float;
   static constexpr std::size_t width = 16;
-  static constexpr bool edges_first = true;
   static constexpr std::size_t slots_per_ms = 250'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane % 4) + lane / 4; }
 
@@ -257,7 +255,6 @@ template <>
 struct Pack<double, 8> {
   using Real = double;
   static constexpr std::size_t width = 8;
-  static constexpr bool edges_first = true;
   static constexpr std::size_t slots_per_ms = 100'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 4 * (lane / 4) + 2 * (lane % 2) + lane / 2 % 2; }
 
@@ -321,7 +318,6 @@ template <>
 struct Pack<float, 8> {
   using Real = float;
   static constexpr std::size_t width = 8;
-  static constexpr bool edges_first = true;
   static constexpr std::size_t slots_per_ms = 130'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return 2 * (lane % 4) + lane / 4; }
 
@@ -378,7 +374,6 @@ template <>
 struct Pack<double, 4> {
   using Real = double;
   static constexpr std::size_t width = 4;
-  static constexpr bool edges_first = true;
   static constexpr std::size_t slots_per_ms = 60'000;
   static constexpr std::size_t slot_of_lane(std::size_t lane) { return lane; }
 

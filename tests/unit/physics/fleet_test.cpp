@@ -78,6 +78,44 @@ TEST(Fleet, EachWorldHasTheBitsOfOneAlone) {
   }
 }
 
+// Where nothing can touch anything, worlds share lanes.
+TEST(Fleet, EachWorldInFlightHasTheBitsOfOneAlone) {
+  constexpr std::size_t count = 40;
+  Scene scene;
+  scene.stepping = {.substeps = 8, .integrator = Integrator::symplectic_euler};
+  scene.gravity = {0.0, -9.81, 0.0};
+  scene.soft_bodies = {ball("ball")};
+  std::vector<double> impulses(count * 3, 0.0);
+  std::vector<double> moles(count, nan);
+  for (std::size_t i = 0; i < count; ++i) impulses[3 * i] = 0.1 * static_cast<double>(i);
+  moles[3] = 0.02;
+  impulses[3 * 30] = nan;  // refused
+  for (const std::size_t threads : {1U, 3U}) {
+    Fleet fleet = std::move(*Fleet::create(scene, count, threads));
+    ASSERT_TRUE(fleet.step(5, {}, {}).ok());
+    EXPECT_EQ(fleet.step(5, {impulses, moles, {}, {}}, {}).where(), "worlds[30].impulses[0]");
+    std::vector<std::uint8_t> which(count, 0);
+    which[20] = 1;
+    fleet.reset(which, {});
+    ASSERT_TRUE(fleet.step(5, {}, {}).ok());
+    for (std::size_t i = 0; i < count; ++i) {
+      World world = make(scene);
+      if (i != 20) run(world, 5);
+      if (i != 20 && i != 30) {
+        Scene edited = world.scene();
+        if (i == 3) edited.soft_bodies[0].gas->moles = moles[3];
+        ASSERT_TRUE(world.apply(edited).ok());
+        if (i > 0) {
+          ASSERT_TRUE(world.apply_impulse("ball", WholeBody{}, {impulses[3 * i], 0.0, 0.0}).ok());
+        }
+        run(world, 5);
+      }
+      run(world, 5);
+      EXPECT_EQ(fleet.world(i).state_hash(), world.state_hash()) << "world " << i << ", " << threads << " threads";
+    }
+  }
+}
+
 TEST(Fleet, AResetWorldBeginsAnewAndTheOthersGoOn) {
   const Script script;
   Fleet fleet = make_fleet(2);
