@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
+import ssl
 import threading
 import time
 from collections.abc import Callable
@@ -11,6 +13,7 @@ import pytest
 
 from pneuma import PneumaError, Server, connect, wire
 from pneuma.aio import connection as connection_module
+from pneuma.aio.connection import Address, Connection
 from pneuma.envelope import enveloped
 
 from fake_server import Answer, FakeServer, Reply, refuse, welcomed
@@ -190,6 +193,23 @@ def test_a_server_that_has_gone_silent_is_told(fake: FakeServer, monkeypatch: py
         fake.answers.append(lambda message: b"")
         with pytest.raises(PneumaError, match="the server has gone silent"):
             server["w"].pause()
+
+
+def test_a_handshake_that_fails_leaves_no_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server speaks no TLS. The loop has nothing to complain of, once a connection would have been silent."""
+    monkeypatch.setattr(connection_module, "silence_s", 0.1)
+    complaints: list[object] = []
+
+    async def main() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: complaints.append(context))
+        async with await asyncio.start_server(lambda _, writer: writer.close(), "127.0.0.1", 0) as server:
+            address = Address("127.0.0.1", server.sockets[0].getsockname()[1], tls=ssl.create_default_context())
+            with pytest.raises(PneumaError, match="UNAVAILABLE: cannot connect"):
+                await Connection.open(address)
+            await asyncio.sleep(0.3)
+
+    asyncio.run(main())
+    assert not complaints
 
 
 def test_a_closed_server_is_told(fake: FakeServer) -> None:

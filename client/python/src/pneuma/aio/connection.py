@@ -82,8 +82,8 @@ class Connection(asyncio.Protocol):
         }
         self._error: PneumaError | None = None
         self._loop = asyncio.get_running_loop()
-        self._heard_s = self._loop.time()
-        self._silence = self._loop.call_later(silence_s, self._look_for_silence)
+        self._heard_s: float
+        self._silence: asyncio.TimerHandle
         self._lost: asyncio.Future[None] = self._loop.create_future()
         self._telling_why: asyncio.Task[None] | None = None
 
@@ -176,6 +176,9 @@ class Connection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
+        # Where TLS fails, the loop makes a Connection and no connection: nobody would stop its timer.
+        self._heard_s = self._loop.time()
+        self._silence = self._loop.call_later(silence_s, self._look_for_silence)
 
     def data_received(self, data: bytes) -> None:
         self._heard_s = self._loop.time()
