@@ -137,6 +137,9 @@ class Connection(asyncio.Protocol):
     async def close(self) -> None:
         """Ends the connection. What waits is UNAVAILABLE."""
         self._end(PneumaError("UNAVAILABLE", "the connection was closed"))
+        if self._telling_why:
+            self._telling_why.cancel()
+            await asyncio.wait([self._telling_why])
         try:
             await asyncio.wait_for(asyncio.shield(self._lost), 1.0)
         except asyncio.TimeoutError:
@@ -203,8 +206,13 @@ class Connection(asyncio.Protocol):
             self._lost.set_result(None)
 
     async def _tell_why(self) -> None:
-        why = await self._why_it_broke()
-        self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
+        why = ""
+        try:
+            why = await self._why_it_broke()
+        except Exception as error:
+            why = f"why is not known: {error!r}"
+        finally:
+            self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
 
     def _look_for_silence(self) -> None:
         left_s = self._heard_s + silence_s - self._loop.time()
