@@ -321,3 +321,30 @@ def test_a_recording_with_await(tmp_path: Path) -> None:
 
     asyncio.run(record())
     assert pneuma.read(tmp_path / "a.pneuma").ticks[-1] == 4
+
+
+def test_a_recording_whose_end_is_cancelled_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The connection takes its time to close."""
+
+    async def record() -> None:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("bouncing-ball", paused=True)
+            recorder = await world.record(tmp_path / "a.pneuma")
+            await recorder.step(4)
+            closing, is_closing = recorder._connection.close, asyncio.Event()
+
+            async def close_late() -> None:
+                is_closing.set()
+                await asyncio.sleep(60.0)
+
+            monkeypatch.setattr(recorder._connection, "close", close_late)
+            ending = asyncio.create_task(recorder.close())
+            await asyncio.wait_for(is_closing.wait(), 10.0)
+            ending.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await ending
+            await closing()
+
+    asyncio.run(record())
+    recording = pneuma.read(tmp_path / "a.pneuma")
+    assert recording.ticks[-1] == 4 and not recording.damage

@@ -148,15 +148,17 @@ class Recorder:
         self._raise_once()
 
     async def _end(self) -> None:
-        """Ends the stream and the file. What fails then follows from the first error, if there was one."""
+        """Ends the file and the stream. What fails then follows from the first error, if there was one."""
         self._connection.tap = None
         writer, self._writer = self._writer, None
-        await self._connection.close()
+        # The file comes first: a cancellation during what is awaited must not leave it unfinished.
         try:
             if writer:
                 writer.finish()
         except PneumaError as error:
             self._error = self._error or error
+        finally:
+            await self._connection.close()
 
     async def _raise_if_ended(self) -> None:
         """A write that failed ends the recording, and is told."""
