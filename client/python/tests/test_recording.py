@@ -302,6 +302,28 @@ def test_a_write_that_failed_is_told_at_the_end(world: World, tmp_path: Path, no
     recorder.close()
 
 
+def test_a_write_that_failed_does_not_hide_a_blocks_own_error(world: World, tmp_path: Path, no_room: None) -> None:
+    with pytest.raises(ValueError, match="mine") as raised, world.record(tmp_path / "full.pneuma"):
+        world.step(600)
+        raise ValueError("mine")
+    (note,) = raised.value.__notes__
+    assert note.startswith("At the block's end: UNAVAILABLE: File too large")
+
+
+def test_a_write_that_failed_is_a_note_with_await_too(tmp_path: Path, no_room: None) -> None:
+    async def record() -> None:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("five-balls", paused=True)
+            async with await world.record(tmp_path / "full.pneuma"):
+                await world.step(600)
+                raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine") as raised:
+        asyncio.run(record())
+    (note,) = raised.value.__notes__
+    assert "File too large" in note
+
+
 def test_a_recorder_says_what_it_records(world: World, tmp_path: Path) -> None:
     with world.record(tmp_path / "five.pneuma") as recorder:
         recorder.step(2)

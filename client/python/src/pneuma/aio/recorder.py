@@ -12,7 +12,7 @@ from pneuma._proto import recording_pb2
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Address, Connection
 from pneuma.aio.world import state_in
-from pneuma.errors import PneumaError
+from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.messages import whole
 from pneuma.native import need_native
 from pneuma.state import State
@@ -211,5 +211,6 @@ class Recorder:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self.close()
+    async def __aexit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
+            await self.close()
