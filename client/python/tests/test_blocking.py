@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import gc
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from typing import Any, TypeVar
 
@@ -154,20 +154,34 @@ def client_threads() -> int:
     return sum(thread.name == "pneuma" for thread in threading.enumerate())
 
 
-def test_a_refused_call_keeps_no_thread() -> None:
-    """Without a collection: nothing that was refused holds itself."""
+@pytest.fixture
+def no_collection() -> Iterator[None]:
+    """What is freed in the test is freed because nothing holds it."""
     gc.collect()
-    before = client_threads()
     gc.disable()
-    try:
-        with FakeServer() as fake:
-            world = connect(fake.address)["w"]
-            fake.answers.append(refuse(wire.Error.NOT_FOUND))
-            with contextlib.suppress(PneumaError):
-                world.pause()
-            with contextlib.suppress(ValueError):
-                world._thread.run(refused())
-            del world
-            assert client_threads() == before
-    finally:
-        gc.enable()
+    yield
+    gc.enable()
+
+
+def test_a_refused_call_keeps_no_thread(fake: FakeServer, no_collection: None) -> None:
+    before = client_threads()
+    world = connect(fake.address)["w"]
+    fake.answers.append(refuse(wire.Error.NOT_FOUND))
+    with contextlib.suppress(PneumaError):
+        world.pause()
+    with contextlib.suppress(ValueError):
+        world._thread.run(refused())
+    del world
+    assert client_threads() == before
+
+
+def test_a_broken_connection_keeps_no_thread(fake: FakeServer, no_collection: None) -> None:
+    """The connection keeps the error that ended it, which is raised by each call."""
+    before = client_threads()
+    world = connect(fake.address)["w"]
+    fake.answers.append(lambda message: b"\0\0\0\0")
+    for _ in range(2):
+        with contextlib.suppress(PneumaError):
+            world.pause()
+    del world
+    assert client_threads() == before

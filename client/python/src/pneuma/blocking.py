@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import copy
 import functools
 import threading
 import weakref
@@ -106,7 +107,9 @@ class LoopThread:
             self._begin(call, work)
             return call.wait()
         except PneumaError as error:
-            raise error.with_traceback(None) from None  # the place that matters is the script's
+            # The place that matters is the script's. A connection keeps the error that ended it, and raises it again: a
+            # traceback on that error would keep the script's frames, and by them this thread.
+            raise copy.copy(error.with_traceback(None)) from None
         except asyncio.CancelledError:
             raise PneumaError("UNAVAILABLE", "the server was closed") from None
         except BaseException:
