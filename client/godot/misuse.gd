@@ -21,6 +21,11 @@ func _init():
 	expect(watcher.positions("ball").size() == 0, "positions of no body")
 	expect(watcher.faces().size() == 0, "faces without a name")
 	expect(watcher.normals(3).size() == 0, "normals of a number")
+	expect(watcher.poll("now") == ERR_INVALID_PARAMETER, "poll with an argument")
+	expect(watcher.positions("ball", 3).size() == 0, "positions with too much")
+	expect(watcher.body_names(3).size() == 0, "body_names with an argument")
+	for method in ["close", "error_text", "tick", "time_s"]:
+		expect(watcher.call(method, 3) == null, method + " with an argument")
 	expect(watcher.body_names().size() == 0 and watcher.tick() == -1, "no frame")
 	watcher.close()
 	watcher.close()

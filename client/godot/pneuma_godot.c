@@ -58,7 +58,49 @@ static godot_variant end_vectors(godot_vectors* vectors, godot_vectors_write* wr
   return made;
 }
 
+static godot_variant end_ints(godot_ints* ints) {
+  godot_variant made;
+  core->variant_new_ints(&made, ints);
+  core->ints_destroy(ints);
+  return made;
+}
+
+static godot_variant end_strings(godot_strings* strings) {
+  godot_variant made;
+  core->variant_new_strings(&made, strings);
+  core->strings_destroy(strings);
+  return made;
+}
+
+/* What a method returns of a call that is refused. */
+
+static godot_variant invalid_parameter(void) {
+  return of_int(GODOT_ERR_INVALID_PARAMETER);
+}
+
+static godot_variant no_vectors(void) {
+  godot_vectors vectors;
+  godot_vectors_write* write = begin_vectors(&vectors, 0);
+  return end_vectors(&vectors, write);
+}
+
+static godot_variant no_ints(void) {
+  godot_ints ints;
+  core->ints_new(&ints);
+  return end_ints(&ints);
+}
+
+static godot_variant no_strings(void) {
+  godot_strings strings;
+  core->strings_new(&strings);
+  return end_strings(&strings);
+}
+
 /* What was asked of a method. */
+
+static const char takes_nothing[] = "takes no arguments";
+static const char takes_body[] = "takes the name of a body";
+static const char takes_world[] = "takes an address, the name of a world and, where the server wants one, a token";
 
 static godot_variant complain(const char* method, const char* what) {
   char text[256];
@@ -77,11 +119,10 @@ static int take_text(const godot_variant* argument, godot_utf8* text) {
 }
 
 /* The body that a method's only argument names. What is wrong is told to Godot. */
-static const watched_body* take_body(const char* method, const watched_world* world, int count,
-                                     godot_variant** arguments) {
+static const watched_body* take_body(const char* method, const watched_world* world, godot_variant** arguments) {
   godot_utf8 name;
-  if (count != 1 || !take_text(arguments[0], &name)) {
-    complain(method, "takes the name of a body");
+  if (!take_text(arguments[0], &name)) {
+    complain(method, takes_body);
     return NULL;
   }
   const watched_body* body = watched_world_body(world, core->utf8_text(&name));
@@ -118,13 +159,13 @@ static godot_variant open_world(watched_world* world, int count, godot_variant**
   int taken = 0;
   while (taken < count && taken < 3 && take_text(arguments[taken], &texts[taken])) ++taken;
   godot_variant result;
-  if (taken == count && taken >= 2) {
+  if (taken == count) {
     const char* token = taken == 3 ? core->utf8_text(&texts[2]) : NULL;
     const pneuma_code code = watched_world_open(world, core->utf8_text(&texts[0]), core->utf8_text(&texts[1]), token);
     result = of_int(error_of(code, GODOT_ERR_CANT_CONNECT));
   } else {
-    complain("open", "takes an address, the name of a world and, where the server wants one, a token");
-    result = of_int(GODOT_ERR_INVALID_PARAMETER);
+    complain("open", takes_world);
+    result = invalid_parameter();
   }
   while (taken > 0) core->utf8_destroy(&texts[--taken]);
   return result;
@@ -167,14 +208,12 @@ static godot_variant body_names(watched_world* world, int count, godot_variant**
     core->strings_append(&names, &name);
     core->string_destroy(&name);
   }
-  godot_variant made;
-  core->variant_new_strings(&made, &names);
-  core->strings_destroy(&names);
-  return made;
+  return end_strings(&names);
 }
 
 static godot_variant positions(watched_world* world, int count, godot_variant** arguments) {
-  const watched_body* body = take_body("positions", world, count, arguments);
+  (void)count;
+  const watched_body* body = take_body("positions", world, arguments);
   const size_t size = body ? body->vertex_count : 0;
   godot_vectors vectors;
   godot_vectors_write* write = begin_vectors(&vectors, size);
@@ -187,7 +226,8 @@ static godot_variant positions(watched_world* world, int count, godot_variant** 
 }
 
 static godot_variant normals(watched_world* world, int count, godot_variant** arguments) {
-  const watched_body* body = take_body("normals", world, count, arguments);
+  (void)count;
+  const watched_body* body = take_body("normals", world, arguments);
   const size_t size = body ? body->vertex_count : 0;
   godot_vectors vectors;
   godot_vectors_write* write = begin_vectors(&vectors, size);
@@ -198,7 +238,8 @@ static godot_variant normals(watched_world* world, int count, godot_variant** ar
 
 /* Godot shows the side from which a face goes round clockwise. Pneuma's go round the other way. */
 static godot_variant faces(watched_world* world, int count, godot_variant** arguments) {
-  const watched_body* body = take_body("faces", world, count, arguments);
+  (void)count;
+  const watched_body* body = take_body("faces", world, arguments);
   const size_t size = body ? 3 * body->face_count : 0;
   godot_ints ints;
   core->ints_new(&ints);
@@ -213,18 +254,28 @@ static godot_variant faces(watched_world* world, int count, godot_variant** argu
     }
     core->ints_write_destroy(write);
   }
-  godot_variant made;
-  core->variant_new_ints(&made, &ints);
-  core->ints_destroy(&ints);
-  return made;
+  return end_ints(&ints);
 }
 
+/* `call` refuses other counts of arguments than these. What the arguments are, the method checks. */
 static const struct {
   const char* name;
   method_function function;
-} methods[] = {{"open", open_world}, {"poll", poll_world}, {"close", close_world},     {"error_text", error_text},
-               {"tick", tick},       {"time_s", time_s},   {"body_names", body_names}, {"positions", positions},
-               {"faces", faces},     {"normals", normals}};
+  int count_min, count_max;
+  const char* takes;
+  godot_variant (*refused)(void);
+} methods[] = {
+    {"open", open_world, 2, 3, takes_world, invalid_parameter},
+    {"poll", poll_world, 0, 0, takes_nothing, invalid_parameter},
+    {"close", close_world, 0, 0, takes_nothing, nil},
+    {"error_text", error_text, 0, 0, takes_nothing, nil},
+    {"tick", tick, 0, 0, takes_nothing, nil},
+    {"time_s", time_s, 0, 0, takes_nothing, nil},
+    {"body_names", body_names, 0, 0, takes_nothing, no_strings},
+    {"positions", positions, 1, 1, takes_body, no_vectors},
+    {"faces", faces, 1, 1, takes_body, no_ints},
+    {"normals", normals, 1, 1, takes_body, no_vectors},
+};
 
 /* What Godot calls. */
 
@@ -243,6 +294,10 @@ static godot_variant call(godot_object* object, void* given, void* instance, int
   (void)object;
   const size_t index = (size_t)(uintptr_t)given;
   if (!instance) return complain(methods[index].name, "no memory");
+  if (count < methods[index].count_min || count > methods[index].count_max) {
+    complain(methods[index].name, methods[index].takes);
+    return methods[index].refused();
+  }
   return methods[index].function(instance, count, arguments);
 }
 

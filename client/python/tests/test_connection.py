@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
+import ssl
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
+from typing import Any
 
 import pytest
 
 from pneuma import PneumaError, Server, connect, wire
 from pneuma.aio import connection as connection_module
+from pneuma.aio.connection import Address, Connection, WhyItBroke
 from pneuma.envelope import enveloped
 
 from fake_server import Answer, FakeServer, Reply, refuse, welcomed
@@ -184,12 +188,84 @@ def test_a_broken_connection_ends_what_waits_and_what_comes_after(fake: FakeServ
         assert server.error and server.error.code == "UNAVAILABLE"
 
 
+def hangs_up(fake: FakeServer) -> Answer:
+    def answer(message: wire.ClientMessage) -> bytes:
+        fake.connections[-1].shutdown(socket.SHUT_RDWR)
+        return b""
+
+    return answer
+
+
+def opened(fake: FakeServer, why_it_broke: WhyItBroke) -> Coroutine[Any, Any, Connection]:
+    host, _, port = fake.address.rpartition(":")
+    return Connection.open(Address(host, int(port)), why_it_broke)
+
+
+pause = wire.ClientMessage(pause=wire.Pause(world="w"))
+
+
+def test_a_connection_ends_where_asking_why_it_broke_fails(fake: FakeServer) -> None:
+    async def main() -> None:
+        async def why() -> str:
+            raise OSError("no log")
+
+        connection = await opened(fake, why)
+        fake.answers.append(hangs_up(fake))
+        with pytest.raises(PneumaError, match="the connection broke: why is not known: OSError.'no log'."):
+            await asyncio.wait_for(connection.call(pause, wire.Done), 5.0)
+        await connection.close()
+
+    asyncio.run(main())
+
+
+def test_closing_ends_the_question_why_the_connection_broke(fake: FakeServer) -> None:
+    asked: list[str] = []
+
+    async def main() -> None:
+        async def why() -> str:
+            asked.append("begun")
+            try:
+                await asyncio.sleep(60.0)
+            finally:
+                asked.append("ended")
+            return ""
+
+        connection = await opened(fake, why)
+        fake.answers.append(hangs_up(fake))
+        waiting = asyncio.ensure_future(connection.call(pause, wire.Done))
+        while not asked:
+            await asyncio.sleep(0.01)
+        await connection.close()
+        assert asked == ["begun", "ended"]
+        with pytest.raises(PneumaError, match="the connection was closed"):
+            await waiting
+
+    asyncio.run(main())
+
+
 def test_a_server_that_has_gone_silent_is_told(fake: FakeServer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(connection_module, "silence_s", 0.5)
     with connect(fake.address) as server:
         fake.answers.append(lambda message: b"")
         with pytest.raises(PneumaError, match="the server has gone silent"):
             server["w"].pause()
+
+
+def test_a_handshake_that_fails_leaves_no_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server speaks no TLS. The loop has nothing to complain of, once a connection would have been silent."""
+    monkeypatch.setattr(connection_module, "silence_s", 0.1)
+    complaints: list[object] = []
+
+    async def main() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: complaints.append(context))
+        async with await asyncio.start_server(lambda _, writer: writer.close(), "127.0.0.1", 0) as server:
+            address = Address("127.0.0.1", server.sockets[0].getsockname()[1], tls=ssl.create_default_context())
+            with pytest.raises(PneumaError, match="UNAVAILABLE: cannot connect"):
+                await Connection.open(address)
+            await asyncio.sleep(0.3)
+
+    asyncio.run(main())
+    assert not complaints
 
 
 def test_a_closed_server_is_told(fake: FakeServer) -> None:

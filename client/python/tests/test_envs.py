@@ -160,6 +160,10 @@ yes = np.ones(3, np.bool_)
         ("judge", (0.0, yes), "rewards of the shape (), not (3,)"),
         ("judge", (np.zeros(3), True), "reached of the shape (), not (3,)"),
         ("judge", (np.zeros(3), np.zeros(3)), "reached as float64, not bool"),
+        ("goals", [[1, 2], [3], []], "what are no numbers: [[1, 2], [3], []]"),
+        ("observe", "nothing", "what are no numbers: 'nothing'"),
+        ("judge", ([None, object(), "x"], yes), "what are no numbers: [None, "),
+        ("judge", (np.zeros(3), [[True], [True, False], []]), "reached in rows of different lengths"),
     ],
 )
 def test_what_a_task_returns_has_its_shape(method: str, returned: Any, told: str) -> None:
@@ -194,7 +198,9 @@ def test_what_a_task_returns_may_be_lists_and_whole_numbers() -> None:
         ("action_space", ([-1], [1]), r"Given.action_space is \(\[-1\], \[1\]\), not an envs.Box"),
         ("action_space", envs.Box(-1, 1), r"Given.action_space has the shape \(\), not \(n,\)"),
         ("ticks_a_step", 0, r"is 0; it must be 1 or more.*Given.ticks_a_step"),
-        ("steps_max", 0, "Given.steps_max is 0"),
+        ("steps_max", 0, r"is 0; it must be 1 or more.*Given.steps_max"),
+        ("steps_max", 2.5, r"is 2.5, not a whole number .Given.steps_max"),
+        ("steps_max", "many", r"is 'many', not a whole number .Given.steps_max"),
     ],
 )
 def test_what_a_task_lacks_is_told_before_a_world_is_made(name: str, value: Any, told: str) -> None:

@@ -162,6 +162,19 @@ def test_faces_that_are_no_triangles_are_refused(faces: Any) -> None:
         triangles("m", np.zeros((4, 3)), faces)
 
 
+@pytest.mark.parametrize(
+    "positions, faces, told",
+    [
+        (np.zeros((4, 3)), [(0, 1, 2), (0, 1)], r"has rows of different lengths .triangles\.faces."),
+        (np.zeros((4, 3)), [(0, 1, 2.5)], r"has elements that are no whole numbers .triangles\.faces."),
+        ([(0, 0, 0), (1, 0)], [(0, 1, 2)], r"has rows of different lengths .triangles\.positions."),
+    ],
+)
+def test_triangles_of_what_are_no_rows_are_refused(positions: Any, faces: Any, told: str) -> None:
+    with pytest.raises(PneumaError, match="INVALID_ARGUMENT: " + told):
+        triangles("m", positions, faces)
+
+
 @pytest.mark.parametrize("part", [3, "ball", [ball()], None, Gas()])
 def test_what_is_no_part_of_a_scene_is_refused(part: Any) -> None:
     scene = Scene()

@@ -302,6 +302,28 @@ def test_a_write_that_failed_is_told_at_the_end(world: World, tmp_path: Path, no
     recorder.close()
 
 
+def test_a_write_that_failed_does_not_hide_a_blocks_own_error(world: World, tmp_path: Path, no_room: None) -> None:
+    with pytest.raises(ValueError, match="mine") as raised, world.record(tmp_path / "full.pneuma"):
+        world.step(600)
+        raise ValueError("mine")
+    (note,) = raised.value.__notes__
+    assert note.startswith("At the block's end: UNAVAILABLE: File too large")
+
+
+def test_a_write_that_failed_is_a_note_with_await_too(tmp_path: Path, no_room: None) -> None:
+    async def record() -> None:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("five-balls", paused=True)
+            async with await world.record(tmp_path / "full.pneuma"):
+                await world.step(600)
+                raise ValueError("mine")
+
+    with pytest.raises(ValueError, match="mine") as raised:
+        asyncio.run(record())
+    (note,) = raised.value.__notes__
+    assert "File too large" in note
+
+
 def test_a_recorder_says_what_it_records(world: World, tmp_path: Path) -> None:
     with world.record(tmp_path / "five.pneuma") as recorder:
         recorder.step(2)
@@ -321,3 +343,30 @@ def test_a_recording_with_await(tmp_path: Path) -> None:
 
     asyncio.run(record())
     assert pneuma.read(tmp_path / "a.pneuma").ticks[-1] == 4
+
+
+def test_a_recording_whose_end_is_cancelled_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The connection takes its time to close."""
+
+    async def record() -> None:
+        async with pneuma.aio.serve() as server:
+            world = await server.world("bouncing-ball", paused=True)
+            recorder = await world.record(tmp_path / "a.pneuma")
+            await recorder.step(4)
+            closing, is_closing = recorder._connection.close, asyncio.Event()
+
+            async def close_late() -> None:
+                is_closing.set()
+                await asyncio.sleep(60.0)
+
+            monkeypatch.setattr(recorder._connection, "close", close_late)
+            ending = asyncio.create_task(recorder.close())
+            await asyncio.wait_for(is_closing.wait(), 10.0)
+            ending.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await ending
+            await closing()
+
+    asyncio.run(record())
+    recording = pneuma.read(tmp_path / "a.pneuma")
+    assert recording.ticks[-1] == 4 and not recording.damage

@@ -6,6 +6,8 @@ So pings are answered while the script does something else, and no request is wr
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import copy
 import functools
 import threading
 import weakref
@@ -29,32 +31,52 @@ class Call(Generic[R]):
         self._task: asyncio.Task[None] | None = None
         self._result: R
         self._error: BaseException | None = None
+        self._ended = False
         self._over = threading.Lock()
         self._over.acquire()
 
     def wait(self) -> R:
         self._over.acquire()
-        if self._error is not None:
-            raise self._error
+        # The error's traceback holds this call. If the call held the error, both would stay until a collection.
+        error, self._error = self._error, None
+        if error is not None:
+            try:
+                raise error
+            finally:
+                del error
         return self._result
 
-    # In the loop.
+    # In the loop's thread.
 
     def begin(self) -> None:
         self._task = asyncio.create_task(self._run())
 
     def cancel(self) -> None:
-        """To be called after `begin`."""
+        """To be called after `begin`, or where that will not come."""
         if self._task is not None:
             self._task.get_loop().call_soon(self._task.cancel)  # once it has begun, so that it ends
+        else:
+            self.abandon()
 
-    # Nothing comes after it that would keep the thread from going on.
+    def abandon(self) -> None:
+        """Ends it, if nothing else has: for a loop that does nothing more."""
+        if self._ended:
+            return
+        if self._task is None:
+            self._work.close()
+        self._error = asyncio.CancelledError()
+        self._end()
+
     async def _run(self) -> None:
         try:
             self._result = await self._work
         except BaseException as error:  # whatever it is, it is the waiting thread's
             self._error = error
-        self._over.release()
+        self._end()
+
+    def _end(self) -> None:
+        self._ended = True
+        self._over.release()  # comes last: the waiting thread goes on at once
 
 
 class LoopThread:
@@ -62,7 +84,9 @@ class LoopThread:
 
     def __init__(self) -> None:
         self._loop = asyncio.new_event_loop()
-        thread = threading.Thread(target=run_forever, args=(self._loop,), name="pneuma", daemon=True)
+        # What threads wait for. The loop's end leaves none of them waiting.
+        self._calls: set[Call[Any]] = set()
+        thread = threading.Thread(target=run_forever, args=(self._loop, self._calls), name="pneuma", daemon=True)
         self._closers: list[Callable[[], Coroutine[Any, Any, None]]] = []
         self.end = weakref.finalize(self, end_loop, self._loop, thread, self._closers)
         thread.start()
@@ -79,38 +103,58 @@ class LoopThread:
             raise PneumaError("UNAVAILABLE", "the server was closed")
         call = Call(work)
         try:
-            self._loop.call_soon_threadsafe(call.begin)
-        except RuntimeError:  # the loop was closed just now
-            work.close()
-            raise PneumaError("UNAVAILABLE", "the server was closed") from None
-        try:
+            self._calls.add(call)
+            self._begin(call, work)
             return call.wait()
         except PneumaError as error:
-            raise error.with_traceback(None) from None  # the place that matters is the script's
+            # The place that matters is the script's. A connection keeps the error that ended it, and raises it again: a
+            # traceback on that error would keep the script's frames, and by them this thread.
+            raise copy.copy(error.with_traceback(None)) from None
         except asyncio.CancelledError:
             raise PneumaError("UNAVAILABLE", "the server was closed") from None
         except BaseException:
-            self._loop.call_soon_threadsafe(call.cancel)
+            with contextlib.suppress(RuntimeError):  # the loop is closed, and the call has ended
+                self._loop.call_soon_threadsafe(call.cancel)
             raise
+        finally:
+            self._calls.discard(call)
+
+    def _begin(self, call: Call[R], work: Coroutine[Any, Any, R]) -> None:
+        try:
+            self._loop.call_soon_threadsafe(call.begin)
+        except RuntimeError:  # the loop was closed just now
+            work.close()
+            raise asyncio.CancelledError from None
 
     def call_soon(self, work: Callable[[], None]) -> None:
         """Does something in the loop, without waiting, if there is one still."""
         if self.end.alive:
-            self._loop.call_soon_threadsafe(work)
+            with contextlib.suppress(RuntimeError):  # the loop was closed just now
+                self._loop.call_soon_threadsafe(work)
 
 
-def run_forever(loop: asyncio.AbstractEventLoop) -> None:
+def run_forever(loop: asyncio.AbstractEventLoop, calls: set[Call[Any]]) -> None:
     asyncio.set_event_loop(loop)
-    loop.run_forever()
-    # What other threads still wait for, and what they begin meanwhile: each begins before it is cancelled.
+    try:
+        loop.run_forever()
+        cancel_all(loop)
+        loop.run_until_complete(loop.shutdown_default_executor())
+        cancel_all(loop)  # what began meanwhile
+    finally:
+        loop.close()
+        # Those that came after the loop's last turn. Later ones find it closed.
+        for call in calls.copy():
+            call.abandon()
+
+
+def cancel_all(loop: asyncio.AbstractEventLoop) -> None:
+    """Cancels what other threads still wait for, and what they begin meanwhile: each begins before it is cancelled."""
     loop.run_until_complete(asyncio.sleep(0))
     while left := asyncio.all_tasks(loop):
         for task in left:
             task.cancel()
         loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
         loop.run_until_complete(asyncio.sleep(0))
-    loop.run_until_complete(loop.shutdown_default_executor())
-    loop.close()
 
 
 def end_loop(

@@ -43,8 +43,8 @@ class Grab(Blocking[aio.Grab]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        with at_a_blocks_end(failed=kind is not None):
+    def __exit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
             self.release()
 
 
@@ -161,8 +161,9 @@ class Recorder(Blocking["aio_recorder.Recorder"]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
+            self.close()
 
 
 class World(Blocking[aio.World]):
@@ -228,8 +229,8 @@ class World(Blocking[aio.World]):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        with at_a_blocks_end(failed=kind is not None):
+    def __exit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
             self.destroy()
 
 

@@ -61,13 +61,20 @@ class NotReached(PneumaError):
 
 
 @contextmanager
-def at_a_blocks_end(*, failed: bool) -> Iterator[None]:
-    """Ends what a block was about. That it is gone already is no error; nor, after one, that the server is."""
+def at_a_blocks_end(raised: BaseException | None) -> Iterator[None]:
+    """Ends what a block was about. That it is gone already is no error.
+
+    raised: the block's own error, which goes on. What fails at the end is a note of it.
+    """
     try:
         yield
     except PneumaError as error:
-        if error.code != "NOT_FOUND" and not (failed and error.code == "UNAVAILABLE"):
+        if error.code == "NOT_FOUND":
+            return
+        if raised is None:
             raise
+        if str(error) != str(raised):  # one broken connection is told once
+            raised.add_note(f"At the block's end: {error}")
 
 
 def error_of(reply: wire.Error) -> PneumaError:

@@ -59,7 +59,7 @@ def pneuma_server(
     yield server
     if server.error is None:
         for world in server.worlds():
-            with at_a_blocks_end(failed=False):
+            with at_a_blocks_end(None):
                 server[world.name].destroy()
 
 

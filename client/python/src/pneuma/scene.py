@@ -104,13 +104,15 @@ def triangles(
 
     positions: (n, 3), metres. faces: (m, 3) indices of vertices, counter-clockwise seen from outside.
 
-    Raises PneumaError where faces have another shape. What else is wrong, the server tells.
+    Raises PneumaError where faces have another shape, or what is given are no numbers. What else is wrong, the server
+    tells.
     """
-    indices = np.asarray(faces)
+    indices = messages.array_of(faces, "triangles.faces", whole=True)
+    points = messages.array_of(positions, "triangles.positions")
     if indices.ndim != 2 or indices.shape[1] != 3:
         raise messages.invalid("triangles.faces", f"have the shape {indices.shape}; triangles have (m, 3)")
     return Mesh(
         name=name,
-        triangles=Mesh.Triangles(positions=np.asarray(positions), indices=indices.reshape(-1)),
+        triangles=Mesh.Triangles(positions=points, indices=indices.reshape(-1)),
         mend=mend,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,42 +145,55 @@ def plain(kind: type[T], message: Any, **given: Any) -> T:
     return kind(**given)
 
 
+class Unmade(NamedTuple):
+    """What a SoftState is made of. The bytes are copies: a message makes one each time that it is asked."""
+
+    body: Any
+    positions: bytes
+    velocities: bytes
+
+
 class SoftStates(Mapping[str, SoftState]):
     """The soft bodies of a state. Each is made of its message when it is first asked for: a loop of steps reads few."""
 
-    __slots__ = ("_messages", "_number", "_made")
+    __slots__ = ("_bodies", "_number")
 
     def __init__(self, messages: Iterable[wire.State.Soft], number: str) -> None:
         """number: the type of the coordinates. Raises ValueError where the bytes are no whole vertices."""
-        self._messages = {each.body.name: each for each in messages}
+        self._bodies: dict[str, SoftState | Unmade] = {}
         self._number = number
-        self._made: dict[str, SoftState] = {}
         row_bytes = 3 * np.dtype(number).itemsize
-        for name, each in self._messages.items():
-            if len(each.positions) % row_bytes or len(each.velocities) not in (0, len(each.positions)):
-                raise ValueError(f"the vertices of {name} are not whole")
+        for each in messages:
+            unmade = Unmade(each.body, each.positions, each.velocities)
+            if len(unmade.positions) % row_bytes or len(unmade.velocities) not in (0, len(unmade.positions)):
+                raise ValueError(f"the vertices of {each.body.name} are not whole")
+            self._bodies[each.body.name] = unmade
 
     def __getitem__(self, name: str) -> SoftState:
-        if name not in self._made:
-            if name not in self._messages:
-                raise not_there("soft body", name, self)
-            each = self._messages[name]
-            self._made[name] = plain(
+        if name not in self._bodies:
+            raise not_there("soft body", name, self)
+        body = self._bodies[name]
+        if isinstance(body, Unmade):
+            body = plain(
                 SoftState,
-                each.body,
-                positions=rows(each.positions, self._number),
-                velocities=rows(each.velocities, self._number) if each.velocities else None,
+                body.body,
+                positions=rows(body.positions, self._number),
+                velocities=rows(body.velocities, self._number) if body.velocities else None,
             )
-        return self._made[name]
+            self._bodies[name] = body  # the message is needed no more
+        return body
 
     def __contains__(self, name: object) -> bool:
-        return name in self._messages
+        return name in self._bodies
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._messages)
+        return iter(self._bodies)
 
     def __len__(self) -> int:
-        return len(self._messages)
+        return len(self._bodies)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
 
     # Messages of our own are not known to the pickler.
     def __reduce__(self) -> tuple[type[Named[SoftState]], tuple[str, dict[str, SoftState]]]:

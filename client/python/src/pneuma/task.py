@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pneuma.arrays import floats
 from pneuma.engine import Shown, Worlds
+from pneuma.errors import PneumaError
 from pneuma.messages import whole
 from pneuma.scene import Scene
 
@@ -98,7 +100,7 @@ class CheckedTask:
         self._goal_size: int | None = None
 
     def goals(self, random: np.random.Generator, count: int) -> Array:
-        goals = floats(self._task.goals(random, count), self._named("goals"))
+        goals = self._floats("goals", self._task.goals(random, count))
         if goals.ndim != 2:
             raise ValueError(f"{self._named('goals')} returned the shape {goals.shape}, not ({count}, n)")
         if self._goal_size is None:
@@ -113,7 +115,7 @@ class CheckedTask:
         return arguments
 
     def observe(self, goals: Array) -> Rows:
-        seen = floats(self._task.observe(self._worlds, goals), self._named("observe"))
+        seen = self._floats("observe", self._task.observe(self._worlds, goals))
         self._check_shape("observe", seen.shape, (self._worlds.count, *self._task.observation_space.shape))
         return seen.astype(np.float32)
 
@@ -121,12 +123,24 @@ class CheckedTask:
         judged: object = self._task.judge(self._worlds, goals)
         if not isinstance(judged, tuple) or len(judged) != 2:
             raise ValueError(f"{self._named('judge')} returned {judged!r}, not (rewards, reached)")
-        rewards, reached = floats(judged[0], self._named("judge")), np.asarray(judged[1])
+        rewards, reached = self._floats("judge", judged[0]), self._flags("judge", judged[1])
         self._check_shape("judge", rewards.shape, (self._worlds.count,), "rewards of ")
         self._check_shape("judge", reached.shape, (self._worlds.count,), "reached of ")
         if reached.dtype != np.bool_:
             raise ValueError(f"{self._named('judge')} returned reached as {reached.dtype}, not bool")
         return rewards, reached
+
+    def _floats(self, method: str, returned: object) -> Array:
+        try:
+            return floats(returned, method)
+        except PneumaError:
+            raise ValueError(f"{self._named(method)} returned what are no numbers: {returned!r}") from None
+
+    def _flags(self, method: str, returned: object) -> NDArray[Any]:
+        try:
+            return np.asarray(returned)
+        except ValueError:
+            raise ValueError(f"{self._named(method)} returned reached in rows of different lengths") from None
 
     def _check_shape(self, method: str, shape: tuple[int, ...], wanted: tuple[int, ...], what: str = "") -> None:
         if shape != wanted:
@@ -152,8 +166,7 @@ def check_task(task: Task) -> None:
     if len(task.action_space.shape) != 1:
         raise ValueError(f"{name}.action_space has the shape {task.action_space.shape}, not (n,)")
     whole(task.ticks_a_step, f"{name}.ticks_a_step", least=1)
-    if not task.steps_max >= 1:
-        raise ValueError(f"{name}.steps_max is {task.steps_max!r}; it must be 1 or more")
+    whole(task.steps_max, f"{name}.steps_max", least=1)
 
 
 def repeated(space: Box, count: int) -> Box:

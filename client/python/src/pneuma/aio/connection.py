@@ -82,8 +82,8 @@ class Connection(asyncio.Protocol):
         }
         self._error: PneumaError | None = None
         self._loop = asyncio.get_running_loop()
-        self._heard_s = self._loop.time()
-        self._silence = self._loop.call_later(silence_s, self._look_for_silence)
+        self._heard_s: float
+        self._silence: asyncio.TimerHandle
         self._lost: asyncio.Future[None] = self._loop.create_future()
         self._telling_why: asyncio.Task[None] | None = None
 
@@ -137,6 +137,9 @@ class Connection(asyncio.Protocol):
     async def close(self) -> None:
         """Ends the connection. What waits is UNAVAILABLE."""
         self._end(PneumaError("UNAVAILABLE", "the connection was closed"))
+        if self._telling_why:
+            self._telling_why.cancel()
+            await asyncio.wait([self._telling_why])
         try:
             await asyncio.wait_for(asyncio.shield(self._lost), 1.0)
         except asyncio.TimeoutError:
@@ -176,6 +179,9 @@ class Connection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
+        # Where TLS fails, the loop makes a Connection and no connection: nobody would stop its timer.
+        self._heard_s = self._loop.time()
+        self._silence = self._loop.call_later(silence_s, self._look_for_silence)
 
     def data_received(self, data: bytes) -> None:
         self._heard_s = self._loop.time()
@@ -200,8 +206,13 @@ class Connection(asyncio.Protocol):
             self._lost.set_result(None)
 
     async def _tell_why(self) -> None:
-        why = await self._why_it_broke()
-        self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
+        why = ""
+        try:
+            why = await self._why_it_broke()
+        except Exception as error:
+            why = f"why is not known: {error!r}"
+        finally:
+            self._end(PneumaError("UNAVAILABLE", "the connection broke" + (f": {why}" if why else "")))
 
     def _look_for_silence(self) -> None:
         left_s = self._heard_s + silence_s - self._loop.time()

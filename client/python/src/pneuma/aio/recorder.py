@@ -12,7 +12,7 @@ from pneuma._proto import recording_pb2
 from pneuma._proto import session_pb2 as wire
 from pneuma.aio.connection import Address, Connection
 from pneuma.aio.world import state_in
-from pneuma.errors import PneumaError
+from pneuma.errors import PneumaError, at_a_blocks_end
 from pneuma.messages import whole
 from pneuma.native import need_native
 from pneuma.state import State
@@ -148,15 +148,17 @@ class Recorder:
         self._raise_once()
 
     async def _end(self) -> None:
-        """Ends the stream and the file. What fails then follows from the first error, if there was one."""
+        """Ends the file and the stream. What fails then follows from the first error, if there was one."""
         self._connection.tap = None
         writer, self._writer = self._writer, None
-        await self._connection.close()
+        # The file comes first: a cancellation during what is awaited must not leave it unfinished.
         try:
             if writer:
                 writer.finish()
         except PneumaError as error:
             self._error = self._error or error
+        finally:
+            await self._connection.close()
 
     async def _raise_if_ended(self) -> None:
         """A write that failed ends the recording, and is told."""
@@ -209,5 +211,6 @@ class Recorder:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self.close()
+    async def __aexit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
+            await self.close()

@@ -404,8 +404,8 @@ class World:
     async def __aenter__(self) -> Self:
         return self
 
-    async def __aexit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        with at_a_blocks_end(failed=kind is not None):
+    async def __aexit__(self, kind: object, raised: BaseException | None, trace: object) -> None:
+        with at_a_blocks_end(raised):
             await self.destroy()
 
     async def _do(self, request: wire.ClientMessage) -> int:
