@@ -10,8 +10,8 @@ namespace {
 // A heap of balls, a sheet that folds on itself, something of everything, and a ball without a solid.
 std::vector<Scene> unlike_scenes(Integrator integrator) {
   std::vector<Scene> all(3, lively_scene());
-  for (int i = 0; i < 6; ++i) {
-    all[0].soft_bodies.push_back(ball("c" + std::to_string(i), {-1.0 + 0.3 * i, 2.0 + 0.9 * (i % 2), -1.0}));
+  for (int i = 0; i < 3; ++i) {
+    all[0].soft_bodies.push_back(ball("c" + std::to_string(i), {-1.0 + 0.7 * i, 1.2 + 0.9 * (i % 2), -1.0}));
   }
   SoftBody& sheet = all[1].soft_bodies[0];
   sheet.mesh = *make_grid(8, 8, 1.0, 1.0);
@@ -21,10 +21,12 @@ std::vector<Scene> unlike_scenes(Integrator integrator) {
   Scene& pair = all.emplace_back(lively_scene());
   pair.rigid_bodies.clear();
   pair.colliders.clear();
-  pair.soft_bodies[1].velocity = Vec3d(-3.0, 0.0, 0.0);
+  pair.soft_bodies[1].velocity = Vec3d(-4.0, 0.0, 0.0);
+  pair.soft_bodies[1].position = Vec3d(1.15, 1.2, 0.3);
   for (Scene& scene : all) {
     scene.stepping.integrator = integrator;
-    scene.stepping.substeps = 0;
+    scene.stepping.substeps = integrator == Integrator::implicit_euler ? 2 : 8;
+    for (SoftBody& body : scene.soft_bodies) body.velocity.y() = -8.0;
   }
   return all;
 }
@@ -32,7 +34,7 @@ std::vector<Scene> unlike_scenes(Integrator integrator) {
 class PooledRooms : public testing::TestWithParam<Integrator> {};
 
 TEST_P(PooledRooms, WorldsThatTakeTurnsHaveTheBitsOfEachAlone) {
-  constexpr int ticks = 90;
+  constexpr int ticks = 40;
   std::vector<World> in_turns;
   std::vector<World> alone;
   for (const Scene& scene : unlike_scenes(GetParam())) {
