@@ -73,21 +73,22 @@ typedef struct pneuma_frame {
   const pneuma_solid* solids;
 } pneuma_frame;
 
-/* Texts that functions give are freed by this. */
+/* Texts that functions give are freed by this. It takes NULL, as the functions that destroy and close do; for others an
+   object that is NULL is an error like any. */
 PNEUMA_API void pneuma_text_free(char* text);
 
 /* A world in this program. It has the same bits as a server's of the same scene. */
 typedef struct pneuma_world pneuma_world;
 
-/* `scene`: the text of a scene's file (JSON), or the name of a built-in scene ("five-balls"). `threads`: that step it,
-   the caller's among them; 0 counts as 1. */
+/* `scene`: the text of a scene's file (JSON; server/scenes/README.md has the fields), or the name of a built-in scene
+   ("five-balls"). `threads`: that step it, the caller's among them, 256 at most; 0 counts as 1. */
 PNEUMA_API pneuma_world* pneuma_world_create(const char* scene, uint32_t threads, pneuma_error* error);
 PNEUMA_API void pneuma_world_destroy(pneuma_world* world);
 /* A tick is 1/60 s of the world's time, unless its scene has another rate. */
 PNEUMA_API pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pneuma_error* error);
-/* Where everything is, in single precision, with velocities. NULL where there is no memory for it. */
+/* Where everything is, in single precision, with velocities. NULL where there is no memory for it, or no world. */
 PNEUMA_API const pneuma_frame* pneuma_world_frame(pneuma_world* world);
-/* Two worlds with the same hash have the same bits. */
+/* Two worlds with the same hash have the same bits. 0 where there is no world. */
 PNEUMA_API uint64_t pneuma_world_state_hash(const pneuma_world* world);
 /* Any request of the protocol that a paused world takes, as JSON: {"impulse": {"body": "ball", "impulse": {"y": 3}}},
    {"get_stats": {}}, {"edit": {"edit": {"changes": [{"set_gravity": {"y": -1.62}}]}}}. proto/pneuma/v1/session.proto

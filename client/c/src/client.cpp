@@ -39,6 +39,10 @@ void look_at(const client::DecodedFrame& frame, FrameView& view) {
   }
 }
 
+base::Status no_client() {
+  return base::invalid("is NULL", "client");
+}
+
 }  // namespace
 
 }  // namespace pneuma::c
@@ -70,6 +74,7 @@ void pneuma_client_close(pneuma_client* client) {
 
 pneuma_code pneuma_client_request(pneuma_client* client, const char* request, char** reply, pneuma_error* error) {
   return pneuma::c::guarded(error, [&]() -> pneuma::base::Status {
+    if (client == nullptr) return pneuma::c::no_client();
     auto asked = pneuma::c::parse_request(request);
     if (!asked.ok()) return asked.status();
     if (asked->has_subscribe() || asked->has_hello()) {
@@ -84,6 +89,7 @@ pneuma_code pneuma_client_request(pneuma_client* client, const char* request, ch
 pneuma_code pneuma_client_watch(pneuma_client* client, const char* world, const pneuma_stream* options,
                                 pneuma_error* error) {
   return pneuma::c::guarded(error, [&]() -> pneuma::base::Status {
+    if (client == nullptr) return pneuma::c::no_client();
     if (world == nullptr) return pneuma::base::invalid("is NULL", "world");
     pneuma::client::SubscribeOptions wanted;
     if (options != nullptr) {
@@ -99,7 +105,9 @@ pneuma_code pneuma_client_watch(pneuma_client* client, const char* world, const 
 pneuma_code pneuma_client_next(pneuma_client* client, double timeout_s, const pneuma_frame** frame,
                                pneuma_error* error) {
   return pneuma::c::guarded(error, [&]() -> pneuma::base::Status {
+    if (frame == nullptr) return pneuma::base::invalid("is NULL", "frame");
     *frame = nullptr;
+    if (client == nullptr) return pneuma::c::no_client();
     if (!(timeout_s >= 0.0)) return pneuma::base::invalid("must be 0 or more", "timeout_s");
     const double waited_ms = 1e3 * std::min(timeout_s, pneuma::c::timeout_max_s);
     auto next = client->connection.next_frame(std::chrono::milliseconds(static_cast<std::int64_t>(waited_ms)));

@@ -22,13 +22,27 @@ namespace pneuma::c {
 
 namespace {
 
+// As pneuma-sim's.
+constexpr std::uint32_t threads_max = 256;
+
+base::Status no_world() {
+  return base::invalid("is NULL", "world");
+}
+
 base::Result<app::LocalWorld> create(const char* scene, std::uint32_t threads) {
   if (scene == nullptr) return base::invalid("is NULL", "scene");
+  if (threads > threads_max) {
+    return base::invalid("are too many; 256 are the most", "threads");
+  }
   const std::string text(scene);
   const bool is_json = text.find('{') != std::string::npos;
   v1::CreateWorld request;
   (is_json ? request.mutable_scene_json() : request.mutable_builtin())->assign(text);
   auto made = app::scene_of(request);
+  if (!made.ok() && !is_json) {
+    return base::Status(made.status().code(),
+                        made.status().what() + " (the text of a scene's file is taken, not its path)", "scene");
+  }
   if (!made.ok()) return made.status();
   return app::LocalWorld::create(std::move(*made), std::max<std::uint32_t>(threads, 1));
 }
@@ -81,7 +95,8 @@ void pneuma_world_destroy(pneuma_world* world) {
 }
 
 pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pneuma_error* error) {
-  return pneuma::c::guarded(error, [&] {
+  return pneuma::c::guarded(error, [&]() -> pneuma::base::Status {
+    if (world == nullptr) return pneuma::c::no_world();
     pneuma::v1::ClientMessage request;
     request.mutable_step()->set_ticks(ticks);
     return pneuma::c::tell_reply(world->local.answer(request), nullptr);
@@ -90,20 +105,22 @@ pneuma_code pneuma_world_step(pneuma_world* world, uint32_t ticks, pneuma_error*
 
 const pneuma_frame* pneuma_world_frame(pneuma_world* world) {
   const pneuma_frame* frame = nullptr;
-  pneuma::c::guarded(nullptr, [&] {
+  pneuma::c::guarded(nullptr, [&]() -> pneuma::base::Status {
+    if (world == nullptr) return pneuma::c::no_world();
     pneuma::c::look_at(world->local.live(), world->view);
     frame = world->view.frame();
-    return pneuma::base::Status();
+    return {};
   });
   return frame;
 }
 
 uint64_t pneuma_world_state_hash(const pneuma_world* world) {
-  return world->local.live().physics().state_hash();
+  return world == nullptr ? 0 : world->local.live().physics().state_hash();
 }
 
 pneuma_code pneuma_world_request(pneuma_world* world, const char* request, char** reply, pneuma_error* error) {
   return pneuma::c::guarded(error, [&]() -> pneuma::base::Status {
+    if (world == nullptr) return pneuma::c::no_world();
     const auto asked = pneuma::c::parse_request(request);
     if (!asked.ok()) return asked.status();
     return pneuma::c::tell_reply(world->local.answer(*asked), reply);

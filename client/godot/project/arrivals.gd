@@ -15,6 +15,9 @@ func _ready():
 	for argument in OS.get_cmdline_args():
 		if argument.begins_with("--frames="):
 			frames = int(argument.substr(9))
+			if frames <= 0:
+				printerr("arrivals: %s: a number of frames is wanted" % argument)
+				return get_tree().quit(1)
 	set_process(frames > 0)
 	if frames > 0:
 		get_parent().connect("shown", self, "tell")

@@ -68,4 +68,5 @@ func new_view(index):
 func fail(what):
 	set_process(false)
 	$Message.text = what
+	printerr(what)
 	emit_signal("failed", what)
