@@ -10,7 +10,6 @@
 
 #include "app/factor_size.h"
 #include "base/limits.h"
-#include "physics/machine/room_pool.h"
 
 namespace pneuma::app {
 
@@ -23,13 +22,12 @@ using physics::Integrator;
 constexpr std::size_t mesh_bytes_per_vertex = 300;  // rings, lanes' tables, topologies
 constexpr std::size_t body_bytes = 6 * 1024;
 constexpr std::size_t body_bytes_per_vertex = 500;
-// Features that are near each other are kept within a tick: most in a heap, or in a skin that folds on itself.
+// Within a tick; most of it is others' between ticks (physics/machine/room_pool.h). Features that are near each other
+// are most in a heap, or in a skin that folds on itself.
 constexpr std::size_t contact_bytes_per_vertex = 3'500;
 constexpr std::size_t self_contact_bytes_per_vertex = 8'000;
 // Of a skin that has solids alone to touch: most in a sheet that lies on a floor.
 constexpr std::size_t solid_contact_bytes_per_vertex = 1'500;
-// Of these, what stays with the world where the rest goes back to the pool after each tick.
-constexpr std::size_t surface_bytes_per_vertex = 200;
 constexpr std::size_t implicit_bytes_per_vertex = 1'000;
 constexpr std::size_t matrix_bytes_per_vertex = 100;
 // As it is kept, and as Eigen holds it while it is made.
@@ -93,21 +91,18 @@ base::Result<WorldBytes> WorldEstimates::of(const v1::Scene& source, const physi
   }
   std::set<decltype(likeness(scene.soft_bodies.front()))> matrices;
   std::size_t implicit_bytes = 0;
-  std::size_t contact_bytes = 0;  // within a tick
-  std::size_t surface_bytes = 0;  // and between ticks
   for (std::size_t i = 0; i < scene.soft_bodies.size(); ++i) {
     const physics::SoftBody& body = scene.soft_bodies[i];
     const std::size_t size = size_of(*body.mesh);
     meshes.insert(body.mesh);
     bytes.vertices += body.mesh->positions_m.size();
     bytes.as_explicit += body_bytes + size * body_bytes_per_vertex;
-    if (body.collision.self) contact_bytes += size * self_contact_bytes_per_vertex;
+    if (body.collision.self) bytes.as_explicit += size * self_contact_bytes_per_vertex;
     if (meets_others && body.collision.soft != physics::SoftCollision::none) {
-      contact_bytes += size * contact_bytes_per_vertex;
+      bytes.as_explicit += size * contact_bytes_per_vertex;
     } else if (touches) {
-      contact_bytes += size * solid_contact_bytes_per_vertex;
+      bytes.as_explicit += size * solid_contact_bytes_per_vertex;
     }
-    if (touches || body.collision.self) surface_bytes += size * surface_bytes_per_vertex;
     if (!may_be_implicit) continue;
     implicit_bytes += size * implicit_bytes_per_vertex;
     if (!matrices.insert(likeness(body)).second) continue;
@@ -128,8 +123,7 @@ base::Result<WorldBytes> WorldEstimates::of(const v1::Scene& source, const physi
   }
   std::erase_if(factor_entries_, [&](const auto& known) { return !meshes.contains(known.first); });
   for (const MeshPtr& mesh : meshes) bytes.as_explicit += size_of(*mesh) * mesh_bytes_per_vertex;
-  bytes.as_implicit = bytes.as_explicit + contact_bytes + implicit_bytes;
-  bytes.as_explicit += contact_bytes <= physics::pooled_room_bytes_max ? surface_bytes : contact_bytes;
+  bytes.as_implicit = bytes.as_explicit + implicit_bytes;
   return bytes;
 }
 

@@ -40,11 +40,6 @@ Aabb<double> swept_by(const SoftState<Real>& body, const BodyBounds& bounds) {
 
 }  // namespace
 
-std::size_t pooled_contact_bytes() {
-  return Borrowed<SurfaceRoom>::pooled_bytes() + Borrowed<LumpedContacts<float>>::pooled_bytes() +
-         Borrowed<LumpedContacts<double>>::pooled_bytes();
-}
-
 template <class Real>
 template <class Work>
 void Contacts<Real>::for_each(const ContactWorld<Real>& world, std::size_t count, const Work& work) {

@@ -22,9 +22,6 @@
 
 namespace pneuma::physics {
 
-/// What is kept for the contacts of whichever world steps next.
-[[nodiscard]] std::size_t pooled_contact_bytes();
-
 /// Finds and answers the contacts of one world. Between ticks it holds nothing but scratch, and little of that: most of
 /// it worlds use in turns. So a steady world allocates nothing; a fresh one gives the same bits, and is needed where
 /// bodies come, go or are put elsewhere.

@@ -1,4 +1,4 @@
-// Room to work in that worlds use in turns: it is needed within a tick, and there are few ticks at once.
+// Scratch that worlds use in turns: each needs it within a tick only, and few worlds are within one at once.
 #pragma once
 
 #include <cstddef>
@@ -9,46 +9,51 @@
 
 namespace pneuma::physics {
 
-/// Of a room: one that has grown larger stays with its world, since the pool would hold it for worlds that need little.
-inline constexpr std::size_t pooled_room_bytes_max = std::size_t{8} * 1024 * 1024;
+/// A pool lends so many rooms of a kind, and keeps none that has grown larger. So what worlds hold besides their own
+/// needs, since others used a room before, is bounded.
+inline constexpr std::size_t pooled_rooms_max = 16;
+inline constexpr std::size_t pooled_room_bytes_max = std::size_t{4} * 1024 * 1024;
 
-/// Room that is taken from a pool of the process where it is first asked for, and given back by `give_back`. A copy, or
-/// what was moved from, has none. What is in a room that was taken is of whoever had it last.
-/// Room has `std::size_t bytes() const` and `void clear()`, which lets go of what is others'.
+/// A room to work in, lent by a pool of the process where it is first asked for. Where the pool has lent all, the room
+/// is a new one. A copy has none. What is in a room that was lent is of whoever had it last.
+/// Room has `std::size_t bytes() const`, and `void clear()`, which lets go of what is others'.
 template <class Room>
 class Borrowed {
  public:
   Borrowed() = default;
   Borrowed(const Borrowed& /*other*/) {}
-  Borrowed& operator=(const Borrowed& /*other*/) {
-    room_.reset();
+  Borrowed(Borrowed&& other) noexcept : room_(std::move(other.room_)), is_lent_(std::exchange(other.is_lent_, false)) {}
+  Borrowed& operator=(Borrowed other) noexcept {
+    std::swap(room_, other.room_);
+    std::swap(is_lent_, other.is_lent_);
     return *this;
   }
-  Borrowed(Borrowed&&) noexcept = default;
-  Borrowed& operator=(Borrowed&&) noexcept = default;
-  ~Borrowed() = default;
+  ~Borrowed() {
+    if (is_lent_) Pool::of_process().forget();
+  }
 
   [[nodiscard]] Room& operator*() {
-    if (room_ == nullptr) room_ = Pool::of_process().take();
+    if (room_ == nullptr) is_lent_ = Pool::of_process().lend(room_);
     return *room_;
   }
   [[nodiscard]] Room* operator->() { return &**this; }
   /// Null where none is held.
   [[nodiscard]] const Room* held() const { return room_.get(); }
 
-  /// Unless it has grown too large.
+  /// At a tick's end. A room that has grown too large for the pool is the world's own from here on; a smaller one that
+  /// was not lent is freed.
   void give_back() {
-    if (room_ == nullptr || room_->bytes() > pooled_room_bytes_max) return;
-    room_->clear();
-    Pool::of_process().put(std::move(room_));
+    if (room_ == nullptr) return;
+    const bool is_large = room_->bytes() > pooled_room_bytes_max;
+    if (std::exchange(is_lent_, false)) {
+      if (is_large) return Pool::of_process().forget();
+      room_->clear();
+      return Pool::of_process().take_back(std::move(room_));
+    }
+    if (!is_large) room_.reset();
   }
 
-  /// Of all rooms that nobody has.
-  [[nodiscard]] static std::size_t pooled_bytes() { return Pool::of_process().bytes(); }
-
  private:
-  static constexpr std::size_t pooled_rooms_max = 16;
-
   class Pool {
    public:
     // Never destroyed, since worlds may outlive it at the program's end.
@@ -56,30 +61,37 @@ class Borrowed {
       static Pool& pool = *new Pool;
       return pool;
     }
-    std::unique_ptr<Room> take() {
+    // Sets the room. Whether it is one of the pool's.
+    bool lend(std::unique_ptr<Room>& room) {
       const std::lock_guard lock(mutex_);
-      if (free_.empty()) return std::make_unique<Room>();
-      std::unique_ptr<Room> room = std::move(free_.back());
-      free_.pop_back();
-      return room;
+      if (!free_.empty()) {
+        room = std::move(free_.back());
+        free_.pop_back();
+        return true;
+      }
+      room = std::make_unique<Room>();
+      if (count_ == pooled_rooms_max) return false;
+      ++count_;
+      return true;
     }
-    std::size_t bytes() {
+    void take_back(std::unique_ptr<Room> room) {
       const std::lock_guard lock(mutex_);
-      std::size_t sum = 0;
-      for (const std::unique_ptr<Room>& room : free_) sum += room->bytes();
-      return sum;
+      free_.push_back(std::move(room));
     }
-    void put(std::unique_ptr<Room> room) {
+    // A room that was lent does not come back.
+    void forget() {
       const std::lock_guard lock(mutex_);
-      if (free_.size() < pooled_rooms_max) free_.push_back(std::move(room));
+      --count_;
     }
 
    private:
     std::mutex mutex_;
     std::vector<std::unique_ptr<Room>> free_;
+    std::size_t count_ = 0;  // of those that are free or lent
   };
 
   std::unique_ptr<Room> room_;
+  bool is_lent_ = false;
 };
 
 }  // namespace pneuma::physics

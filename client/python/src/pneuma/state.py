@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -136,12 +137,22 @@ def rows(data: bytes, number: str) -> Floats:
     return rows
 
 
+@cache
+def names_of(kind: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The fields of a dataclass: those that are arrays, and the others."""
+    arrays = tuple(each.name for each in fields(kind) if str(each.type) == "Array")
+    return arrays, tuple(each.name for each in fields(kind) if each.name not in arrays)
+
+
 def plain(kind: type[T], message: Any, **given: Any) -> T:
     """A dataclass whose other fields have the names of the message's; its Vec3 become arrays."""
-    for each in fields(kind):
-        if each.name not in given:
-            value = getattr(message, each.name)
-            given[each.name] = xyz(value) if hasattr(value, "x") else value
+    arrays, others = names_of(kind)
+    for name in arrays:
+        if name not in given:
+            given[name] = xyz(getattr(message, name))
+    for name in others:
+        if name not in given:
+            given[name] = getattr(message, name)
     return kind(**given)
 
 

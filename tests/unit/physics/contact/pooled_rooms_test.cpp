@@ -1,7 +1,7 @@
 // Shows that contact leaves nothing of a world in the room that the next one works in.
 #include <gtest/gtest.h>
 
-#include "physics/contact/contact.h"
+#include "physics/machine/room_pool.h"
 #include "unit/physics/lively_world.h"
 
 namespace pneuma::physics {
@@ -50,7 +50,57 @@ TEST_P(PooledRooms, WorldsThatTakeTurnsHaveTheBitsOfEachAlone) {
     EXPECT_GT(alone[i].row_counts().rows, 0U) << "world " << i;
     EXPECT_EQ(in_turns[i].row_counts().rows, alone[i].row_counts().rows) << "world " << i;
   }
-  EXPECT_GT(pooled_contact_bytes(), 0U);
+}
+
+struct Note {
+  std::size_t size = 0;
+  bool is_cleared = false;
+  [[nodiscard]] std::size_t bytes() const { return size; }
+  void clear() { is_cleared = true; }
+};
+template <int>
+struct NoteOf : Note {};
+
+TEST(RoomPool, LendsWhatWasGivenBack) {
+  Borrowed<NoteOf<0>> first;
+  first->size = 7;
+  first.give_back();
+  EXPECT_EQ(first.held(), nullptr);
+  Borrowed<NoteOf<0>> second;
+  EXPECT_EQ(second->size, 7U);
+  EXPECT_TRUE(second->is_cleared);
+}
+
+TEST(RoomPool, ALargeRoomStaysWithItsWorld) {
+  Borrowed<NoteOf<1>> large;
+  large->size = pooled_room_bytes_max + 1;
+  large.give_back();
+  ASSERT_NE(large.held(), nullptr);
+  EXPECT_FALSE(large.held()->is_cleared);
+  large->size = 1;  // no longer the pool's
+  large.give_back();
+  Borrowed<NoteOf<1>> next;
+  EXPECT_EQ(next->size, 0U);
+}
+
+// Else worlds that are within a tick all at once would hold, each, what the largest among them needed.
+TEST(RoomPool, LendsNoMoreThanItMay) {
+  std::vector<Borrowed<NoteOf<2>>> lent(pooled_rooms_max);
+  for (auto& each : lent) each->size = 9;
+  Borrowed<NoteOf<2>> own;
+  own->size = 5;
+  own.give_back();
+  EXPECT_EQ(own.held(), nullptr);
+  EXPECT_EQ(own->size, 0U) << "it was freed";
+  lent.pop_back();  // destroyed within a tick
+  Borrowed<NoteOf<2>> instead;
+  instead->size = 3;
+  instead.give_back();
+  EXPECT_EQ(instead->size, 3U) << "its place was free";
+  const Borrowed<NoteOf<2>> copy(lent.front());
+  EXPECT_EQ(copy.held(), nullptr);
+  const Borrowed<NoteOf<2>> moved(std::move(lent.front()));
+  EXPECT_EQ(moved.held()->size, 9U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PooledRooms,
