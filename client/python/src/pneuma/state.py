@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, NamedTuple, TypeVar
@@ -144,7 +144,7 @@ def names_of(kind: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return arrays, tuple(each.name for each in fields(kind) if each.name not in arrays)
 
 
-def plain(kind: type[T], message: Any, **given: Any) -> T:
+def plain(kind: Callable[..., T], message: Any, **given: Any) -> T:
     """A dataclass whose other fields have the names of the message's; its Vec3 become arrays."""
     arrays, others = names_of(kind)
     for name in arrays:
