@@ -1,5 +1,7 @@
 // Shows that a world's state is a function of its scene and its steps alone: the same hash on every run, with any
 // number of workers, and across a snapshot; and that a body that runs away is stopped without touching the others.
+#include <algorithm>
+
 #include "numerics/worlds.h"
 #include "physics/mesh/mesh_builders.h"
 
@@ -37,6 +39,38 @@ Scene crowded(Precision precision) {
   return scene;
 }
 
+/// Heavy boxes on soft balls on a floor, 10 m from each other; each box falls faster than the one before.
+Scene boxes_on_balls(int count, Precision precision) {
+  Scene scene;
+  scene.gravity = {0, -9.81, 0};
+  scene.stepping = {.rate_hz = 60, .substeps = 32, .precision = precision};
+  Collider floor;
+  floor.name = "floor";
+  floor.shape = PlaneShape{};
+  floor.surface = {0.4, 0.4, 0.0};
+  scene.colliders.push_back(floor);
+  const auto mesh = *make_icosphere(2, 0.5);
+  for (int i = 0; i < count; ++i) {
+    SoftBody ball;
+    ball.name = "ball-" + std::to_string(i);
+    ball.mesh = mesh;
+    ball.position = {10.0 * i, 0.6, 0.0};
+    ball.springs = {2'000.0, 0.5, 1.0};
+    ball.gas = Gas{.moles = 0.1};
+    ball.surface.friction = 0.3;
+    scene.soft_bodies.push_back(ball);
+    RigidBody box;
+    box.name = "box-" + std::to_string(i);
+    box.shape = BoxShape{Vec3d::Constant(0.6)};
+    box.mass_kg = 20.0;
+    box.position = {10.0 * i + 0.1, 1.9, 0.0};
+    box.velocity = {0.0, -2.0 * i, 0.0};
+    box.surface.friction = 0.3;
+    scene.rigid_bodies.push_back(box);
+  }
+  return scene;
+}
+
 class Reproducible : public testing::TestWithParam<Precision> {};
 
 TEST_P(Reproducible, TheSameHashOnEveryRunAndAnyNumberOfWorkers) {
@@ -49,6 +83,26 @@ TEST_P(Reproducible, TheSameHashOnEveryRunAndAnyNumberOfWorkers) {
   EXPECT_EQ(hash_of(1), hash);
   EXPECT_EQ(hash_of(2), hash);
   EXPECT_EQ(hash_of(5), hash);
+}
+
+// Nor how many workers there are, of which each takes whole groups.
+TEST_P(Reproducible, WhatTouchesNothingOfABodyChangesNoBitOfItsContacts) {
+  World alone = make_world(boxes_on_balls(1, GetParam()));
+  const auto height_m = [&] {
+    const auto [low, high] = std::ranges::minmax(positions_of(alone, 0), {}, [](const Vec3d& x) { return x.y(); });
+    return high.y() - low.y();
+  };
+  const double whole_m = height_m();
+  double least_m = whole_m;
+  World together = make_world(boxes_on_balls(4, GetParam()));
+  for (int tick = 0; tick < 120; ++tick) {
+    run_ticks(alone, 1);
+    run_ticks(together, 1, 3);
+    least_m = std::min(least_m, height_m());
+    ASSERT_TRUE(positions_of(alone, 0) == positions_of(together, 0)) << tick;
+    ASSERT_TRUE(alone.rigid_bodies()[0].position == together.rigid_bodies()[0].position) << tick;
+  }
+  EXPECT_LT(least_m, 0.7 * whole_m) << "the box is to press the ball";
 }
 
 TEST_P(Reproducible, SampledVolumesAreTheSameOnEveryRunAndAnyNumberOfWorkers) {

@@ -5,21 +5,30 @@
 
 namespace pneuma::physics {
 
+void JoinedBodies::begin(std::size_t count) {
+  lower_.resize(count);
+  std::iota(lower_.begin(), lower_.end(), 0U);
+}
+
+void JoinedBodies::join(std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t of_a = lowest_with(a);
+  const std::uint32_t of_b = lowest_with(b);
+  lower_[std::max(of_a, of_b)] = std::min(of_a, of_b);
+}
+
+std::uint32_t JoinedBodies::lowest_with(std::uint32_t body) {
+  while (lower_[body] != body) body = lower_[body] = lower_[lower_[body]];
+  return body;
+}
+
 void group_rows(std::vector<ContactRow>& rows, std::span<const std::uint8_t> yields, std::vector<RowGroup>& groups) {
-  std::vector<std::uint32_t> first(yields.size());
-  std::iota(first.begin(), first.end(), 0U);
-  const auto root_of = [&](std::uint32_t body) {
-    while (first[body] != body) body = first[body] = first[first[body]];
-    return body;
-  };
+  JoinedBodies joined;
+  joined.begin(yields.size());
   for (const ContactRow& row : rows) {
-    if (yields[row.first.body] == 0 || yields[row.second.body] == 0) continue;
-    const std::uint32_t a = root_of(row.first.body);
-    const std::uint32_t b = root_of(row.second.body);
-    first[std::max(a, b)] = std::min(a, b);  // the lowest names the group, whatever the order
+    if (yields[row.first.body] != 0 && yields[row.second.body] != 0) joined.join(row.first.body, row.second.body);
   }
   const auto group_of = [&](const ContactRow& row) {
-    return root_of(yields[row.first.body] != 0 ? row.first.body : row.second.body);
+    return joined.lowest_with(yields[row.first.body] != 0 ? row.first.body : row.second.body);
   };
   std::vector<std::pair<std::uint32_t, std::uint32_t>> order;  // group and place
   for (std::uint32_t i = 0; i < rows.size(); ++i) order.emplace_back(group_of(rows[i]), i);

@@ -1,6 +1,7 @@
 // Groups: bodies that rows tie together. Each is solved by itself.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -8,6 +9,20 @@
 #include "physics/contact/row.h"
 
 namespace pneuma::physics {
+
+/// Finds which bodies are one group, from pairs that are.
+class JoinedBodies {
+ public:
+  void begin(std::size_t count);
+  void join(std::uint32_t a, std::uint32_t b);
+  /// The lowest body of its group, whatever the order in which they were joined.
+  [[nodiscard]] std::uint32_t lowest_with(std::uint32_t body);
+
+  [[nodiscard]] std::size_t bytes() const { return lower_.capacity() * sizeof(std::uint32_t); }
+
+ private:
+  std::vector<std::uint32_t> lower_;  // one a body: itself, or a lower one of its group
+};
 
 /// A run of rows of one group, after group_rows().
 struct RowGroup {

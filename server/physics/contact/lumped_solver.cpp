@@ -14,25 +14,26 @@ double inverse_mass_along_1_kg(const LumpedRigid& rigid, const Vec3d& arm, const
 
 }  // namespace
 
-void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const SurfaceBody> bodies,
-                        std::size_t rigid_count) {
-  for (const Slot& slot : slots_) {
-    if (slot.body < first_of_.size()) slot_of_[first_of_[slot.body] + slot.vertex] = 0;
-  }
-  slots_.clear();
-  first_of_.resize(bodies.size());
+void SlotTable::begin(std::span<const SurfaceBody> bodies) {
+  first_of.resize(bodies.size());
   std::size_t count = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    first_of_[i] = count;
+    first_of[i] = count;
     count += bodies[i].inverse_masses_1_kg.size();
   }
-  slot_of_.resize(count);
-  rigid_.assign(rigid_count, {});
+  slot_of.assign(count, 0);
+}
+
+void LumpedSolver::load(std::span<ContactRow* const> rows, std::span<const SurfaceBody> bodies, const Solids& solids,
+                        SlotTable& table) {
+  slots_.clear();
+  rigid_.assign(solids.rigid.size(), {});
   rows_.clear();
   sides_.clear();
   impulses_.clear();
   first_solid_row_ = rows.size();
-  for (const ContactRow& from : rows) {
+  for (const ContactRow* each : rows) {
+    const ContactRow& from = *each;
     LumpedRow& row = rows_.emplace_back();
     Vec3d::Map(row.normal) = from.normal;
     row.friction = from.friction;
@@ -42,7 +43,7 @@ void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const Surfac
       for (std::uint32_t i = 0; i < support.count; ++i, ++corners) {
         const double weight = sign * support.weights[i];
         const double of_corner_1_kg = bodies[support.body].inverse_masses_1_kg[support.vertices[i]];
-        row.corners[corners] = slot_of(support.body, support.vertices[i]);
+        row.corners[corners] = slot_of(support.body, support.vertices[i], table);
         row.weights[corners] = weight;
         row.pushes_1_kg[corners] = weight * of_corner_1_kg;
         inverse_mass_1_kg += weight * weight * of_corner_1_kg;
@@ -60,9 +61,10 @@ void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const Surfac
       for (std::uint32_t i = 0; i < from.first.count; ++i) {
         side.corner_inverse_masses_1_kg[i] = bodies[from.first.body].inverse_masses_1_kg[from.first.vertices[i]];
       }
-      if (solid < rigid_count) {
-        side.rigid = static_cast<std::uint32_t>(solid);
-      } else {
+      if (solid < solids.rigid_count) {
+        const auto found = std::ranges::lower_bound(solids.rigid, solid);
+        side.rigid = static_cast<std::uint32_t>(found - solids.rigid.begin());
+      } else if (solids.is_still[solid - solids.rigid_count] == 0) {
         side.slot = static_cast<std::uint32_t>(slots_.size());
         slots_.push_back({from.second.body, 0});
         row.corners[corners] = side.slot;
@@ -77,10 +79,13 @@ void LumpedSolver::load(std::span<const ContactRow> rows, std::span<const Surfac
     impulse.pressed_n_s = std::max(0.0, from.impulse_n_s.dot(from.normal));
     Vec3d::Map(impulse.rubbed_n_s) = from.impulse_n_s - from.impulse_n_s.dot(from.normal) * from.normal;
   }
+  for (const Slot& slot : slots_) {
+    if (slot.body < bodies.size()) table.slot_of[table.first_of[slot.body] + slot.vertex] = 0;
+  }
 }
 
-std::uint32_t LumpedSolver::slot_of(std::uint32_t body, std::uint32_t vertex) {
-  std::uint32_t& known = slot_of_[first_of_[body] + vertex];
+std::uint32_t LumpedSolver::slot_of(std::uint32_t body, std::uint32_t vertex, SlotTable& table) {
+  std::uint32_t& known = table.slot_of[table.first_of[body] + vertex];
   if (known == 0) {
     slots_.push_back({body, vertex});
     known = static_cast<std::uint32_t>(slots_.size());
@@ -127,15 +132,6 @@ Vec3d LumpedSolver::impulse_n_s(std::size_t row) const {
 Vec3d LumpedSolver::at_vertices(const LumpedRow& row, const Values& values) const {
   Vec3d sum = Vec3d::Zero();
   for (std::size_t i = 0; i < row.corner_count; ++i) {
-    sum += row.weights[i] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]);
-  }
-  return sum;
-}
-
-Vec3d LumpedSolver::at_skin(std::size_t index, const Values& values) const {
-  const LumpedRow& row = rows_[index];
-  Vec3d sum = row.weights[0] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[0]);
-  for (std::size_t i = 1; i < row.pushed_count; ++i) {
     sum += row.weights[i] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]);
   }
   return sum;
@@ -261,8 +257,7 @@ void LumpedSolver::part_rigid(std::span<const std::uint32_t> due, std::span<cons
 std::size_t LumpedSolver::bytes() const {
   return slots_.capacity() * sizeof(Slot) + rows_.capacity() * sizeof(LumpedRow) +
          sides_.capacity() * sizeof(SolidSide) + rigid_.capacity() * sizeof(LumpedRigid) +
-         (impulses_.capacity() + parting_.capacity()) * sizeof(LumpedImpulse) +
-         first_of_.capacity() * sizeof(std::size_t) + slot_of_.capacity() * sizeof(std::uint32_t);
+         (impulses_.capacity() + parting_.capacity()) * sizeof(LumpedImpulse);
 }
 
 }  // namespace pneuma::physics

@@ -24,10 +24,21 @@ struct LumpedRigid {
   Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
+/// Where the vertices of bodies are among the slots of a solver that loads its rows. Solvers use one in turns.
+struct SlotTable {
+  std::vector<std::size_t> first_of;   // one a body: where its vertices begin
+  std::vector<std::uint32_t> slot_of;  // one a vertex of any body: its slot and one, or 0
+
+  void begin(std::span<const SurfaceBody> bodies);
+  [[nodiscard]] std::size_t bytes() const {
+    return first_of.capacity() * sizeof(std::size_t) + slot_of.capacity() * sizeof(std::uint32_t);
+  }
+};
+
 class LumpedSolver {
  public:
-  /// A vertex that rows name, or the point of a solid that a row meets: that is of no body, and the caller says how it
-  /// moves. Each has a value.
+  /// A vertex that rows name, or the point of a moving collider that a row meets: that is of no body, and the caller
+  /// says how it moves. Each has a value.
   struct Slot {
     std::uint32_t body = 0;
     std::uint32_t vertex = 0;
@@ -42,16 +53,23 @@ class LumpedSolver {
     }
   };
 
+  /// The solids that rows may name.
+  struct Solids {
+    std::span<const std::uint32_t> rigid;    // the rigid bodies that they do, sorted
+    std::size_t rigid_count = 0;             // of all that there are
+    std::span<const std::uint8_t> is_still;  // one a collider
+  };
   /// Takes the rows' supports, normals, friction and impulses. Rows name `bodies` by index; what is past them is a
-  /// solid, rigid bodies first.
-  void load(std::span<const ContactRow> rows, std::span<const SurfaceBody> bodies, std::size_t rigid_count);
+  /// solid, all rigid bodies first, then colliders. The table has begun with the bodies.
+  void load(std::span<ContactRow* const> rows, std::span<const SurfaceBody> bodies, const Solids& solids,
+            SlotTable& table);
 
   [[nodiscard]] std::span<const Slot> slots() const { return slots_; }
   /// One a row. The caller says what they are to reach.
   [[nodiscard]] std::span<LumpedImpulse> impulses() { return impulses_; }
   [[nodiscard]] std::span<const LumpedImpulse> impulses() const { return impulses_; }
   [[nodiscard]] Vec3d impulse_n_s(std::size_t row) const;
-  /// One a rigid body. The caller says how they move, before it calls turn().
+  /// One a rigid body that rows name. The caller says how they move, before it calls turn().
   [[nodiscard]] std::span<LumpedRigid> rigid() { return rigid_; }
 
   /// Where a row of a solid stands in this substep: its normal, and the point of the solid, from its centre (of a rigid
@@ -77,7 +95,7 @@ class LumpedSolver {
   }
   /// The slot of the first vertex.
   [[nodiscard]] std::size_t skin_slot(std::size_t row) const { return rows_[row].corners[0]; }
-  /// The slot of the point of a solid that does not give way.
+  /// The slot of the point of a moving collider.
   [[nodiscard]] std::size_t point_slot(std::size_t row) const { return sides_[row - first_solid_row_].slot; }
 
   /// The first support's value as seen from the second; not of a row with a solid.
@@ -102,13 +120,13 @@ class LumpedSolver {
   // Of a row against a solid.
   struct SolidSide {
     std::uint32_t rigid = none;
-    std::uint32_t slot = none;            // of its point, where it does not give way
+    std::uint32_t slot = none;            // of its point, of a moving collider
     double skin_inverse_mass_1_kg = 0.0;  // of the row's other side
     Vec3d corner_inverse_masses_1_kg = Vec3d::Zero();
     Vec3d arm = Vec3d::Zero();
   };
 
-  [[nodiscard]] std::uint32_t slot_of(std::uint32_t body, std::uint32_t vertex);
+  [[nodiscard]] std::uint32_t slot_of(std::uint32_t body, std::uint32_t vertex, SlotTable& table);
   [[nodiscard]] Vec3d at_vertices(const LumpedRow& row, const Values& values) const;
   void push_vertices(const LumpedRow& row, const Vec3d& impulse_n_s, Values& values) const;
   void push_rigid(const SolidSide& side, const Vec3d& impulse_n_s);
@@ -123,8 +141,16 @@ class LumpedSolver {
   std::vector<LumpedRigid> rigid_;
   std::vector<LumpedImpulse> impulses_;
   std::vector<LumpedImpulse> parting_;  // scratch of part()
-  std::vector<std::size_t> first_of_;   // one a body: where its vertices begin in slot_of_
-  std::vector<std::uint32_t> slot_of_;  // one a vertex of any body: its slot and one, or 0
 };
+
+// Here, since each row asks several times a substep.
+inline Vec3d LumpedSolver::at_skin(std::size_t index, const Values& values) const {
+  const LumpedRow& row = rows_[index];
+  Vec3d sum = row.weights[0] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[0]);
+  for (std::size_t i = 1; i < row.pushed_count; ++i) {
+    sum += row.weights[i] * Vec3d::Map(values.data() + std::size_t{4} * row.corners[i]);
+  }
+  return sum;
+}
 
 }  // namespace pneuma::physics

@@ -136,12 +136,26 @@ struct ParticleWorld {
   }
 };
 
+/// With rows of the first so many rigid bodies.
+void load(LumpedSolver& solver, std::span<ContactRow> rows, std::span<const SurfaceBody> bodies,
+          std::size_t rigid_count) {
+  std::vector<std::uint32_t> rigid(rigid_count);
+  std::iota(rigid.begin(), rigid.end(), 0U);
+  SlotTable table;
+  table.begin(bodies);
+  std::vector<ContactRow*> of_solver;
+  for (ContactRow& row : rows) of_solver.push_back(&row);
+  const std::vector<std::uint8_t> is_still(1, 1);
+  solver.load(of_solver, bodies, {rigid, rigid_count, is_still}, table);
+  EXPECT_TRUE(std::ranges::all_of(table.slot_of, [](std::uint32_t slot) { return slot == 0; })) << "for the next one";
+}
+
 /// The solver on one world's rows: from their impulses and its velocities, to what both become.
 class LumpedRun {
  public:
   LumpedRun(LumpedSolver& solver, ParticleWorld& world, bool with_friction) : solver_(solver), world_(world) {
     if (!with_friction) world.leave_out_friction();
-    solver.load(world.rows, world.bodies, 0);
+    load(solver, world.rows, world.bodies, 0);
     for (const LumpedSolver::Slot& slot : solver.slots()) {
       const Vec3d& velocity = world.velocities_m_s[slot.body][slot.vertex];
       values_.insert(values_.end(), {velocity.x(), velocity.y(), velocity.z(), 0.0});
@@ -361,7 +375,7 @@ TEST(LumpedRows, OfSolidsKeepTheLawsAndTheMomentaOfWhatIsFree) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SolidWorld world(seed);
     LumpedSolver solver;
-    solver.load(world.rows, world.bodies, 1);
+    load(solver, world.rows, world.bodies, 1);
     solver.rigid()[0] = world.rigid;
     LumpedSolver::Values values(4 * solver.slots().size(), 0.0);
     for (std::size_t s = 0; s < solver.slots().size(); ++s) {
@@ -419,7 +433,7 @@ TEST(LumpedRows, ShiftARigidBodyApartFromTheSkin) {
   world.rigid.inverse_masses_1_kg.y() = 0.0;
   world.rows.resize(1);
   LumpedSolver solver;
-  solver.load(world.rows, world.bodies, 1);
+  load(solver, world.rows, world.bodies, 1);
   solver.rigid()[0] = world.rigid;
   solver.turn(0, world.rows[0].normal, Vec3d::Zero());
   LumpedSolver::Values moves(4 * solver.slots().size(), 0.0);
