@@ -6,18 +6,18 @@
 namespace pneuma::physics {
 
 void JoinedBodies::begin(std::size_t count) {
-  lower_.resize(count);
-  std::iota(lower_.begin(), lower_.end(), 0U);
+  parent_.resize(count);
+  std::iota(parent_.begin(), parent_.end(), 0U);
 }
 
 void JoinedBodies::join(std::uint32_t a, std::uint32_t b) {
   const std::uint32_t of_a = lowest_with(a);
   const std::uint32_t of_b = lowest_with(b);
-  lower_[std::max(of_a, of_b)] = std::min(of_a, of_b);
+  parent_[std::max(of_a, of_b)] = std::min(of_a, of_b);
 }
 
 std::uint32_t JoinedBodies::lowest_with(std::uint32_t body) {
-  while (lower_[body] != body) body = lower_[body] = lower_[lower_[body]];
+  while (parent_[body] != body) body = parent_[body] = parent_[parent_[body]];
   return body;
 }
 

@@ -18,10 +18,10 @@ class JoinedBodies {
   /// The lowest body of its group, whatever the order in which they were joined.
   [[nodiscard]] std::uint32_t lowest_with(std::uint32_t body);
 
-  [[nodiscard]] std::size_t bytes() const { return lower_.capacity() * sizeof(std::uint32_t); }
+  [[nodiscard]] std::size_t bytes() const { return parent_.capacity() * sizeof(std::uint32_t); }
 
  private:
-  std::vector<std::uint32_t> lower_;  // one a body: itself, or a lower one of its group
+  std::vector<std::uint32_t> parent_;  // one a body: itself, or a lower one of its group
 };
 
 /// A run of rows of one group, after group_rows().

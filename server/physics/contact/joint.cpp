@@ -1,8 +1,8 @@
 #include "physics/contact/joint.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "physics/contact/groups.h"
 #include "physics/contact/surface_shell.h"
 #include "physics/scene/shape.h"
 
@@ -214,33 +214,27 @@ JointState make_joint(const Joint& joint, std::span<const SoftState<Real>> soft,
 
 template <class Real>
 void tie_bodies(std::span<JointState> joints, std::span<SoftState<Real>> soft, std::span<RigidState> rigid) {
-  std::vector<std::uint32_t> first(soft.size() + rigid.size());
-  std::iota(first.begin(), first.end(), 0U);
-  const auto root_of = [&](std::uint32_t body) {
-    while (first[body] != body) body = first[body] = first[first[body]];
-    return body;
-  };
+  const std::size_t count = soft.size() + rigid.size();
+  JoinedBodies joined;
+  joined.begin(count);
   const auto is_body = [](const JointEnd& end) { return end.of == Anchor::Of::soft || end.of == Anchor::Of::rigid; };
   const auto body_of = [&](const JointEnd& end) {
     return end.of == Anchor::Of::soft ? end.index : static_cast<std::uint32_t>(soft.size()) + end.index;
   };
-  std::vector<std::uint8_t> tied(first.size(), 0);
+  std::vector<std::uint8_t> tied(count, 0);
   for (const JointState& joint : joints) {
     for (const JointEnd& end : joint.ends) {
       if (is_body(end)) tied[body_of(end)] = 1;
     }
-    if (!is_body(joint.ends[0]) || !is_body(joint.ends[1])) continue;
-    const std::uint32_t a = root_of(body_of(joint.ends[0]));
-    const std::uint32_t b = root_of(body_of(joint.ends[1]));
-    first[std::max(a, b)] = std::min(a, b);
+    if (is_body(joint.ends[0]) && is_body(joint.ends[1])) joined.join(body_of(joint.ends[0]), body_of(joint.ends[1]));
   }
-  for (std::uint32_t i = 0; i < first.size(); ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     std::uint32_t& tie = i < soft.size() ? soft[i].tie : rigid[i - soft.size()].tie;
-    tie = tied[i] != 0 ? root_of(i) + 1 : 0;
+    tie = tied[i] != 0 ? joined.lowest_with(i) + 1 : 0;
   }
   for (JointState& joint : joints) {
     const JointEnd& end = is_body(joint.ends[0]) ? joint.ends[0] : joint.ends[1];
-    joint.has_soft = root_of(body_of(end)) < soft.size();  // soft bodies come first, and the lowest is the root
+    joint.has_soft = joined.lowest_with(body_of(end)) < soft.size();  // soft bodies come first
   }
 }
 

@@ -4,6 +4,8 @@
 #include <functional>
 
 #include "physics/contact/filter.h"
+#include "physics/machine/profile.h"
+#include "physics/machine/workers.h"
 
 namespace pneuma::physics {
 namespace {
@@ -12,8 +14,10 @@ namespace {
 // balls it makes two spans a tick, and the filter cuts a vertex in a hundred. Past 0.6 a heap of a hundred balls is no
 // longer settled by its rows: each span leaves more to the filter than the one before.
 constexpr double span_share = 0.5;
-// Groups of fewer rows together are not worth a second thread.
-constexpr std::size_t parallel_rows_min = 500;
+// Waking other threads takes some 10 us, in which one thread answers about half of these rows.
+constexpr std::size_t parallel_rows_min = 150;
+// Groups that are kept though a span has no use for them.
+constexpr std::size_t idle_groups_max = 8;
 
 template <class Real>
 bool has_solids(const ContactWorld<Real>& world) {
@@ -50,8 +54,9 @@ void LumpedContacts<Real>::begin_span(const Substep& substep, SurfaceContacts<Re
   keep_impulses(!world.substep.is_first_of_tick);
   surfaces.find_pairs(world.soft);
   find_rows(substep, surfaces);
-  find_groups(substep, surfaces);
-  deal_rows(substep, surfaces);
+  join_bodies(world, surfaces);
+  number_groups(static_cast<std::uint32_t>(world.soft.size()));
+  deal_rows(world.rigid.size(), surfaces);
 }
 
 // Nobody has been woken or frozen since.
@@ -95,31 +100,32 @@ void LumpedContacts<Real>::find_rows(const Substep& substep, SurfaceContacts<Rea
                     static_cast<std::uint32_t>(surfaces.bodies().size()), substeps_left_, rows_);
 }
 
-// Colliders join nothing.
+// Colliders join nothing, since they do not give way.
 template <class Real>
-void LumpedContacts<Real>::find_groups(const Substep& substep, const SurfaceContacts<Real>& surfaces) {
-  const ContactWorld<Real>& world = substep.world;
+void LumpedContacts<Real>::join_bodies(const ContactWorld<Real>& world, const SurfaceContacts<Real>& surfaces) {
   const auto soft_count = static_cast<std::uint32_t>(world.soft.size());
-  const std::size_t count = soft_count + world.rigid.size();
-  joined_.begin(count);
-  group_of_.assign(count, no_group);
-  constexpr std::uint32_t has_rows = no_group - 1;
+  joined_.begin(soft_count + world.rigid.size());
+  group_of_.assign(soft_count + world.rigid.size(), no_group);
   for (const ContactRow& row : std::span(rows_).first(skin_rows_)) {
     const bool first_moves = !surfaces.is_mesh(row.first.body);
     const bool second_moves = !surfaces.is_mesh(row.second.body);
-    if (first_moves) group_of_[row.first.body] = has_rows;
-    if (second_moves) group_of_[row.second.body] = has_rows;
+    if (first_moves) group_of_[row.first.body] = unnumbered;
+    if (second_moves) group_of_[row.second.body] = unnumbered;
     if (first_moves && second_moves) joined_.join(row.first.body, row.second.body);
   }
   for (const auto& meeting : solids_.meetings()) {
-    group_of_[meeting.soft] = has_rows;
+    group_of_[meeting.soft] = unnumbered;
     const SpanSolid& solid = solids_.solid(meeting.solid);
     if (!solid.is_rigid) continue;
-    group_of_[soft_count + solid.index] = has_rows;
+    group_of_[soft_count + solid.index] = unnumbered;
     joined_.join(meeting.soft, soft_count + solid.index);
   }
+}
+
+template <class Real>
+void LumpedContacts<Real>::number_groups(std::uint32_t soft_count) {
   group_count_ = 0;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (std::uint32_t i = 0; i < group_of_.size(); ++i) {
     if (group_of_[i] == no_group) continue;
     const std::uint32_t lowest = joined_.lowest_with(i);
     if (lowest == i) {
@@ -136,10 +142,11 @@ void LumpedContacts<Real>::find_groups(const Substep& substep, const SurfaceCont
       group.add_rigid(i - soft_count);
     }
   }
+  groups_.resize(std::min(groups_.size(), group_count_ + idle_groups_max));
 }
 
 template <class Real>
-void LumpedContacts<Real>::deal_rows(const Substep& substep, const SurfaceContacts<Real>& surfaces) {
+void LumpedContacts<Real>::deal_rows(std::size_t rigid_count, const SurfaceContacts<Real>& surfaces) {
   const std::span<ContactRow> rows = rows_;
   for (ContactRow& row : rows.first(skin_rows_)) {
     const Support& of = surfaces.is_mesh(row.first.body) ? row.second : row.first;
@@ -150,29 +157,26 @@ void LumpedContacts<Real>::deal_rows(const Substep& substep, const SurfaceContac
                                          solids_.solid(meeting.solid), surfaces);
   }
   slots_.begin(surfaces.bodies());
+  most_rows_ = 0;
   for (std::size_t g = 0; g < group_count_; ++g) {
-    groups_[g].begin(warm_, surfaces, {{}, substep.world.rigid.size(), solids_.is_still()}, slots_);
+    groups_[g].begin(warm_, surfaces, rigid_count, solids_.is_still(), slots_);
+    most_rows_ = std::max(most_rows_, groups_[g].row_count());
   }
 }
 
-// Stages are not told apart on several threads.
+// On several threads no clock tells solids from surfaces: their stage has the time of both.
 template <class Real>
 void LumpedContacts<Real>::answer_groups(const Substep& substep, const SurfaceContacts<Real>& surfaces) {
   counts_of_groups_.resize(group_count_);
-  Workers* workers = substep.world.substep.workers;
-  const bool in_parallel =
-      workers != nullptr && workers->threads() > 1 && group_count_ > 1 && rows_.size() >= parallel_rows_min;
-  if (in_parallel) {
-    ContactWorld<Real> world = substep.world;
-    world.substep.profile = nullptr;
-    const Substep unprofiled{world, substep.bounds, substep.soft_touched, substep.rigid_touched, substep.stage};
-    workers->for_each(group_count_, [&](std::size_t g) {
-      counts_of_groups_[g] = groups_[g].answer(unprofiled, surfaces, moments_);
-    });
+  ContactWorld<Real> world = substep.world;
+  const Substep own{world, substep.bounds, substep.soft_touched, substep.rigid_touched, substep.stage};
+  const auto answer_one = [&](std::size_t g) { counts_of_groups_[g] = groups_[g].answer(own, surfaces, moments_); };
+  Workers* workers = world.substep.workers;
+  if (workers != nullptr && workers->threads() > 1 && rows_.size() - most_rows_ >= parallel_rows_min) {
+    world.substep = world.substep.of_body(nullptr, nullptr);
+    workers->for_each(group_count_, std::cref(answer_one));
   } else {
-    for (std::size_t g = 0; g < group_count_; ++g) {
-      counts_of_groups_[g] = groups_[g].answer(substep, surfaces, moments_);
-    }
+    for (std::size_t g = 0; g < group_count_; ++g) answer_one(g);
   }
   for (const RowCounts& counts : counts_of_groups_) counts_ = counts_ + counts;
   if (substep.world.touches == nullptr) return;
@@ -225,6 +229,8 @@ bool LumpedContacts<Real>::stop_missed(const Substep& substep, const SurfaceCont
 
 template <class Real>
 void LumpedContacts<Real>::clear() {
+  rows_.clear();
+  skin_rows_ = 0;
   for (LumpedGroup<Real>& group : groups_) group.clear();
   group_count_ = 0;
   solids_.clear();

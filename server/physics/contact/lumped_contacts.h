@@ -18,9 +18,9 @@
 namespace pneuma::physics {
 
 /// Rows are found once for some substeps of a tick, a span: of surfaces against each other, and against solids. The
-/// bodies that they join are a group, and each group is answered by itself (lumped_group.h), on any worker: what
-/// touches nothing of a body changes no sweep over its rows. Where the span ends, nothing may have crossed since it
-/// began.
+/// bodies that they join are a group (lumped_group.h). Each group is answered alone, on any worker. So bodies of other
+/// groups change nothing of the answer; but a span is the world's, and near bodies that move fast shorten it for all.
+/// Where the span ends, nothing may have crossed since it began.
 template <class Real>
 class LumpedContacts {
  public:
@@ -40,15 +40,18 @@ class LumpedContacts {
   [[nodiscard]] std::size_t bytes() const;
 
  private:
+  // In group_of_: of a body without rows, and of one whose group has no number yet.
   static constexpr std::uint32_t no_group = 0xffff'ffff;
+  static constexpr std::uint32_t unnumbered = no_group - 1;
 
   [[nodiscard]] bool is_as_begun(const ContactWorld<Real>& world) const;
   void begin_span(const Substep& substep, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double substeps_that_rows_hold(const Substep& substep, SurfaceContacts<Real>& surfaces) const;
   void keep_impulses(bool of_this_tick);
   void find_rows(const Substep& substep, SurfaceContacts<Real>& surfaces);
-  void find_groups(const Substep& substep, const SurfaceContacts<Real>& surfaces);
-  void deal_rows(const Substep& substep, const SurfaceContacts<Real>& surfaces);
+  void join_bodies(const ContactWorld<Real>& world, const SurfaceContacts<Real>& surfaces);
+  void number_groups(std::uint32_t soft_count);
+  void deal_rows(std::size_t rigid_count, const SurfaceContacts<Real>& surfaces);
   void answer_groups(const Substep& substep, const SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool stop_missed(const Substep& substep, const SurfaceContacts<Real>& surfaces);
 
@@ -59,9 +62,10 @@ class LumpedContacts {
   SpanSolids<Real> solids_;
   RowTurns turns_;
   JoinedBodies joined_;
-  std::vector<std::uint32_t> group_of_;     // one a soft body, then one a rigid one
-  std::vector<LumpedGroup<Real>> groups_;   // the first group_count_ of them; more to be used again
+  std::vector<std::uint32_t> group_of_;    // one a soft body, then one a rigid one
+  std::vector<LumpedGroup<Real>> groups_;  // the first group_count_ of them; more to be used again
   std::size_t group_count_ = 0;
+  std::size_t most_rows_ = 0;  // of one group
   std::vector<RowCounts> counts_of_groups_;
   SlotTable slots_;
   std::vector<WarmImpulse> warm_;  // sorted

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/contact/solid_rows.h"
+#include "physics/contact/surface_rows.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_mass.h"
 
@@ -22,14 +24,20 @@ constexpr std::uint32_t sweeps_max = 5;
 // awake three times as long.
 constexpr double enough_share = 2e-3;
 
+// A group with room for this many rows, and this many times what it had, frees it.
+constexpr std::size_t large_rows = 256;
+constexpr std::size_t idle_times = 8;
+
 }  // namespace
 
 template <class Real>
 void LumpedGroup<Real>::clear() {
+  // A heap's number is that of its lowest body, and may be another's in the next span.
+  if (rows_.capacity() > large_rows && rows_.capacity() > idle_times * rows_.size()) *this = LumpedGroup();
   soft_.clear();
   rigid_.clear();
   rows_.clear();
-  facts_.clear();
+  brief_.clear();
   skin_rows_ = 0;
   kept_m_.clear();
   solids_.clear();
@@ -40,7 +48,8 @@ void LumpedGroup<Real>::add(ContactRow& row, const SurfaceContacts<Real>& surfac
   const auto place_m = [&](const Support& of) { return mean_of(of, surfaces.bodies()[of.body].from); };
   rows_.push_back(&row);
   kept_m_.push_back((place_m(row.first) - place_m(row.second)).dot(row.normal) - row.gap_m);
-  facts_.push_back({.near_m = row_slack_share * kept_m_.back(), .restitution = row.restitution, .soft = row.first.body});
+  brief_.push_back(
+      {.near_m = row_slack_share * kept_m_.back(), .restitution = row.restitution, .first_body = row.first.body});
   ++skin_rows_;
 }
 
@@ -50,23 +59,23 @@ void LumpedGroup<Real>::add(std::span<ContactRow> rows, const typename SpanSolid
   const SurfaceBody& surface = surfaces.bodies()[meeting.soft];
   for (ContactRow& row : rows) {
     rows_.push_back(&row);
-    facts_.push_back({.near_m = solid_slack_share * surface.spacing_m,
+    brief_.push_back({.near_m = solid_slack_share * surface.spacing_m,
                       .out_m = out_of_solid_share * surface.spacing_m,
                       .restitution = row.restitution,
-                      .soft = meeting.soft,
-                      .is_vertex = row.first.count == 1});
+                      .first_body = meeting.soft,
+                      .is_vertex_on_solid = row.first.count == 1});
   }
   solids_.add(solid, surface, meeting.border_m, rows);
 }
 
 template <class Real>
 void LumpedGroup<Real>::begin(std::span<const WarmImpulse> warm, const SurfaceContacts<Real>& surfaces,
-                              const LumpedSolver::Solids& solids, SlotTable& table) {
+                              std::size_t rigid_count, std::span<const std::uint8_t> is_still, SlotTable& table) {
   for (ContactRow* row : rows_) {
     const auto before = std::ranges::lower_bound(warm, row->key, {}, &WarmImpulse::key);
     row->impulse_n_s = before != warm.end() && before->key == row->key ? before->impulse_n_s : Vec3d(Vec3d::Zero());
   }
-  solver_.load(rows_, surfaces.bodies(), {rigid_, solids.rigid_count, solids.is_still}, table);
+  solver_.load(rows_, surfaces.bodies(), {rigid_, rigid_count, is_still}, table);
 }
 
 template <class Real>
@@ -146,16 +155,16 @@ void LumpedGroup<Real>::list_due(const Substep& substep, const SurfaceContacts<R
   fastest_m_s_ = 0.0;
   for (std::uint32_t r = 0; r < rows_.size(); ++r) {
     LumpedImpulse& impulse = solver_.impulses()[r];
-    const Facts& facts = facts_[r];
-    if (std::min(gaps_m_[r], ends_m_[r]) > facts.near_m && impulse.pressed_n_s == 0.0) continue;
+    const SubstepRow& brief = brief_[r];
+    if (std::min(gaps_m_[r], ends_m_[r]) > brief.near_m && impulse.pressed_n_s == 0.0) continue;
     (!is_of_solid(r) ? due_.skins : solids_.is_rigid(r - skin_rows_) ? due_.rigid : due_.fixed).push_back(r);
     impulse.least_m_s = -std::max(gaps_m_[r], 0.0) / dt_s;
     fastest_m_s_ = std::max(fastest_m_s_, std::abs(opening_m_s_[r]));
     if (ends_m_[r] >= 0.0 || opening_m_s_[r] >= 0.0) continue;
     const double share = gaps_m_[r] > 0.0 ? gaps_m_[r] / (gaps_m_[r] - ends_m_[r]) : 0.0;
     const double impact = impact_m_s(substep, surfaces, r, share);
-    const bool hits_solid = facts.is_vertex && solver_.gives_way(r);
-    if (impact < 0.0 || hits_solid) impulse.least_m_s = -facts.restitution * impact;
+    const bool hits_solid = brief.is_vertex_on_solid && solver_.gives_way(r);
+    if (impact < 0.0 || hits_solid) impulse.least_m_s = -brief.restitution * impact;
     if (hits_solid) hits_.push_back({r, share});
   }
 }
@@ -163,11 +172,11 @@ void LumpedGroup<Real>::list_due(const Substep& substep, const SurfaceContacts<R
 // What restitution acts on: not on what gravity adds after the impact.
 template <class Real>
 double LumpedGroup<Real>::impact_m_s(const Substep& substep, const SurfaceContacts<Real>& surfaces, std::uint32_t r,
-                                        double share) {
+                                     double share) {
   if (!may_bounce(substep, surfaces, r)) return 0.0;
   const SubstepPhysics physics = substep.world.physics();
   const bool both_fall = is_of_solid(r) && solids_.is_rigid(r - skin_rows_);
-  const double falls = both_fall ? 0.0 : surfaces.is_mesh(facts_[r].soft) ? -1.0 : 1.0;
+  const double falls = both_fall ? 0.0 : surfaces.is_mesh(brief_[r].first_body) ? -1.0 : 1.0;
   const double gained_m_s = falls * (1.0 - share) * physics.dt_s * solver_.normal(r).dot(physics.gravity_m_s2);
   return impact_speed(opening_m_s_[r], gained_m_s, physics.resting_m_s);
 }
@@ -176,7 +185,7 @@ double LumpedGroup<Real>::impact_m_s(const Substep& substep, const SurfaceContac
 // would bounce off is a few grams, and the springs and the gas behind both give back what they took.
 template <class Real>
 bool LumpedGroup<Real>::may_bounce(const Substep& substep, const SurfaceContacts<Real>& surfaces, std::uint32_t r) {
-  if (facts_[r].restitution == 0.0) return false;
+  if (brief_[r].restitution == 0.0) return false;
   const ContactRow& row = *rows_[r];
   const bool soft_first = !surfaces.is_mesh(row.first.body);
   if (!is_of_solid(r) && soft_first && !surfaces.is_mesh(row.second.body)) return false;
@@ -246,7 +255,7 @@ void LumpedGroup<Real>::take_back_pushes(const SubstepContext& context) {
     for (const std::uint32_t r : *list) {
       while (hit != hits_.end() && hit->row < r) ++hit;
       const bool hits = hit != hits_.end() && hit->row == r;
-      const bool stays = hits || (is_rigid && facts_[r].is_vertex);
+      const bool stays = hits || (is_rigid && brief_[r].is_vertex_on_solid);
       if (!stays && solver_.impulses()[r].pressed_n_s > 0.0) solver_.take_back(r, context.dt_s, moves_m_);
     }
   }
@@ -284,7 +293,7 @@ void LumpedGroup<Real>::solve_moves(const Substep& substep) {
   for (const auto* list : {&due_.skins, &due_.rigid, &due_.fixed}) {
     for (const std::uint32_t r : *list) {
       double back_m = -back_share * gaps_m_[r];
-      if (facts_[r].is_vertex) back_m = std::min(-gaps_m_[r], std::max(back_m, facts_[r].out_m));
+      if (brief_[r].is_vertex_on_solid) back_m = std::min(-gaps_m_[r], std::max(back_m, brief_[r].out_m));
       least_m_[r] = gaps_m_[r] > 0.0 ? -gaps_m_[r] : back_m;
       if (list == &due_.rigid) least_m_[r] += dt_s * solver_.rigid_velocity_m_s(r).dot(solver_.normal(r));
       any_short = any_short || ends_m_[r] < least_m_[r];
@@ -297,7 +306,7 @@ void LumpedGroup<Real>::solve_moves(const Substep& substep) {
 // A wall that turns is not where its velocity would take it.
 template <class Real>
 void LumpedGroup<Real>::keep_out(std::uint32_t r) {
-  if (!facts_[r].is_vertex) return;
+  if (!brief_[r].is_vertex_on_solid) return;
   const std::size_t slot = 4 * solver_.skin_slot(r);
   Eigen::Map<Vec3d> move_m(moves_m_.data() + slot);
   const auto end = solids_.end_gap(r - skin_rows_, Vec3d::Map(places_m_.data() + slot) + move_m);
@@ -329,7 +338,7 @@ void LumpedGroup<Real>::store(const Substep& substep) {
 
 template <class Real>
 void LumpedGroup<Real>::add_moments(const Substep& substep, const SurfaceContacts<Real>& surfaces,
-                                     RowMoments& moments) const {
+                                    RowMoments& moments) const {
   const ContactWorld<Real>& world = substep.world;
   for (const std::uint32_t r : due_.skins) {
     const ContactRow& row = *rows_[r];
@@ -343,7 +352,7 @@ void LumpedGroup<Real>::add_moments(const Substep& substep, const SurfaceContact
     if (solver_.impulses()[r].pressed_n_s == 0.0) continue;
     const std::uint32_t rigid = solids_.index(r - skin_rows_);
     const Vec3d apart_m = solver_.at_skin(r, places_m_) - world.rigid[rigid].position - solver_.arm(r);
-    moments.add(facts_[r].soft, world.soft.size() + rigid, apart_m.cross(solver_.impulse_n_s(r)));
+    moments.add(brief_[r].first_body, world.soft.size() + rigid, apart_m.cross(solver_.impulse_n_s(r)));
   }
   for (const Hit& hit : hits_) {
     if (!solids_.is_rigid(hit.row - skin_rows_)) continue;
@@ -354,7 +363,7 @@ void LumpedGroup<Real>::add_moments(const Substep& substep, const SurfaceContact
     const auto at = [slot](const LumpedSolver::Values& values) { return Vec3d(Vec3d::Map(values.data() + slot)); };
     const Vec3d turned = at(moves_m_).cross(at(velocities_m_s_)) - at(free_moves_m_).cross(at(velocities_before_m_s_));
     moments.add(of.body, world.soft.size() + solids_.index(hit.row - skin_rows_),
-                 state.mass_kg(of.vertices[0]) * turned);
+                state.mass_kg(of.vertices[0]) * turned);
   }
 }
 
@@ -374,8 +383,7 @@ void LumpedGroup<Real>::note(const Substep& substep, const SurfaceContacts<Real>
 }
 
 template <class Real>
-void LumpedGroup<Real>::note_row(const Substep& substep, const SurfaceContacts<Real>& surfaces,
-                                 std::uint32_t r) const {
+void LumpedGroup<Real>::note_row(const Substep& substep, const SurfaceContacts<Real>& surfaces, std::uint32_t r) const {
   const std::span<ContactNotes> notes = substep.world.notes;
   const auto [first, second] = bodies_of(surfaces, r);
   const auto note_one = [&](const Support& of, BodyRef who, BodyRef other, const Vec3d& normal) {
@@ -430,8 +438,9 @@ std::size_t LumpedGroup<Real>::bytes() const {
   for (const auto* of_rows : {&gaps_m_, &opening_m_s_, &ends_m_, &least_m_}) numbers += of_rows->capacity();
   std::size_t indices = soft_.capacity() + rigid_.capacity();
   for (const auto* list : {&due_.skins, &due_.rigid, &due_.fixed}) indices += list->capacity();
-  return numbers * sizeof(double) + rows_.capacity() * sizeof(ContactRow*) + facts_.capacity() * sizeof(Facts) + indices * sizeof(std::uint32_t) +
-         hits_.capacity() * sizeof(Hit) + wholes_.capacity() * sizeof(Whole) + solids_.bytes() + solver_.bytes();
+  return numbers * sizeof(double) + rows_.capacity() * sizeof(ContactRow*) + brief_.capacity() * sizeof(SubstepRow) +
+         indices * sizeof(std::uint32_t) + hits_.capacity() * sizeof(Hit) + wholes_.capacity() * sizeof(Whole) +
+         solids_.bytes() + solver_.bytes();
 }
 
 template class LumpedGroup<float>;

@@ -1,6 +1,7 @@
-// A group of bodies that answer contacts by the masses of their vertices, and that rows join: solved by itself.
+// A group of bodies that rows join, and that answer by the masses of their vertices. It is solved alone.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -44,16 +45,17 @@ class LumpedGroup {
 
   // As a span begins, in this order.
   void clear();
-  void add_soft(std::uint32_t body) { soft_.push_back(body); }     // in order
+  void add_soft(std::uint32_t body) { soft_.push_back(body); }    // in order
   void add_rigid(std::uint32_t body) { rigid_.push_back(body); }  // likewise
   /// A row of surfaces, in the solver's order. Rows stay where they are for the span.
   void add(ContactRow& row, const SurfaceContacts<Real>& surfaces);
   /// The rows of a body with a solid.
   void add(std::span<ContactRow> rows, const typename SpanSolids<Real>::Meeting& meeting, const SpanSolid& solid,
            const SurfaceContacts<Real>& surfaces);
-  /// `warm` is sorted. Of `solids` the rigid bodies are left out: it has its own.
-  void begin(std::span<const WarmImpulse> warm, const SurfaceContacts<Real>& surfaces,
-             const LumpedSolver::Solids& solids, SlotTable& table);
+  /// `warm` is sorted. `rigid_count`: of the world; `is_still`: one a collider.
+  void begin(std::span<const WarmImpulse> warm, const SurfaceContacts<Real>& surfaces, std::size_t rigid_count,
+             std::span<const std::uint8_t> is_still, SlotTable& table);
+  [[nodiscard]] std::size_t row_count() const { return rows_.size(); }
 
   /// Answers the contacts of the moves `dr` by impulses: changes v and dr of its bodies, and the motion of its rigid
   /// ones, whose positions change only to undo an overlap. Writes only what is of its bodies.
@@ -66,12 +68,12 @@ class LumpedGroup {
 
  private:
   // What each substep asks of a row. Rows themselves are large, and many are idle.
-  struct Facts {
+  struct SubstepRow {
     double near_m = 0.0;  // what neither begins nor ends nearer than this is idle
     double out_m = 0.0;   // what is too near a solid goes back by this at least
     double restitution = 0.0;
-    std::uint32_t soft = 0;  // the body of its first support
-    bool is_vertex = false;  // of a solid with one vertex
+    std::uint32_t first_body = 0;
+    bool is_vertex_on_solid = false;
   };
   // A row whose vertex comes to its solid in the substep, and the share of it that passes before.
   struct Hit {
@@ -110,7 +112,7 @@ class LumpedGroup {
 
   std::vector<std::uint32_t> soft_, rigid_;  // its bodies
   std::vector<ContactRow*> rows_;            // as the span found them
-  std::vector<Facts> facts_;                 // one a row
+  std::vector<SubstepRow> brief_;            // one a row
   std::size_t skin_rows_ = 0;                // so many are of surfaces
   std::vector<double> kept_m_;               // one a row of surfaces: what is 0 of its gap
   LumpedSolids<Real> solids_;

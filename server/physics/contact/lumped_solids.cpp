@@ -6,12 +6,9 @@
 #include <limits>
 #include <optional>
 #include <type_traits>
-#include <utility>
 #include <variant>
 
 #include "physics/contact/solid_features.h"
-#include "physics/rigid/rigid_mass.h"
-#include "physics/rigid/rigid_motion.h"
 #include "physics/scene/shape_entry.h"
 #include "physics/scene/shape_parts.h"
 
@@ -225,8 +222,8 @@ auto LumpedSolids<Real>::place_on(const Vec3d& normal, double level_m, const Fra
 
 // With the solid at a frame, of a row that is of no plane.
 template <class Real>
-auto LumpedSolids<Real>::place_of(const Track& track, const SpanSolid& solid, const Frame& at,
-                                  const Vec3d& point) const -> Place {
+auto LumpedSolids<Real>::place_of(const Track& track, const SpanSolid& solid, const Frame& at, const Vec3d& point) const
+    -> Place {
   if (track.by == By::shape) {
     const SurfacePoint nearest = nearest_surface(*solid.shape, at.to_local(point), track.offset_m);
     return {at.rotation * nearest.normal, at.rotation * nearest.point, nearest.distance_m};
@@ -239,8 +236,8 @@ auto LumpedSolids<Real>::place_of(const Track& track, const SpanSolid& solid, co
 // What is nearest of the solid where the move begins is not what a long move comes to, and a thin solid may lie
 // between.
 template <class Real>
-void LumpedSolids<Real>::find_way_in(const Track& track, const SpanSolid& solid, const Vec3d& point, const Vec3d& move_m,
-                                     Place& at, double& end_m) {
+void LumpedSolids<Real>::find_way_in(const Track& track, const SpanSolid& solid, const Vec3d& point,
+                                     const Vec3d& move_m, Place& at, double& end_m) {
   const Vec3d start = solid.at.to_local(point);
   const Vec3d end = solid.end.to_local(point + move_m);
   if ((end - start).squaredNorm() < at.gap_m * at.gap_m) return;

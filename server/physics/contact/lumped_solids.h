@@ -1,6 +1,7 @@
 // The solids of one group of bodies that answer by the masses of their vertices, as its rows see them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -97,8 +98,8 @@ class LumpedSolids {
                          Feature& feature);
   [[nodiscard]] bool find_touch(const Track& track, const SpanSolid& solid, std::size_t row, LumpedSolver& solver,
                                 const LumpedSolver::Values& places_m);
-  static void find_way_in(const Track& track, const SpanSolid& solid, const Vec3d& point, const Vec3d& move_m, Place& at,
-                          double& end_m);
+  static void find_way_in(const Track& track, const SpanSolid& solid, const Vec3d& point, const Vec3d& move_m,
+                          Place& at, double& end_m);
   [[nodiscard]] Place place_at(const Track& track, const Vec3d& point) const;
   [[nodiscard]] Place place_at_end(const Track& track, const Vec3d& point) const;
   [[nodiscard]] double gap_at_end_m(const Track& track, const Vec3d& point) const;

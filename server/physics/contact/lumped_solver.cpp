@@ -21,7 +21,7 @@ void SlotTable::begin(std::span<const SurfaceBody> bodies) {
     first_of[i] = count;
     count += bodies[i].inverse_masses_1_kg.size();
   }
-  slot_of.assign(count, 0);
+  slot_of.resize(count);
 }
 
 void LumpedSolver::load(std::span<ContactRow* const> rows, std::span<const SurfaceBody> bodies, const Solids& solids,

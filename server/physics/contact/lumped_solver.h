@@ -2,6 +2,7 @@
 // What a sweep needs lies side by side.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -24,7 +25,8 @@ struct LumpedRigid {
   Eigen::Matrix3d inverse_inertia_1_kg_m2 = Eigen::Matrix3d::Zero();
 };
 
-/// Where the vertices of bodies are among the slots of a solver that loads its rows. Solvers use one in turns.
+/// Where the vertices of bodies are among the slots of a solver that loads its rows. Solvers use one in turns: between
+/// loads all is 0.
 struct SlotTable {
   std::vector<std::size_t> first_of;   // one a body: where its vertices begin
   std::vector<std::uint32_t> slot_of;  // one a vertex of any body: its slot and one, or 0

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
+#include "physics/contact/groups.h"
 #include "physics/contact/surface_rows.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_motion.h"
@@ -131,25 +131,17 @@ void carry_with_meshes(std::span<const SurfacePair> pairs, std::span<const MeshC
                        std::size_t meshes_begin, std::span<SurfaceBody> bodies, std::vector<std::uint8_t>& carried) {
   carried.assign(bodies.size(), 0);
   if (std::ranges::none_of(meshes, &MeshCollider::moves)) return;
-  std::vector<std::uint32_t> first(bodies.size());
-  std::iota(first.begin(), first.end(), 0U);
-  const auto root_of = [&](std::uint32_t body) {
-    while (first[body] != body) body = first[body] = first[first[body]];
-    return body;
-  };
-  for (const SurfacePair& pair : pairs) {
-    const std::uint32_t a = root_of(pair.first);
-    const std::uint32_t b = root_of(pair.second);
-    first[std::max(a, b)] = std::min(a, b);
-  }
+  JoinedBodies joined;
+  joined.begin(bodies.size());
+  for (const SurfacePair& pair : pairs) joined.join(pair.first, pair.second);
   std::vector<std::uint32_t> meshes_of(bodies.size(), 0);
-  for (auto i = static_cast<std::uint32_t>(meshes_begin); i < bodies.size(); ++i) ++meshes_of[root_of(i)];
+  for (auto i = static_cast<std::uint32_t>(meshes_begin); i < bodies.size(); ++i) ++meshes_of[joined.lowest_with(i)];
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const auto index = static_cast<std::uint32_t>(meshes_begin + m);
-    const std::uint32_t group = root_of(index);
+    const std::uint32_t group = joined.lowest_with(index);
     if (!meshes[m].moves || meshes_of[group] != 1) continue;
     for (std::uint32_t i = 0; i < meshes_begin; ++i) {
-      if (root_of(i) != group) continue;
+      if (joined.lowest_with(i) != group) continue;
       for (std::size_t k = 0; k < bodies[i].from.size(); ++k) {
         if (bodies[i].inverse_masses_1_kg[k] > 0.0) bodies[i].from[k] = meshes[m].carried(bodies[i].from[k]);
       }

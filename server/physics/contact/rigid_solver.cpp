@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "physics/contact/bounce_limit.h"
 #include "physics/contact/solver.h"
@@ -109,7 +108,7 @@ std::size_t RigidSolver::bytes() const {
   const std::size_t indices =
       order_.capacity() + groups_.capacity() + groups_in_pieces_.capacity() + members_.capacity();
   return indices * sizeof(std::uint32_t) + pairs_.capacity() * sizeof(RigidPair) +
-         contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) +
+         contacts_.capacity() * sizeof(RigidContact) + rows_.capacity() * sizeof(ContactRow) + joined_.bytes() +
          row_groups_.capacity() * sizeof(RowGroup) + yields_.capacity() + still_m_s_.capacity() * sizeof(double) +
          responses_.capacity() * sizeof(Response) + pressed_.capacity() + before_.capacity() * sizeof(Motion) +
          shifts_m_.capacity() * sizeof(Vec3d) + colliders_.capacity() * sizeof(ColliderState);
@@ -224,19 +223,12 @@ void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, doub
 
 // Of all contacts that may come; row_groups_ are those of the rows alone.
 void RigidSolver::find_groups(std::size_t bodies) {
-  groups_.resize(bodies);
-  std::iota(groups_.begin(), groups_.end(), 0U);
-  const auto first_of = [this](std::uint32_t body) {
-    while (groups_[body] != body) body = groups_[body] = groups_[groups_[body]];
-    return body;
-  };
+  joined_.begin(bodies);
   for (const RigidContact& c : contacts_) {
-    if (c.b == no_body) continue;
-    const std::uint32_t a = first_of(c.a);
-    const std::uint32_t b = first_of(c.b);
-    groups_[std::max(a, b)] = std::min(a, b);
+    if (c.b != no_body) joined_.join(c.a, c.b);
   }
-  for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = first_of(i);
+  groups_.resize(bodies);
+  for (std::uint32_t i = 0; i < bodies; ++i) groups_[i] = joined_.lowest_with(i);
 }
 
 // What bounces in a piece flies on in it, and what gravity does to it then counts. In a whole substep it stays where it

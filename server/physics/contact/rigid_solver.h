@@ -73,6 +73,7 @@ class RigidSolver {
   std::vector<RigidContact> contacts_;
   std::vector<std::uint32_t> groups_;  // one a body: the first of those that it is in contact with, itself included
   std::vector<ContactRow> rows_;       // of contacts_; key.features is the contact's place
+  JoinedBodies joined_;                // scratch of find_groups
   std::vector<RowGroup> row_groups_;
   std::vector<std::uint8_t> yields_;
   std::vector<double> still_m_s_;      // scratch, one a row of a group: what it reaches without a bounce

@@ -104,7 +104,7 @@ struct ContactRow {
 /// What the rows of one world's substeps came to, added up.
 struct RowCounts {
   std::uint64_t rows = 0;
-  std::uint64_t unconverged = 0;   // solves that ended before the rows agreed
+  std::uint64_t unconverged = 0;   // solves, of a group each, that ended before the rows agreed
   std::uint64_t cut_vertices = 0;  // moves that were cut short, so that nothing crosses
 
   RowCounts operator+(const RowCounts& other) const {

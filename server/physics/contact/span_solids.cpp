@@ -132,7 +132,7 @@ void SpanSolids<Real>::note_meeting(std::uint32_t soft, std::uint32_t solid, std
 
 template <class Real>
 bool SpanSolids<Real>::stop_missed(const ContactWorld<Real>& world, std::span<const SurfaceBody> surfaces,
-                                     std::span<const std::uint32_t> soft) {
+                                   std::span<const std::uint32_t> soft) {
   for (std::uint32_t k = 0; k < solids_.size(); ++k) {
     SpanSolid& solid = solids_[k];
     solid.move(world.rigid, world.colliders, world.substep.dt_s);
@@ -189,6 +189,7 @@ bool SpanSolids<Real>::stop_missed(SoftState<Real>& state, const SurfaceBody& su
 template <class Real>
 void SpanSolids<Real>::clear() {
   solids_.clear();
+  is_still_.clear();
   places_.clear();
   meetings_.clear();
   marks_.clear();

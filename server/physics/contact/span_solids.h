@@ -1,5 +1,5 @@
-// Solids as bodies that answer by the masses of their vertices meet them, over a span of substeps: rows are found as it
-// begins, and what they missed is stopped where it ends.
+// The solids that bodies meet which answer by the masses of their vertices. Rows are found as a span of substeps
+// begins; what they missed is stopped where it ends.
 #pragma once
 
 #include <cstddef>
@@ -84,9 +84,9 @@ class SpanSolids {
   std::vector<SolidPlace> places_;      // one a solid
   std::vector<std::uint8_t> is_still_;  // one a collider
   std::vector<Meeting> meetings_;
-  std::vector<Mark> marks_;                // meeting after meeting
-  std::vector<std::size_t> marks_end_;     // one a meeting
-  std::vector<std::uint8_t> marked_;       // scratch, one a vertex: the walls that it has rows with
+  std::vector<Mark> marks_;             // meeting after meeting
+  std::vector<std::size_t> marks_end_;  // one a meeting
+  std::vector<std::uint8_t> marked_;    // scratch, one a vertex: the walls that it has rows with
   SolidRowFinder finder_;
 };
 

@@ -3,6 +3,7 @@
 #include "physics/world.h"
 
 #include <algorithm>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -275,6 +276,45 @@ TEST(Runaway, ReasonIsTheOneThatHeld) {
 }
 
 // Each of three bodies has more vertices than half a part, so that one thread takes two of them, then one.
+// Balls with a stone on each, on one mesh that all of them touch: groups that several threads answer at once.
+TEST(World, GroupsOfContactsHaveTheSameBitsOnAnyNumberOfThreads) {
+  Scene scene;
+  scene.gravity = Vec3d(0.0, -9.81, 0.0);
+  scene.stepping.integrator = Integrator::midpoint;
+  scene.stepping.substeps = 8;
+  Collider& floor = scene.colliders.emplace_back();
+  floor.name = "floor";
+  floor.shape = MeshShape{.name = "ground", .mesh = *make_grid(4, 4, 12.0, 12.0)};
+  for (int i = 0; i < 4; ++i) {
+    SoftBody& ball = scene.soft_bodies.emplace_back();
+    ball.name = "ball-" + std::to_string(i);
+    ball.mesh = *make_icosphere(3, 0.5);
+    ball.position = {2.0 * i - 3.0, 0.55, 0.0};
+    ball.springs = {.stiffness_n_m = 50.0, .damping_n_s_m = 0.05};
+    RigidBody& stone = scene.rigid_bodies.emplace_back();
+    stone.name = "stone-" + std::to_string(i);
+    stone.shape = SphereShape{0.4};
+    stone.position = ball.position + Vec3d(0.0, 0.95, 0.0);
+    stone.velocity = {0.0, -1.0 - i, 0.0};
+  }
+  const auto run = [&](std::size_t threads) {
+    World world = make(scene);
+    world.note_contacts(true);
+    Workers workers(threads);
+    for (int tick = 0; tick < 30; ++tick) world.step_tick(workers);
+    return world;
+  };
+  const World by_one = run(1);
+  EXPECT_GT(by_one.row_counts().rows, 30U * 8U * 300U) << "fewer are not worth a second thread";
+  EXPECT_GE(by_one.touches().size(), 8U);
+  for (const std::size_t threads : {2U, 5U}) {
+    const World by_some = run(threads);
+    EXPECT_EQ(by_some.state_hash(), by_one.state_hash()) << threads;
+    EXPECT_EQ(by_some.touches().size(), by_one.touches().size()) << threads;
+    EXPECT_EQ(by_some.row_counts().rows, by_one.row_counts().rows) << threads;
+  }
+}
+
 TEST(World, ASubstepOfManySolvedVerticesGoesInPartsWithTheSameBits) {
   Scene scene;
   scene.gravity = Vec3d(0.0, -9.81, 0.0);

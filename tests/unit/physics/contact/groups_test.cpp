@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <random>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -26,6 +28,21 @@ std::set<std::uint32_t> tied_to(std::uint32_t body, std::span<const ContactRow> 
     }
   }
   return tied;
+}
+
+TEST(JoinedBodies, AreNamedByTheLowestInWhateverOrderTheyAreJoined) {
+  constexpr std::uint32_t bodies = 9;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs{{7, 3}, {3, 5}, {5, 7}, {8, 1}, {2, 2}};
+  std::mt19937 random(1);
+  JoinedBodies joined;
+  for (int round = 0; round < 20; ++round) {
+    std::ranges::shuffle(pairs, random);
+    joined.begin(bodies);
+    for (const auto& [a, b] : pairs) joined.join(a, b);
+    std::vector<std::uint32_t> lowest;
+    for (std::uint32_t i = 0; i < bodies; ++i) lowest.push_back(joined.lowest_with(i));
+    EXPECT_EQ(lowest, (std::vector<std::uint32_t>{0, 1, 2, 3, 4, 3, 6, 3, 1}));
+  }
 }
 
 TEST(Groups, AreTheBodiesThatRowsTieTogetherInTheOrderOfKeysFromAnyOrder) {

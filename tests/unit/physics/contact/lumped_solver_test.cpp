@@ -138,14 +138,14 @@ struct ParticleWorld {
 
 /// With rows of the first so many rigid bodies.
 void load(LumpedSolver& solver, std::span<ContactRow> rows, std::span<const SurfaceBody> bodies,
-          std::size_t rigid_count) {
+          std::size_t rigid_count, bool wall_is_still = true) {
   std::vector<std::uint32_t> rigid(rigid_count);
   std::iota(rigid.begin(), rigid.end(), 0U);
   SlotTable table;
   table.begin(bodies);
   std::vector<ContactRow*> of_solver;
   for (ContactRow& row : rows) of_solver.push_back(&row);
-  const std::vector<std::uint8_t> is_still(1, 1);
+  const std::vector<std::uint8_t> is_still(1, wall_is_still ? 1 : 0);
   solver.load(of_solver, bodies, {rigid, rigid_count, is_still}, table);
   EXPECT_TRUE(std::ranges::all_of(table.slot_of, [](std::uint32_t slot) { return slot == 0; })) << "for the next one";
 }
@@ -375,12 +375,17 @@ TEST(LumpedRows, OfSolidsKeepTheLawsAndTheMomentaOfWhatIsFree) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     SolidWorld world(seed);
     LumpedSolver solver;
-    load(solver, world.rows, world.bodies, 1);
+    const bool wall_is_still = seed % 2 == 0;
+    const Vec3d of_wall_m_s = wall_is_still ? Vec3d(Vec3d::Zero()) : Vec3d(0.5, 0.3, -0.2);
+    load(solver, world.rows, world.bodies, 1, wall_is_still);
     solver.rigid()[0] = world.rigid;
     LumpedSolver::Values values(4 * solver.slots().size(), 0.0);
     for (std::size_t s = 0; s < solver.slots().size(); ++s) {
       if (solver.slots()[s].body == 0)
         Vec3d::Map(values.data() + 4 * s) = world.velocities_m_s[solver.slots()[s].vertex];
+    }
+    for (std::uint32_t r = 8; r < world.rows.size() && !wall_is_still; ++r) {
+      Vec3d::Map(values.data() + 4 * solver.point_slot(r)) = of_wall_m_s;
     }
     LumpedSolver::Due due;
     for (std::uint32_t r = 0; r < world.rows.size(); ++r) {
@@ -405,7 +410,7 @@ TEST(LumpedRows, OfSolidsKeepTheLawsAndTheMomentaOfWhatIsFree) {
     EXPECT_LT((after.first - before.first).norm(), 1e-11) << seed;
     EXPECT_LT((after.second - before.second).norm(), 1e-11) << seed;
     for (std::uint32_t r = 0; r < world.rows.size(); ++r) {
-      const Vec3d of_solid = r < 8 ? solver.rigid_velocity_m_s(r) : Vec3d(Vec3d::Zero());
+      const Vec3d of_solid = r < 8 ? solver.rigid_velocity_m_s(r) : of_wall_m_s;
       const Vec3d relative = Vec3d::Map(values.data() + 4 * solver.skin_slot(r)) - of_solid;
       const double opening = relative.dot(world.rows[r].normal);
       const LumpedImpulse& impulse = solver.impulses()[r];
