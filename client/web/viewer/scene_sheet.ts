@@ -24,6 +24,11 @@ interface Draft {
   readonly kept: readonly JsonValue[];
 }
 
+interface Written {
+  readonly draft: Draft;
+  readonly text: string;
+}
+
 type Read = Extract<Reading, { scene: Scene }>;
 
 function freeName(wanted: string, taken: readonly string[]): string {
@@ -47,7 +52,9 @@ export class SceneSheet {
   private readonly list = element("scene-problems");
   private draft: Draft | undefined;
   /** What was written for other worlds, by their names. */
-  private readonly aside = new Map<string, { draft: Draft; text: string }>();
+  private readonly aside = new Map<string, Written>();
+  /** What Load again took out of the sheet, until something else is written. */
+  private replaced: Written | undefined;
   private world = "";
   private isOpen = false;
   private isBusy = false;
@@ -63,7 +70,7 @@ export class SceneSheet {
   ) {
     this.applyButton.addEventListener("click", () => void this.work(() => this.apply()));
     this.newButton.addEventListener("click", () => void this.work(() => this.makeWorld()));
-    this.loadButton.addEventListener("click", () => void this.work(() => this.load()));
+    this.loadButton.addEventListener("click", () => void this.work(() => this.loadAgain()));
     this.editor.area.addEventListener("keydown", (event) => {
       if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
       event.preventDefault();
@@ -104,9 +111,14 @@ export class SceneSheet {
     if (draft && this.isEdited) this.aside.set(draft.world, { draft, text: this.editor.text });
     const again = this.aside.get(this.world);
     this.aside.delete(this.world);
-    this.draft = again?.draft;
+    this.replaced = undefined;
+    this.take(again);
+  }
+
+  private take(written: Written | undefined): void {
+    this.draft = written?.draft;
     this.isOld = false;
-    this.editor.text = again?.text ?? "";
+    this.editor.text = written?.text ?? "";
     this.look();
   }
 
@@ -116,6 +128,18 @@ export class SceneSheet {
     this.isOld = false;
     this.editor.text = text;
     this.tellProblems([]);
+  }
+
+  /** What was written comes back by a second press. */
+  private async loadAgain(): Promise<void> {
+    const { draft, isEdited, replaced } = this;
+    if (replaced && !isEdited) {
+      this.replaced = undefined;
+      return this.take(replaced);
+    }
+    const written = draft && isEdited ? { draft, text: this.editor.text } : undefined;
+    await this.load();
+    if (this.draft !== draft) this.replaced = written;
   }
 
   private async load(): Promise<void> {
@@ -139,6 +163,7 @@ export class SceneSheet {
   }
 
   private wrote(): void {
+    this.replaced = undefined;
     clearTimeout(this.rest);
     this.rest = setTimeout(() => this.look(), restMs);
     this.tell();
@@ -232,6 +257,7 @@ export class SceneSheet {
     this.applyButton.disabled = !isEdited || isBusy;
     this.newButton.disabled = !draft || isBusy;
     this.loadButton.disabled = this.world === "" || isBusy;
+    this.loadButton.textContent = this.replaced && !isEdited ? "My text again" : "Load again";
     this.note.textContent = isEdited && this.isOld ? changedElsewhere : why;
   }
 }

@@ -18,12 +18,14 @@ import { type Bounds, BoundsView } from "./bounds_view.js";
 import type { Scale } from "./legend.js";
 import { segmentsOf, SmoothSkin } from "./smooth_skin.js";
 import { Strain } from "./strain.js";
+import { mirrorStudio } from "./studio.js";
 
 // A velocity is drawn as the way that it goes in this time.
 const velocityS = 0.1;
 // Of what is closed, as rubber is; of a sheet, as cloth is.
 const rubber = { specular: 0x4a4a4a, shininess: 70 };
 const cloth = { specular: 0x0c0c0c, shininess: 8 };
+const rubberMirrors = 0.6;
 
 /** Writes the unit normal of each vertex, the mean of its faces' by area. */
 export function computeNormals(indices: Uint32Array, points: Float32Array, normals: Float32Array): void {
@@ -90,6 +92,7 @@ export class SoftBodyView {
   private readonly colours: BufferAttribute;
   private readonly strains: Float32Array;
   private strain: Strain | undefined;
+  private readonly mirrors: number;
   private readonly normals: Float32Array;
 
   constructor(
@@ -107,8 +110,11 @@ export class SoftBodyView {
     this.strains = new Float32Array(mesh.vertexCount);
     geometry.setAttribute("color", this.colours);
     geometry.setIndex(new BufferAttribute(mesh.indices, 1));
-    const finish = isClosed(mesh.indices) ? rubber : cloth;
+    const isRubber = isClosed(mesh.indices);
+    const finish = isRubber ? rubber : cloth;
     this.skin = new Mesh(geometry, new MeshPhongMaterial({ color: colour, ...finish, side: DoubleSide }));
+    this.mirrors = isRubber ? rubberMirrors : 0;
+    if (isRubber) mirrorStudio(this.skin.material, this.mirrors);
     const segments = isSmooth ? segmentsOf(mesh.indices.length / 3) : 1;
     if (segments > 1) {
       this.smooth = new SmoothSkin(mesh.indices, mesh.vertexCount, segments);
@@ -207,6 +213,7 @@ export class SoftBodyView {
     const { material } = this.skin;
     if (material.vertexColors === isOn) return;
     material.vertexColors = isOn;
+    material.reflectivity = isOn ? 0 : this.mirrors; // colours that say something are not to be mixed with light
     material.needsUpdate = true; // another shader
   }
 

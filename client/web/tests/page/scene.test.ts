@@ -147,9 +147,13 @@ test("a text that nobody wrote in follows the scene; one that somebody did stays
   await shows('"y": -4');
   assert.equal((await client.scene(world)).softBodies[0]?.massKg, 3);
   assert.equal(await page.textContent("#scene-note"), "");
-  await rewrite(['"mass_kg": 3', '"mass_kg": 5']);
+  const mine = await rewrite(['"mass_kg": 3', '"mass_kg": 5']);
   await page.click("#scene-load");
   await shows('"mass_kg": 3');
+  await page.click('#scene-load:text-is("My text again")');
+  await until(async () => (await text()) === mine);
+  await page.waitForSelector("#scene-apply:enabled");
+  await page.waitForSelector('#scene-load:text-is("Load again")');
   assert.deepEqual(complaints, []);
 });
 
@@ -189,4 +193,10 @@ test("on a phone the sheet is as wide as the screen, its buttons as high as a fi
   );
   assert.ok(heights.length === 4 && heights.every((height) => height >= 44), heights.join());
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 390);
+  const phone = await page.context().newCDPSession(page);
+  await phone.send("Emulation.setTouchEmulationEnabled", { enabled: true });
+  const sizes = await page.$$eval("input, select, textarea", (fields) =>
+    fields.map((field) => parseFloat(getComputedStyle(field).fontSize)),
+  );
+  assert.ok(sizes.length > 3 && sizes.every((size) => size >= 16), sizes.join());
 });
