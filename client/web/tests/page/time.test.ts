@@ -33,10 +33,15 @@ function drawnTick(): Promise<number> {
 
 /** Waits until the timeline says so. */
 async function told(pattern: RegExp): Promise<void> {
-  await page.waitForFunction(
-    (source) => new RegExp(source).test((document.getElementById("moment-told") as HTMLOutputElement).value),
-    pattern.source,
-  );
+  try {
+    await page.waitForFunction(
+      (source) => new RegExp(source).test((document.getElementById("moment-told") as HTMLOutputElement).value),
+      pattern.source,
+    );
+  } catch (error) {
+    const says = await page.$eval("#moment-told", (output) => (output as HTMLOutputElement).value);
+    throw new Error(`the timeline says "${says}", not ${pattern}`, { cause: error });
+  }
 }
 
 /** Waits until so many pictures have begun to be drawn. */
