@@ -32,8 +32,10 @@ constexpr std::size_t idle_times = 8;
 
 template <class Real>
 void LumpedGroup<Real>::clear() {
-  // A heap's number is that of its lowest body, and may be another's in the next span.
-  if (rows_.capacity() > large_rows && rows_.capacity() > idle_times * rows_.size()) *this = LumpedGroup();
+  // A heap's number is that of its lowest body, and may be another's in the next span. What is clear already says
+  // nothing of what it had.
+  const bool is_much = rows_.capacity() > large_rows && rows_.capacity() > idle_times * rows_.size();
+  if (is_much && !rows_.empty()) *this = LumpedGroup();
   soft_.clear();
   rigid_.clear();
   rows_.clear();

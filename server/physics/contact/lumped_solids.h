@@ -15,9 +15,9 @@
 
 namespace pneuma::physics {
 
-/// Rows are found once a span. In each substep they are measured again where the solid is then: what lies over one face
-/// of a box, or at a wall, by that face; other vertices by the nearest point of the shape; an edge over a rim by its
-/// deepest point, and a face over a corner by what of it is there.
+/// Rows are found once a span. In each substep they are measured again, where the solid is then. What lies over one
+/// face of a box, or at a wall, is measured from that face. Other vertices are measured from the nearest point of the
+/// shape. An edge over a rim is measured at its deepest point, and a face over a corner by what of it is there.
 template <class Real>
 class LumpedSolids {
  public:
