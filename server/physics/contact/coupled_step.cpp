@@ -21,8 +21,10 @@ constexpr int coupled_passes_max = 4;
 constexpr std::uint32_t coupled_sweeps_max = 30;
 // Of these many rows, a dense program of three times as many unknowns takes a few milliseconds.
 constexpr std::size_t direct_rows_max = 160;
-// Of the mean edge a substep: what rows may be off by.
+// Of the mean edge a substep: what rows may be off by; and in passes that another follows, which finds its own place
+// for the rows anyway: solved to the last, they cost a third more.
 constexpr double coupled_enough_share = 1e-6;
+constexpr double coupled_enough_early_share = 1e-2;
 // The same of joints whose soft bodies are all frozen.
 constexpr double joints_alone_enough_m_s = 1e-9;
 // What a pass may move vertices by and be the last.
@@ -39,6 +41,7 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
   (void)take_touching(world, surfaces);
+  bool is_settled = false;
   for (int pass = 0; pass < coupled_passes_max; ++pass) {
     for (CoupledBody& body : passes_.bodies) body.has_moved = false;
     do {
@@ -46,9 +49,11 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
       find_coupled_rows(world, surfaces, passes_);
     } while (take_touching(world, surfaces));
     leave_out_failed();
-    solve(world);
+    const bool is_last = is_settled || pass + 1 == coupled_passes_max;
+    const bool is_exact = solve(world, is_last ? coupled_enough_share : coupled_enough_early_share);
     take_answers(world, surfaces);
-    if (move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m()) break;
+    is_settled = move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m();
+    if (is_settled && is_exact) break;
   }
   keep_spins(world, passes_);
   rebound(world, passes_);
@@ -250,8 +255,9 @@ bool CoupledStep<Real>::begin_metric(const CoupledWorld<Real>& world, std::size_
   return true;
 }
 
+// `share`: what rows that are solved together may be off by. True where all are within what rows may be off by.
 template <class Real>
-void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
+bool CoupledStep<Real>::solve(const CoupledWorld<Real>& world, double share) {
   list_responses(world);
   double spacing_m = 0.0;
   for (ContactRow& row : passes_.rows) {
@@ -267,18 +273,24 @@ void CoupledStep<Real>::solve(const CoupledWorld<Real>& world) {
     if (auto* factored = std::get_if<FactoredResponse>(&response)) factored->finish();
   }
   group_rows(passes_.rows, yields_, groups_);
-  const double enough_m_s =
-      spacing_m > 0.0 ? coupled_enough_share * spacing_m / world.substep.dt_s : joints_alone_enough_m_s;
+  const double spacing_m_s = spacing_m / world.substep.dt_s;
   const SolveLimits limits{
-      .sweeps_max = coupled_sweeps_max, .enough_m_s = enough_m_s, .direct_rows_max = direct_rows_max};
+      .sweeps_max = coupled_sweeps_max,
+      .enough_m_s = spacing_m > 0.0 ? coupled_enough_share * spacing_m_s : joints_alone_enough_m_s,
+      .direct_rows_max = direct_rows_max,
+      .direct_enough_m_s = share * spacing_m_s,
+  };
+  bool is_exact = true;
   for (const RowGroup& group : groups_) {
     const SolveOutcome outcome =
         solve_rows(std::span(passes_.rows).subspan(group.begin, group.end - group.begin), responses_, limits);
     counts_.unconverged += outcome.converged ? 0 : 1;
+    is_exact = is_exact && outcome.off_m_s <= limits.enough_m_s;
   }
   counts_.rows += passes_.rows.size();
   warm_ = passes_.rows;
   std::ranges::sort(warm_, {}, &ContactRow::key);
+  return is_exact;
 }
 
 template <class Real>

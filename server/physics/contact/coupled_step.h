@@ -34,7 +34,7 @@ class CoupledStep {
   void move_freely(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool step_freely(const CoupledWorld<Real>& world, std::size_t index);
   void leave_out_failed();
-  void solve(const CoupledWorld<Real>& world);
+  [[nodiscard]] bool solve(const CoupledWorld<Real>& world, double share);
   void list_responses(const CoupledWorld<Real>& world);
   void warm(ContactRow& row) const;
   void take_answers(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);

@@ -2,14 +2,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace pneuma::physics {
 namespace {
 
 constexpr int steps_max = 20;
-constexpr int sweeps_a_step = 4;
+constexpr int sweeps_a_step = 3;
 constexpr int line_searches_max = 12;
+// Of steps with friction: shorter ones lead no further, and after so many of no use the rows are for the other way.
+constexpr int friction_steps_max = 16;
+constexpr int friction_shortenings_max = 2;
+constexpr double friction_shortening = 0.4;
+constexpr int friction_stalls_max = 2;
+// What a step must leave of the rows' being off, to be taken.
+constexpr double friction_gain = 0.9;
+// Of the rounds by which the friction of rows that slide follows their normal impulses within a step.
+constexpr int slide_rounds_max = 10;
+constexpr double slide_rounds_share = 1e-3;
 // Of the diagonal: rows that say the same twice must not make the matrix singular.
 constexpr double regularisation = 1e-9;
 // Of a disc's radius: what is nearer to its edge slides.
@@ -23,6 +34,7 @@ DiscProgram::DiscProgram(std::size_t rows) : rows_(rows), stride_(dense_stride(3
     vector->assign(stride_, 0.0);
   radii_n_s_.assign(rows, 0.0);
   across_1_kg_.assign(rows, 0.0);
+  friction_.assign(rows, 0.0);
   kinds_.assign(rows, Kind::contact);
 }
 
@@ -45,11 +57,7 @@ void DiscProgram::set_block(std::size_t row, std::size_t by, const Eigen::Matrix
 }
 
 void DiscProgram::set_free(std::size_t row, bool also_along) {
-  if (kinds_[row] != Kind::given) kinds_[row] = also_along ? Kind::tie : Kind::guide;
-}
-
-void DiscProgram::set_given(std::size_t row) {
-  kinds_[row] = Kind::given;
+  kinds_[row] = also_along ? Kind::tie : Kind::guide;
 }
 
 void DiscProgram::add_softness(std::size_t row, double softness_1_kg) {
@@ -99,13 +107,13 @@ double DiscProgram::stop(std::size_t at) {
   return std::abs(change_n_s) * inverse_mass_1_kg;
 }
 
-double DiscProgram::sweep() {
+double DiscProgram::sweep(Radii radii) {
   double largest_m_s = 0.0;
   for (std::size_t row = 0; row < rows_; ++row) {
     const std::size_t n = 3 * row;
     if (const Kind kind = kinds_[row]; kind != Kind::contact) {
       if (kind == Kind::tie) largest_m_s = std::max(largest_m_s, stop(n));
-      if (kind != Kind::given) largest_m_s = std::max({largest_m_s, stop(n + 1), stop(n + 2)});
+      largest_m_s = std::max({largest_m_s, stop(n + 1), stop(n + 2)});
       continue;
     }
     if (const double inverse_mass_1_kg = w(n, n); inverse_mass_1_kg > 0.0) {
@@ -115,6 +123,7 @@ double DiscProgram::sweep() {
         largest_m_s = std::max(largest_m_s, std::abs(change_n_s) * inverse_mass_1_kg);
       }
     }
+    if (radii == Radii::follow_normals) radii_n_s_[row] = friction_[row] * f_[n];
     const double radius = radii_n_s_[row];
     const double across = across_1_kg_[row];
     if (!(across > 0.0) || (radius <= 0.0 && f_[n + 1] == 0.0 && f_[n + 2] == 0.0)) continue;
@@ -134,11 +143,11 @@ double DiscProgram::sweep() {
 
 void DiscProgram::find_directions() {
   directions_.clear();
+  slides_.clear();
   for (std::size_t row = 0; row < rows_; ++row) {
     const std::size_t n = 3 * row;
     if (const Kind kind = kinds_[row]; kind != Kind::contact) {
       if (kind == Kind::tie) directions_.push_back({.at = n});
-      if (kind == Kind::given) continue;
       directions_.push_back({.at = n + 1});
       directions_.push_back({.at = n + 2});
       continue;
@@ -152,6 +161,10 @@ void DiscProgram::find_directions() {
       directions_.push_back({.at = n + 2});
     } else {
       const double inwards = -(gradient_[n + 1] * f_[n + 1] + gradient_[n + 2] * f_[n + 2]) / (length * length);
+      if (f_[n] > 0.0) {
+        const double share = friction_[row] / length;
+        slides_.push_back({row, directions_.size() - 1, share * f_[n + 1], share * f_[n + 2]});
+      }
       directions_.push_back({.at = n + 1,
                              .share = -f_[n + 2] / length,
                              .next_share = f_[n + 1] / length,
@@ -227,20 +240,149 @@ void DiscProgram::add_differences(const Vector& from, const Vector& to, Vector& 
   }
 }
 
-bool DiscProgram::step_together() {
+// Of a step along the free directions: what is to be solved for, and the matrix's factor.
+bool DiscProgram::solve_for_directions() {
   find_directions();
   const std::size_t count = directions_.size();
   if (count == 0) return false;
   reduce();
-  const std::size_t stride = dense_stride(count);
-  if (!kernels_->factor(reduced_.data(), count, stride)) return false;
-  kernels_->solve(reduced_.data(), count, stride, found_.data());
+  return kernels_->factor(reduced_.data(), count, dense_stride(count));
+}
+
+// What was found along the free directions, as a step of all coordinates.
+void DiscProgram::spread_found() {
   std::ranges::fill(step_, 0.0);
-  for (std::size_t a = 0; a < count; ++a) {
+  for (std::size_t a = 0; a < directions_.size(); ++a) {
     const Direction& of = directions_[a];
     step_[of.at] += of.share * found_[a];
     if (of.next_share != 0.0) step_[of.at + 1] += of.next_share * found_[a];
   }
+}
+
+// What the rows that slide add to the free directions by a normal impulse of 1.
+void DiscProgram::find_slide_columns() {
+  const std::size_t count = directions_.size();
+  const std::size_t stride = dense_stride(count);
+  slide_columns_.assign(stride * slides_.size(), 0.0);
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    const double* first = column(3 * slides_[k].row + 1);
+    const double* second = column(3 * slides_[k].row + 2);
+    double* to = slide_columns_.data() + k * stride;
+    for (std::size_t a = 0; a < count; ++a) {
+      const Direction& of = directions_[a];
+      to[a] = of.share * (slides_[k].share * first[of.at] + slides_[k].next_share * second[of.at]);
+      if (of.next_share == 0.0) continue;
+      to[a] += of.next_share * (slides_[k].share * first[of.at + 1] + slides_[k].next_share * second[of.at + 1]);
+    }
+  }
+}
+
+// The friction of a row that slides goes with its normal impulse, which makes the matrix unsymmetric. What that adds is
+// put on the other side in rounds, which need the one factor. Where they lead away, friction stays as it is.
+bool DiscProgram::aim_with_friction() {
+  if (!solve_for_directions()) return false;
+  find_slide_columns();
+  const std::size_t count = directions_.size();
+  const std::size_t stride = dense_stride(count);
+  const Vector wanted = found_;
+  kernels_->solve(reduced_.data(), count, stride, found_.data());
+  const Vector without = found_;
+  normals_n_s_.assign(slides_.size(), 0.0);
+  double last_change = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < slide_rounds_max; ++round) {
+    double change = 0.0;
+    double largest = 0.0;
+    for (std::size_t k = 0; k < slides_.size(); ++k) {
+      const double normal_n_s = found_[slides_[k].normal];
+      change = std::max(change, std::abs(normal_n_s - normals_n_s_[k]));
+      largest = std::max(largest, std::abs(normal_n_s));
+      normals_n_s_[k] = normal_n_s;
+    }
+    if (change <= slide_rounds_share * largest) break;
+    if (change > last_change) {
+      found_ = without;
+      normals_n_s_.assign(slides_.size(), 0.0);
+      break;
+    }
+    last_change = change;
+    found_ = wanted;
+    for (std::size_t k = 0; k < slides_.size(); ++k) {
+      const double* from = slide_columns_.data() + k * stride;
+      kernels_->add_columns(from, -normals_n_s_[k], from, 0.0, stride, found_.data());
+    }
+    kernels_->solve(reduced_.data(), count, stride, found_.data());
+  }
+  spread_found();
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    const std::size_t n = 3 * slides_[k].row;
+    step_[n + 1] += slides_[k].share * normals_n_s_[k];
+    step_[n + 2] += slides_[k].next_share * normals_n_s_[k];
+  }
+  return true;
+}
+
+// Goes along the step; rows that slide go on sliding.
+void DiscProgram::go(double length) {
+  for (std::size_t i = 0; i < f_.size(); ++i) f_[i] += length * step_[i];
+  follow_normals();
+  for (const Slide& slide : slides_) {
+    const std::size_t n = 3 * slide.row;
+    const double rubbed_n_s = std::sqrt(f_[n + 1] * f_[n + 1] + f_[n + 2] * f_[n + 2]);
+    if (!(rubbed_n_s > 0.0)) continue;
+    f_[n + 1] *= radii_n_s_[slide.row] / rubbed_n_s;
+    f_[n + 2] *= radii_n_s_[slide.row] / rubbed_n_s;
+  }
+  find_gradient(f_, gradient_);
+}
+
+void DiscProgram::follow_normals() {
+  for (std::size_t row = 0; row < rows_; ++row) {
+    if (kinds_[row] == Kind::contact) radii_n_s_[row] = friction_[row] * std::max(0.0, f_[3 * row]);
+  }
+  project(f_);
+}
+
+bool DiscProgram::step_with_friction() {
+  if (!aim_with_friction()) return false;
+  const Vector start_f = f_;
+  const Vector start_gradient = gradient_;
+  double length = 1.0;
+  for (int shortening = 0; shortening < friction_shortenings_max; ++shortening) {
+    go(length);
+    double left_m_s = 0.0;
+    for (int i = 0; i < sweeps_a_step; ++i) left_m_s = sweep(Radii::follow_normals);
+    if (left_m_s < friction_gain * off_m_s_) {
+      off_m_s_ = left_m_s;
+      return true;
+    }
+    f_ = start_f;
+    gradient_ = start_gradient;
+    length *= friction_shortening;
+  }
+  return false;
+}
+
+bool DiscProgram::solve_with_friction(double enough_m_s, std::uint32_t& factorisations) {
+  const Vector before = f_;
+  follow_normals();
+  find_gradient(f_, gradient_);
+  off_m_s_ = sweep(Radii::follow_normals);
+  int stalls = 0;
+  for (int step = 0; step < friction_steps_max && off_m_s_ > enough_m_s && stalls <= friction_stalls_max; ++step) {
+    ++factorisations;
+    if (step_with_friction()) continue;
+    ++stalls;
+    for (int i = 0; i < 2 * sweeps_a_step; ++i) off_m_s_ = sweep(Radii::follow_normals);
+  }
+  if (off_m_s_ <= enough_m_s) return true;
+  f_ = before;
+  return false;
+}
+
+bool DiscProgram::step_together() {
+  if (!solve_for_directions()) return false;
+  kernels_->solve(reduced_.data(), directions_.size(), dense_stride(directions_.size()), found_.data());
+  spread_found();
   std::ranges::fill(by_step_, 0.0);
   kernels_->add_product(w_.data(), 3 * rows_, stride_, step_.data(), by_step_.data());
   const double before = energy(f_, gradient_, q_);
@@ -263,18 +405,21 @@ bool DiscProgram::step_together() {
   return false;
 }
 
+bool DiscProgram::sweep_until(double enough_m_s, int sweeps) {
+  for (int i = 0; i < sweeps; ++i) {
+    off_m_s_ = sweep();
+    if (off_m_s_ <= enough_m_s) return true;
+  }
+  return false;
+}
+
 bool DiscProgram::solve(double enough_m_s, std::uint32_t& factorisations) {
   project(f_);
   find_gradient(f_, gradient_);
   for (int step = 0; step < steps_max; ++step) {
-    for (int i = 0; i < sweeps_a_step; ++i) {
-      if (sweep() <= enough_m_s) return true;
-    }
+    if (sweep_until(enough_m_s, sweeps_a_step)) return true;
     ++factorisations;
-    if (step_together()) continue;
-    for (int i = 0; i < 2 * sweeps_a_step; ++i) {
-      if (sweep() <= enough_m_s) return true;
-    }
+    if (!step_together() && sweep_until(enough_m_s, 2 * sweeps_a_step)) return true;
   }
   return false;
 }

@@ -23,15 +23,21 @@ class DiscProgram {
   void set_block(std::size_t row, std::size_t by, const Eigen::Matrix3d& block_1_kg);
   /// Its impulse may be any across the normal, and along it where `also_along`, or else has no share along it.
   void set_free(std::size_t row, bool also_along);
-  /// Its impulse stays as it is.
-  void set_given(std::size_t row);
   /// On the diagonal of W, after its block is set.
   void add_softness(std::size_t row, double softness_1_kg);
   /// Returns by how much of velocity the disc changed.
   double set_disc(std::size_t row, double radius_n_s);
 
+  /// Of Coulomb's law, for solve_with_friction().
+  void set_friction(std::size_t row, double friction) { friction_[row] = friction; }
+
   /// Whether no row's velocity was off by more than enough_m_s in the end.
   bool solve(double enough_m_s, std::uint32_t& factorisations);
+  /// The same where the discs' radii are the normal impulses times friction, by Newton's method on all of it. That is
+  /// no convex program, so the method may come to nothing: then false, and the impulses are as before.
+  bool solve_with_friction(double enough_m_s, std::uint32_t& factorisations);
+  /// How far off the last solve's last look found a row's velocity.
+  [[nodiscard]] double off_m_s() const { return off_m_s_; }
   [[nodiscard]] Vec3d impulse(std::size_t row) const { return {f_[3 * row], f_[3 * row + 1], f_[3 * row + 2]}; }
 
  private:
@@ -42,7 +48,14 @@ class DiscProgram {
     double next_share = 0.0;  // of at + 1
     double bend_1_kg = 0.0;   // what keeping to the edge adds
   };
-  enum class Kind : std::uint8_t { contact, tie, guide, given };
+  enum class Kind : std::uint8_t { contact, tie, guide };
+  /// A row that slides: its friction goes with its normal impulse, by so much across the normal.
+  struct Slide {
+    std::size_t row = 0;
+    std::size_t normal = 0;  // in directions_
+    double share = 0.0;
+    double next_share = 0.0;
+  };
   // One number a coordinate, and zeros up to stride_.
   using Vector = std::vector<double>;
 
@@ -51,7 +64,16 @@ class DiscProgram {
   [[nodiscard]] const double* column(std::size_t by) const { return w_.data() + by * stride_; }
   void push(std::size_t at, double change_n_s);
   double stop(std::size_t at);
-  double sweep();
+  enum class Radii : std::uint8_t { fixed, follow_normals };
+  double sweep(Radii radii = Radii::fixed);
+  bool sweep_until(double enough_m_s, int sweeps);
+  void follow_normals();
+  bool solve_for_directions();
+  void find_slide_columns();
+  bool aim_with_friction();
+  void go(double length);
+  bool step_with_friction();
+  void spread_found();
   void project(Vector& f) const;
   void find_gradient(const Vector& f, Vector& gradient) const;
   void add_differences(const Vector& from, const Vector& to, Vector& gradient) const;
@@ -65,9 +87,12 @@ class DiscProgram {
   std::size_t stride_;
   Vector w_;  // by columns (dense_kernels.h)
   Vector q_, f_, gradient_;
-  std::vector<double> radii_n_s_, across_1_kg_;
+  double off_m_s_ = 0.0;
+  std::vector<double> radii_n_s_, across_1_kg_, friction_;
   std::vector<Kind> kinds_;
   std::vector<Direction> directions_;
+  std::vector<Slide> slides_;
+  Vector slide_columns_, normals_n_s_;                                             // scratch of aim_with_friction
   Vector reduced_, found_, step_, by_step_, straight_f_, next_f_, next_gradient_;  // scratch of step_together
   const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "physics/contact/disc_program.h"
@@ -17,14 +18,18 @@ constexpr std::uint32_t sweeps_before = 4;
 constexpr int friction_rounds_max = 12;
 // Rounds whose program was left unsolved.
 constexpr int unsolved_rounds_max = 4;
+// How often rows that a solution closes are added to it.
+constexpr int additions_max = 6;
 // Of a joint's inverse mass: one that two joints hold the same way must not be without bounds.
 constexpr double joint_regularisation = 1e-12;
 
 class Sweeps {
  public:
   Sweeps(std::span<ContactRow> rows, std::span<Response> responses) : rows_(rows), responses_(responses) {
-    for (const ContactRow& row : rows_) blocks_.push_back(block_of(row));
-    push_all();
+    for (const ContactRow& row : rows_) {
+      blocks_.push_back(block_of(row));
+      if (!row.impulse_n_s.isZero(0.0)) push_both(responses_, row, row.impulse_n_s);
+    }
   }
 
   // The largest change of a row's velocity.
@@ -34,37 +39,55 @@ class Sweeps {
     return largest_m_s;
   }
 
-  // All rows at once, by a program that starts from their impulses; then they hold its solution.
-  bool solve_together(double enough_m_s, std::uint32_t& factorisations) {
-    const std::size_t count = rows_.size();
-    DiscProgram program(count);
-    for (std::size_t i = 0; i < count; ++i) {
+  // Lists the rows that are loaded or on their way to be. Those that keep clear without an impulse are left out of
+  // what is solved together: half of what is near, or more.
+  void begin_loaded() {
+    loaded_.clear();
+    is_loaded_.assign(rows_.size(), 0);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
       const ContactRow& row = rows_[i];
-      const Vec3d at_rest = row.free_m_s;  // without any impulse
-      Vec3d wanted = axes_[i].transpose() * at_rest;
+      if (row.is_given) continue;
+      if (row.kind != RowKind::contact || !row.impulse_n_s.isZero(0.0)) take_as_loaded(i);
+    }
+  }
+  // False where there is none to add.
+  bool add_closing(double enough_m_s) {
+    const std::size_t before = loaded_.size();
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const ContactRow& row = rows_[i];
+      if (is_loaded_[i] != 0 || row.is_given || !(blocks_[i].along_1_kg > 0.0)) continue;
+      if (velocity_of(row).dot(row.normal) < row.least_m_s - enough_m_s) take_as_loaded(i);
+    }
+    return loaded_.size() > before;
+  }
+  [[nodiscard]] std::size_t loaded() const { return loaded_.size(); }
+
+  // The loaded rows at once, by a program that starts from their impulses; then they hold its solution.
+  bool solve_together(double enough_m_s, SolveOutcome& outcome) {
+    const std::size_t count = loaded_.size();
+    DiscProgram program(count);
+    push_loaded(-1.0);
+    for (std::size_t i = 0; i < count; ++i) {
+      const ContactRow& row = rows_[loaded_[i]];
+      const Eigen::Matrix3d& axes = axes_[loaded_[i]];
+      Vec3d wanted = axes.transpose() * velocity_of(row);  // without the impulses of any of them
       wanted[0] -= row.least_m_s;
-      program.set_row(i, wanted, axes_[i].transpose() * row.impulse_n_s, blocks_[i].across_1_kg);
-      if (row.is_given) program.set_given(i);
+      program.set_row(i, wanted, axes.transpose() * row.impulse_n_s, blocks_[loaded_[i]].across_1_kg);
+      program.set_friction(i, row.friction);
       if (row.kind != RowKind::contact) program.set_free(i, row.kind == RowKind::tie);
       for (std::size_t j = 0; j <= i; ++j) {
-        if (!tied(row, rows_[j])) continue;
-        program.set_block(i, j, axes_[i].transpose() * coupling_1_kg(responses_, row, rows_[j]) * axes_[j]);
+        const ContactRow& by = rows_[loaded_[j]];
+        if (!tied(row, by)) continue;
+        program.set_block(i, j, axes.transpose() * coupling_1_kg(responses_, row, by) * axes_[loaded_[j]]);
       }
       if (row.softness_1_kg > 0.0) program.add_softness(i, row.softness_1_kg);
     }
-    bool solved = false;
-    int unsolved = 0;
-    for (int round = 0; round < friction_rounds_max && unsolved < unsolved_rounds_max; ++round) {
-      double change_m_s = 0.0;
-      for (std::size_t i = 0; i < count; ++i) {
-        if (rows_[i].kind != RowKind::contact) continue;
-        change_m_s = std::max(change_m_s, program.set_disc(i, rows_[i].friction * program.impulse(i)[0]));
-      }
-      if (round > 0 && change_m_s <= enough_m_s) return take(program, solved);
-      solved = program.solve(enough_m_s, factorisations);
-      unsolved += solved ? 0 : 1;
-    }
-    return take(program, solved && discs_fit(program, enough_m_s));
+    const bool solved = program.solve_with_friction(enough_m_s, outcome.factorisations) ||
+                        solve_in_rounds(program, enough_m_s, outcome.factorisations);
+    outcome.off_m_s = program.off_m_s();
+    for (std::size_t i = 0; i < count; ++i) rows_[loaded_[i]].impulse_n_s = axes_[loaded_[i]] * program.impulse(i);
+    push_loaded(1.0);
+    return solved;
   }
 
   // Of the rows that took more than they can, the one that did by most takes what it can, and keeps to that. False
@@ -80,23 +103,38 @@ class Sweeps {
   }
 
  private:
-  // Whether friction stays within what the last normal impulses allow.
-  [[nodiscard]] bool discs_fit(const DiscProgram& program, double enough_m_s) const {
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (rows_[i].kind != RowKind::contact) continue;
-      const Vec3d impulse_n_s = program.impulse(i);
-      const double past_n_s = impulse_n_s.tail<2>().norm() - rows_[i].friction * impulse_n_s[0];
-      if (past_n_s * blocks_[i].across_1_kg > enough_m_s) return false;
-    }
-    return true;
+  void take_as_loaded(std::size_t row) {
+    is_loaded_[row] = 1;
+    loaded_.push_back(row);
   }
 
-  bool take(const DiscProgram& program, bool solved) {
-    const std::size_t count = rows_.size();
-    pull_all();
-    for (std::size_t i = 0; i < count; ++i) rows_[i].impulse_n_s = axes_[i] * program.impulse(i);
-    push_all();
-    return solved;
+  bool solve_in_rounds(DiscProgram& program, double enough_m_s, std::uint32_t& factorisations) const {
+    bool solved = false;
+    int unsolved = 0;
+    for (int round = 0; round < friction_rounds_max && unsolved < unsolved_rounds_max; ++round) {
+      double change_m_s = 0.0;
+      for (std::size_t i = 0; i < loaded_.size(); ++i) {
+        const ContactRow& row = rows_[loaded_[i]];
+        if (row.kind != RowKind::contact) continue;
+        change_m_s = std::max(change_m_s, program.set_disc(i, row.friction * program.impulse(i)[0]));
+      }
+      if (round > 0 && change_m_s <= enough_m_s) return solved;
+      solved = program.solve(enough_m_s, factorisations);
+      unsolved += solved ? 0 : 1;
+    }
+    return solved && discs_fit(program, enough_m_s);
+  }
+
+  // Whether friction stays within what the last normal impulses allow.
+  [[nodiscard]] bool discs_fit(const DiscProgram& program, double enough_m_s) const {
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      const ContactRow& row = rows_[loaded_[i]];
+      if (row.kind != RowKind::contact) continue;
+      const Vec3d impulse_n_s = program.impulse(i);
+      const double past_n_s = impulse_n_s.tail<2>().norm() - row.friction * impulse_n_s[0];
+      if (past_n_s * blocks_[loaded_[i]].across_1_kg > enough_m_s) return false;
+    }
+    return true;
   }
 
   struct Block {
@@ -138,8 +176,7 @@ class Sweeps {
   }
 
   double answer_joint(ContactRow& row, const Block& block) {
-    const Vec3d velocity = row.free_m_s + change_m_s(responses_[row.first.body], row.first) -
-                           change_m_s(responses_[row.second.body], row.second) + row.softness_1_kg * row.impulse_n_s;
+    const Vec3d velocity = velocity_of(row) + row.softness_1_kg * row.impulse_n_s;
     const Vec3d change_n_s = -(block.mass_kg * velocity);
     row.impulse_n_s += change_n_s;
     push_both(responses_, row, change_n_s);
@@ -150,8 +187,7 @@ class Sweeps {
     if (row.is_given) return 0.0;
     if (row.kind != RowKind::contact) return answer_joint(row, block);
     if (!(block.along_1_kg > 0.0)) return 0.0;
-    Vec3d velocity = row.free_m_s + change_m_s(responses_[row.first.body], row.first) -
-                     change_m_s(responses_[row.second.body], row.second);
+    Vec3d velocity = velocity_of(row);
     const double pressed_n_s = row.impulse_n_s.dot(row.normal);
     if (row.softness_1_kg > 0.0) velocity += row.softness_1_kg * row.impulse_n_s;
     const double normal_n_s = std::max(
@@ -174,14 +210,14 @@ class Sweeps {
     return largest_m_s;
   }
 
-  void push_all() {
-    for (const ContactRow& row : rows_) {
-      if (!row.impulse_n_s.isZero(0.0)) push_both(responses_, row, row.impulse_n_s);
-    }
+  [[nodiscard]] Vec3d velocity_of(const ContactRow& row) const {
+    return row.free_m_s + change_m_s(responses_[row.first.body], row.first) -
+           change_m_s(responses_[row.second.body], row.second);
   }
-  void pull_all() {
-    for (const ContactRow& row : rows_) {
-      if (!row.impulse_n_s.isZero(0.0)) push_both(responses_, row, -row.impulse_n_s);
+
+  void push_loaded(double share) {
+    for (const std::size_t i : loaded_) {
+      if (!rows_[i].impulse_n_s.isZero(0.0)) push_both(responses_, rows_[i], share * rows_[i].impulse_n_s);
     }
   }
 
@@ -189,16 +225,34 @@ class Sweeps {
   std::span<Response> responses_;
   std::vector<Block> blocks_;
   std::vector<Eigen::Matrix3d> axes_;  // the normal, and two across it
+  std::vector<std::size_t> loaded_;    // rows that are solved together
+  std::vector<std::uint8_t> is_loaded_;
 };
 
-bool solve_once(Sweeps& sweeps, std::size_t rows, const SolveLimits& limits, SolveOutcome& outcome) {
-  const bool may_solve = rows <= limits.direct_rows_max;
-  const std::uint32_t sweeps_first = may_solve ? std::min(sweeps_before, limits.sweeps_max) : limits.sweeps_max;
-  for (std::uint32_t i = 0; i < sweeps_first; ++i) {
-    ++outcome.sweeps;
-    if (sweeps.sweep() <= limits.enough_m_s) return true;
+// Of no more rows than may be solved together. Nothing where more are loaded.
+std::optional<bool> solve_loaded(Sweeps& sweeps, const SolveLimits& limits, double enough_m_s, SolveOutcome& outcome) {
+  sweeps.begin_loaded();
+  (void)sweeps.add_closing(limits.enough_m_s);
+  for (int addition = 0; addition < additions_max; ++addition) {
+    if (sweeps.loaded() > limits.direct_rows_max) return std::nullopt;
+    const bool solved = sweeps.solve_together(enough_m_s, outcome);
+    if (!sweeps.add_closing(enough_m_s)) return solved;
   }
-  return may_solve && sweeps.solve_together(limits.enough_m_s, outcome.factorisations);
+  return false;
+}
+
+bool solve_once(Sweeps& sweeps, const SolveLimits& limits, SolveOutcome& outcome) {
+  const double direct_enough_m_s = std::max(limits.enough_m_s, limits.direct_enough_m_s);
+  for (std::uint32_t i = 0; i < limits.sweeps_max; ++i) {
+    if (i == sweeps_before && limits.direct_rows_max > 0) {
+      if (outcome.off_m_s <= direct_enough_m_s) return true;
+      if (const auto solved = solve_loaded(sweeps, limits, direct_enough_m_s, outcome)) return *solved;
+    }
+    ++outcome.sweeps;
+    outcome.off_m_s = sweeps.sweep();
+    if (outcome.off_m_s <= limits.enough_m_s) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -208,7 +262,7 @@ SolveOutcome solve_rows(std::span<ContactRow> rows, std::span<Response> response
   if (rows.empty()) return outcome;
   Sweeps sweeps(rows, responses);
   do {
-    outcome.converged = solve_once(sweeps, rows.size(), limits, outcome);
+    outcome.converged = solve_once(sweeps, limits, outcome);
   } while (sweeps.give_way());
   return outcome;
 }

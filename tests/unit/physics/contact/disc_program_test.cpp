@@ -92,5 +92,34 @@ TEST(DiscProgram, OfAStiffBodyEndsWhereNothingGoesDown) {
   }
 }
 
+// Signorini's and Coulomb's laws, row by row: what touches keeps its place along the normal, what rubs less than it may
+// keeps its place across it, and what slips is rubbed by all that the law allows, against its slip.
+TEST(DiscProgram, WithFrictionObeysBothLawsAtOnce) {
+  constexpr double friction = 0.5;
+  constexpr double enough_m_s = 1e-9;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    DrawnProgram drawn(12, 0.0, 100 + seed);
+    for (std::size_t i = 0; i < 12; ++i) drawn.program.set_friction(i, friction);
+    std::uint32_t factorisations = 0;
+    ASSERT_TRUE(drawn.program.solve_with_friction(enough_m_s, factorisations)) << seed;
+    EXPECT_LE(drawn.program.off_m_s(), enough_m_s);
+    const Eigen::VectorXd impulses = drawn.solution();
+    const Eigen::VectorXd velocities = drawn.w * impulses + drawn.q;
+    for (Eigen::Index i = 0; i < 12; ++i) {
+      const double pressed = impulses[3 * i];
+      const Eigen::Vector2d rubbed = impulses.segment<2>(3 * i + 1);
+      const Eigen::Vector2d slip = velocities.segment<2>(3 * i + 1);
+      EXPECT_GE(pressed, 0.0);
+      EXPECT_GE(velocities[3 * i], -1e-6) << seed << ", " << i;
+      EXPECT_NEAR(pressed * velocities[3 * i], 0.0, 1e-6) << seed << ", " << i;
+      EXPECT_LE(rubbed.norm(), friction * pressed + 1e-9) << seed << ", " << i;
+      if (pressed == 0.0) continue;
+      const bool sticks = rubbed.norm() < friction * pressed - 1e-6;
+      const double against = sticks ? slip.norm() : (slip.norm() * rubbed + rubbed.norm() * slip).norm();
+      EXPECT_NEAR(against, 0.0, 1e-6) << seed << ", " << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pneuma::physics
