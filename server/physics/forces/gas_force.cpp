@@ -119,7 +119,7 @@ void GasForce::linearise(const SoftState<Real>& body, const TangentPlace& at, Ta
   if (turn == 0.0) return;
   for (std::size_t e = 0; e < tangents.edges.size(); ++e) {
     const auto& [from, to] = at.opposite[e];
-    tangents.edges[e].turn = turn / 6.0 * (at.x[from] - at.x[to]);
+    Eigen::Map<Vec3d>(tangents.edges[e].turn) = turn / 6.0 * (at.x[from] - at.x[to]);
   }
 }
 

@@ -38,12 +38,12 @@ void SpringForce::linearise(const SoftState<Real>& body, const TangentPlace& at,
   for_each_spring(mesh, springs, at.s * at.s * springs.stiffness_n_m, [&](std::size_t e, double spring) {
     const auto [a, b] = mesh.edges[e];
     EdgeTangent& tangent = tangents.edges[e];
-    tangent.direction = at.x[b] - at.x[a];
-    const double length = tangent.direction.norm();
+    const Vec3d way = at.x[b] - at.x[a];
+    const double length = way.norm();
     const double per_length = length > 0.0 ? 1.0 / length : 0.0;
-    tangent.direction *= per_length;
+    Eigen::Map<Vec3d>(tangent.direction) = per_length * way;
     tangent.along = length > 0.0 ? spring + damping : 0.0;
-    tangent.turn.setZero();
+    Eigen::Map<Vec3d>(tangent.turn).setZero();
     tangent.across = spring * std::max(0.0, 1.0 - static_cast<double>(body.rest_length_m(e)) * per_length);
   });
 }

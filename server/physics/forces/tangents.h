@@ -6,18 +6,11 @@
 #include <span>
 #include <vector>
 
+#include "physics/forces/edge_tangent.h"
 #include "physics/mesh/mesh.h"
 #include "physics/state/substep_context.h"
 
 namespace pneuma::physics {
-
-/// Of an edge of the mesh; du is what its second end moves more than its first.
-struct EdgeTangent {
-  Vec3d direction = Vec3d::Zero();
-  double along = 0.0;          // N s^2/m, of springs and damping
-  double across = 0.0;         // of stretched springs; a compressed one's is negative, and left out
-  Vec3d turn = Vec3d::Zero();  // of -P grad^2 V
-};
 
 /// Of a number that four vertices move: its gradient, and the stiffness against it.
 struct FourPointTangent {
@@ -42,7 +35,6 @@ struct Tangents {
   std::vector<Eigen::Matrix3d> faces;  // against the sum of the vertices' moves; one a face, or none
 
   void clear(const Mesh& mesh);
-  void add_product(const Mesh& mesh, std::span<const Vec3d> u, std::span<Vec3d> product) const;
   [[nodiscard]] std::size_t bytes() const;
 };
 

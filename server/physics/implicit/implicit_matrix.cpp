@@ -32,6 +32,14 @@ Eigen::SparseMatrix<double> assemble(const MatrixEntries& entries) {
   return matrix;
 }
 
+void place(const Mesh& mesh, ImplicitMatrix& matrix) {
+  const std::span<const std::uint32_t> places = matrix.factor.places();
+  matrix.diagonal_by_place.resize(places.size());
+  for (std::size_t i = 0; i < places.size(); ++i) matrix.diagonal_by_place[places[i]] = matrix.diagonal[i];
+  matrix.edge_places.reserve(mesh.edges.size());
+  for (const auto& [first, second] : mesh.edges) matrix.edge_places.push_back({places[first], places[second]});
+}
+
 template <class Real>
 ImplicitMatrixPtr make_matrix(ImplicitConstants constants, const SoftState<Real>& body) {
   auto matrix = std::make_shared<ImplicitMatrix>();
@@ -44,6 +52,7 @@ ImplicitMatrixPtr make_matrix(ImplicitConstants constants, const SoftState<Real>
   constants.bounds.stiffen(body, {*constants.mesh, constants.s, constants.pressure_stiffness_n_m}, entries);
   if (!matrix->factor.factor(assemble(entries))) return nullptr;
   matrix->diagonal = std::move(entries.diagonal);
+  place(*constants.mesh, *matrix);
   if (constants.mesh->closed) matrix->opposite = opposite_vertices(*constants.mesh);
   matrix->constants = std::move(constants);
   matrix->inverse = std::make_unique<InverseColumns>(matrix->factor, matrix->constants.pinned);
@@ -72,9 +81,9 @@ bool ImplicitConstants::operator==(const ImplicitConstants& other) const {
 }
 
 std::size_t ImplicitMatrix::bytes() const {
-  return factor.bytes() + inverse->bytes() + diagonal.capacity() * sizeof(double) +
-         opposite.capacity() * sizeof(opposite[0]) + constants.bounds.bytes() +
-         constants.mass_shares.capacity() * sizeof(double) + constants.pinned.capacity();
+  return factor.bytes() + inverse->bytes() + (diagonal.capacity() + diagonal_by_place.capacity()) * sizeof(double) +
+         edge_places.capacity() * sizeof(EdgePlaces) + opposite.capacity() * sizeof(opposite[0]) +
+         constants.bounds.bytes() + constants.mass_shares.capacity() * sizeof(double) + constants.pinned.capacity();
 }
 
 ImplicitMatrixPtr ImplicitMatrices::find(const ImplicitConstants& constants) const {

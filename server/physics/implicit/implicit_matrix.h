@@ -11,6 +11,7 @@
 #include "physics/forces/matrix_bounds.h"
 #include "physics/implicit/inverse_columns.h"
 #include "physics/implicit/sparse_cholesky.h"
+#include "physics/implicit/system_kernels.h"
 #include "physics/state/state.h"
 
 namespace pneuma::physics {
@@ -39,6 +40,8 @@ struct ImplicitMatrix {
   double least_share = 1.0;                            // of the mean mass, of any vertex
   std::vector<std::array<std::uint32_t, 2>> opposite;  // opposite_vertices, of closed meshes
   SparseCholesky factor;
+  std::vector<double> diagonal_by_place;    // the diagonal in the factor's order
+  std::vector<EdgePlaces> edge_places;      // one an edge of the mesh
   std::unique_ptr<InverseColumns> inverse;  // of the factored matrix
 
   [[nodiscard]] std::size_t bytes() const;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "physics/forces/force_terms.h"
+#include "physics/lanes/isa.h"
 
 namespace pneuma::physics {
 
@@ -15,24 +16,11 @@ constexpr int iterations_max = 60;
 // Of the inertia along a direction: the least resistance at which the system still counts as one.
 constexpr double inertia_share_min = 0.5;
 
-// The sum of the impulses, from each by its share of the mass.
-void remove_sum(std::vector<Vec3d>& impulses_n_s, std::span<const double> mass_shares) {
-  Vec3d sum = Vec3d::Zero();
-  for (const Vec3d& impulse : impulses_n_s) sum += impulse;
-  const Vec3d mean = sum / static_cast<double>(impulses_n_s.size());
-  if (mass_shares.empty()) {
-    for (Vec3d& impulse : impulses_n_s) impulse -= mean;
-  } else {
-    for (std::size_t i = 0; i < impulses_n_s.size(); ++i) impulses_n_s[i] -= mass_shares[i] * mean;
-  }
+Eigen::Map<Vec3d> vector_of(MotionRow& row) {
+  return Eigen::Map<Vec3d>(row.columns);
 }
-
-// u . M u
-double inertia(const ImplicitConstants& constants, std::span<const Vec3d> u) {
-  if (constants.mass_shares.empty()) return constants.vertex_mass_kg * dot(u, u);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < u.size(); ++i) sum += constants.mass_shares[i] * u[i].squaredNorm();
-  return constants.vertex_mass_kg * sum;
+Eigen::Map<const Vec3d> vector_of(const MotionRow& row) {
+  return Eigen::Map<const Vec3d>(row.columns);
 }
 
 // The energy at which a solve ends. Where vertices are of different mass, it is the lightest whose motion that must
@@ -52,140 +40,188 @@ double dot(std::span<const Vec3d> a, std::span<const Vec3d> b) {
   return sum.sum();
 }
 
-void ImplicitSystem::multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const {
-  const Mesh& mesh = *matrix_->constants.mesh;
-  product.resize(u.size());
-  for (std::size_t i = 0; i < u.size(); ++i) product[i] = matrix_->diagonal[i] * u[i];
-  tangents_.add_product(mesh, u, product);
-  if (has_gas()) {
-    const double along = gas_stiffness_ * dot(volume_gradient_, u);
-    for (std::size_t i = 0; i < u.size(); ++i) product[i] += along * volume_gradient_[i];
+void to_rows(std::span<const Vec3d> points, std::span<const std::uint32_t> places, MotionRows& rows) {
+  rows.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    rows[places[i]] = {{points[i].x(), points[i].y(), points[i].z(), 0.0}};
   }
+}
+
+void from_rows(const MotionRows& rows, std::span<const std::uint32_t> places, std::vector<Vec3d>& points) {
+  points.resize(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) points[i] = vector_of(rows[places[i]]);
+}
+
+void add_tangent_products(const Tangents& tangents, const ImplicitMatrix& matrix, const MotionRows& u,
+                          MotionRows& product) {
+  const std::span<const std::uint32_t> places = matrix.factor.places();
+  system_kernels(isa_in_use())
+      .add_edge_products(tangents.edges.data(), matrix.edge_places.data(), tangents.edges.size(), u.data(),
+                         product.data());
+  for (const FourPointTangent& tangent : tangents.four_points) {
+    double moved = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) moved += tangent.gradient[i].dot(vector_of(u[places[tangent.vertices[i]]]));
+    for (std::size_t i = 0; i < 4; ++i) {
+      vector_of(product[places[tangent.vertices[i]]]) += tangent.stiffness * moved * tangent.gradient[i];
+    }
+  }
+  const Mesh& mesh = *matrix.constants.mesh;
+  for (std::size_t i = 0; i < tangents.faces.size(); ++i) {
+    Vec3d moved = Vec3d::Zero();
+    for (const std::uint32_t vertex : mesh.faces[i]) moved += vector_of(u[places[vertex]]);
+    const Vec3d share = tangents.faces[i] * moved;
+    for (const std::uint32_t vertex : mesh.faces[i]) vector_of(product[places[vertex]]) += share;
+  }
+}
+
+double ImplicitSystem::dot(const MotionRows& a, const MotionRows& b) const {
+  return kernels_->dot(a.data(), b.data(), a.size());
+}
+
+// u . M u
+double ImplicitSystem::inertia(const MotionRows& u) const {
+  const ImplicitConstants& constants = matrix_->constants;
+  if (constants.mass_shares.empty()) return constants.vertex_mass_kg * dot(u, u);
+  const std::span<const std::uint32_t> places = matrix_->factor.places();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < u.size(); ++i) sum += constants.mass_shares[i] * vector_of(u[places[i]]).squaredNorm();
+  return constants.vertex_mass_kg * sum;
+}
+
+// From each its share of it by mass.
+void ImplicitSystem::remove_sum(MotionRows& impulses_n_s) const {
+  Vec3d sum = Vec3d::Zero();
+  for (const MotionRow& row : impulses_n_s) sum += vector_of(row);
+  const Vec3d mean = sum / static_cast<double>(impulses_n_s.size());
+  const std::vector<double>& mass_shares = matrix_->constants.mass_shares;
+  if (mass_shares.empty()) {
+    for (MotionRow& row : impulses_n_s) vector_of(row) -= mean;
+  } else {
+    const std::span<const std::uint32_t> places = matrix_->factor.places();
+    for (std::size_t i = 0; i < mass_shares.size(); ++i) vector_of(impulses_n_s[places[i]]) -= mass_shares[i] * mean;
+  }
+}
+
+void ImplicitSystem::multiply(const MotionRows& u, MotionRows& product) const {
+  product.resize(u.size());
+  kernels_->scale_each(matrix_->diagonal_by_place.data(), u.data(), u.size(), product.data());
+  add_tangent_products(tangents_, *matrix_, u, product);
+  if (has_gas()) kernels_->add(gas_stiffness_ * dot(gradient_, u), gradient_.data(), u.size(), product.data());
   clear_pinned(product);
 }
 
-void ImplicitSystem::clear_pinned(std::vector<Vec3d>& points) const {
+void ImplicitSystem::clear_pinned(MotionRows& rows) const {
+  const std::span<const std::uint32_t> places = matrix_->factor.places();
   const std::vector<std::uint8_t>& pinned = matrix_->constants.pinned;
   for (std::size_t i = 0; i < pinned.size(); ++i) {
-    if (pinned[i] != 0) points[i].setZero();
+    if (pinned[i] != 0) rows[places[i]] = {};
   }
 }
 
 // Of b and of the gas's gradient at once: one pass over the factor serves both.
-void ImplicitSystem::solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
-  const std::span<const std::uint32_t> places = matrix_->factor.places();
-  rows8_.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    const Vec3d& g = volume_gradient_[i];
-    rows8_[places[i]] = {{b[i].x(), b[i].y(), b[i].z(), g.x(), g.y(), g.z(), 0.0, 0.0}};
+void ImplicitSystem::solve_with_gas() {
+  const std::size_t count = b_.size();
+  rows8_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::copy_n(b_[i].columns, 4, rows8_[i].columns);
+    std::copy_n(gradient_[i].columns, 4, rows8_[i].columns + 4);
   }
   matrix_->factor.solve(rows8_);
-  z.resize(b.size());
-  gas_answer_.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    const double* row = rows8_[places[i]].columns;
-    z[i] = {row[0], row[1], row[2]};
-    gas_answer_[i] = {row[3], row[4], row[5]};
+  step_.resize(count);
+  gas_answer_.resize(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::copy_n(rows8_[i].columns, 4, step_[i].columns);
+    std::copy_n(rows8_[i].columns + 4, 4, gas_answer_[i].columns);
   }
-  gas_share_ = gas_stiffness_ / (1.0 + gas_stiffness_ * dot(volume_gradient_, gas_answer_));
+  gas_share_ = gas_stiffness_ / (1.0 + gas_stiffness_ * dot(gradient_, gas_answer_));
 }
 
-void ImplicitSystem::precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z) {
-  const std::span<const std::uint32_t> places = matrix_->factor.places();
-  rows4_.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) rows4_[places[i]] = {{b[i].x(), b[i].y(), b[i].z(), 0.0}};
-  matrix_->factor.solve(rows4_);
-  z.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    const double* row = rows4_[places[i]].columns;
-    z[i] = {row[0], row[1], row[2]};
-  }
-}
-
-void ImplicitSystem::add_gas(std::vector<Vec3d>& z) const {
-  if (!has_gas()) return;
-  const double share = gas_share_ * dot(volume_gradient_, z);
-  for (std::size_t i = 0; i < z.size(); ++i) z[i] -= share * gas_answer_[i];
+void ImplicitSystem::add_gas(MotionRows& z) const {
+  if (has_gas()) kernels_->add(-(gas_share_ * dot(gradient_, z)), gas_answer_.data(), z.size(), z.data());
 }
 
 template <class Real>
 void ImplicitSystem::begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
                            const Problem& problem) {
+  kernels_ = &system_kernels(isa_in_use());
   matrix_ = &matrix;
   is_free_ = !is_driven(body, surroundings);
   volume_gradient_ = {};
-  if (body.gas) {
-    volume_gradient_ = problem.volume_gradient_m2;
-    gas_stiffness_ = matrix.constants.s * matrix.constants.s * volume_stiffness_pa_m3(body);
-  }
+  to_rows(problem.b, matrix.factor.places(), b_);
+  if (!body.gas) return;
+  volume_gradient_ = problem.volume_gradient_m2;
+  gas_stiffness_ = matrix.constants.s * matrix.constants.s * volume_stiffness_pa_m3(body);
+  to_rows(volume_gradient_, matrix.factor.places(), gradient_);
 }
 
 template <class Real>
 double ImplicitSystem::solve(const SoftState<Real>& body, const ImplicitMatrix& matrix,
                              const Surroundings& surroundings, const Problem& problem, const Tolerance& tolerance,
                              std::vector<Vec3d>& step) {
-  const std::span<const Vec3d> b = problem.b;
   begin(body, matrix, surroundings, problem);
   if (has_gas()) {
-    solve_with_gas(b, step);
+    solve_with_gas();
   } else {
-    precondition(b, step);
+    step_ = b_;
+    matrix.factor.solve(step_);
   }
-  add_gas(step);
+  add_gas(step_);
 
-  const double decrease = dot(b, step);
-  const double enough = enough_j(matrix, tolerance, decrease, b.size());
-  if (!(decrease > enough)) return decrease;
-
-  linearise(body, {problem.x, problem.v, matrix.constants.s, surroundings, matrix.opposite}, tangents_);
-  multiply(step, product_);
-  residual_.resize(b.size());
-  for (std::size_t i = 0; i < b.size(); ++i) residual_[i] = b[i] - product_[i];
-  iterate(enough, step);
-  return dot(b, step);
+  double decrease = dot(b_, step_);
+  const double enough = enough_j(matrix, tolerance, decrease, b_.size());
+  if (decrease > enough) {
+    linearise(body, {problem.x, problem.v, matrix.constants.s, surroundings, matrix.opposite}, tangents_);
+    multiply(step_, product_);
+    residual_ = b_;
+    kernels_->add(-1.0, product_.data(), product_.size(), residual_.data());
+    iterate(enough);
+    decrease = dot(b_, step_);
+  }
+  from_rows(step_, matrix.factor.places(), step);
+  return decrease;
 }
 
-// Conjugate gradients from `step`, whose residual is residual_.
-void ImplicitSystem::iterate(double enough, std::vector<Vec3d>& step) {
-  const ImplicitConstants& constants = matrix_->constants;
+// Conjugate gradients from step_, whose residual is residual_.
+void ImplicitSystem::iterate(double enough) {
+  const std::size_t count = step_.size();
   double before = 0.0;
   // A body that nothing holds moves as a whole by b alone, which the first guess has in full. Left in, the rounding of
   // that motion grows with each iteration.
   for (int iteration = 0; iteration < iterations_max; ++iteration) {
-    if (is_free_) remove_sum(residual_, constants.mass_shares);
-    precondition(residual_, conditioned_);
+    if (is_free_) remove_sum(residual_);
+    conditioned_ = residual_;
+    matrix_->factor.solve(conditioned_);
     add_gas(conditioned_);
     const double now = dot(residual_, conditioned_);
     if (!(now > enough)) break;
     if (iteration == 0) {
       direction_ = conditioned_;
     } else {
-      const double share = now / before;
-      for (std::size_t i = 0; i < step.size(); ++i) direction_[i] = conditioned_[i] + share * direction_[i];
+      kernels_->add_to(conditioned_.data(), now / before, count, direction_.data());
     }
     before = now;
     multiply(direction_, product_);
     const double curvature = dot(direction_, product_);
     // The gas's second term can take away more than springs and inertia give, and the way on is then without end or
     // nearly so: what was found so far is still a descent.
-    if (!(curvature > inertia_share_min * inertia(constants, direction_))) break;
+    if (!(curvature > inertia_share_min * inertia(direction_))) break;
     const double length = now / curvature;
-    for (std::size_t i = 0; i < step.size(); ++i) {
-      step[i] += length * direction_[i];
-      residual_[i] -= length * product_[i];
-    }
+    kernels_->add(length, direction_.data(), count, step_.data());
+    kernels_->add(-length, product_.data(), count, residual_.data());
   }
 }
 
 double ImplicitSystem::volume_change_m3(std::span<const Vec3d> step) const {
-  return volume_gradient_.empty() ? 0.0 : dot(volume_gradient_, step);
+  return volume_gradient_.empty() ? 0.0 : physics::dot(volume_gradient_, step);
 }
 
 std::size_t ImplicitSystem::bytes() const {
-  const std::size_t points = gas_answer_.capacity() + residual_.capacity() + direction_.capacity() +
-                             product_.capacity() + conditioned_.capacity();
-  return points * sizeof(Vec3d) + tangents_.bytes() + rows4_.capacity() * sizeof(rows4_[0]) +
-         rows8_.capacity() * sizeof(rows8_[0]);
+  std::size_t rows = 0;
+  for (const MotionRows* of :
+       {&b_, &step_, &residual_, &direction_, &product_, &conditioned_, &gradient_, &gas_answer_}) {
+    rows += of->capacity();
+  }
+  return rows * sizeof(MotionRow) + tangents_.bytes() + rows8_.capacity() * sizeof(rows8_[0]);
 }
 
 template double ImplicitSystem::solve<float>(const SoftState<float>&, const ImplicitMatrix&, const Surroundings&,

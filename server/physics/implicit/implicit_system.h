@@ -11,6 +11,16 @@ namespace pneuma::physics {
 /// Over all vertices; the two are of one size.
 [[nodiscard]] double dot(std::span<const Vec3d> a, std::span<const Vec3d> b);
 
+/// One a vertex, in the order of the factor's rows.
+using MotionRows = std::vector<MotionRow>;
+
+void to_rows(std::span<const Vec3d> points, std::span<const std::uint32_t> places, MotionRows& rows);
+void from_rows(const MotionRows& rows, std::span<const std::uint32_t> places, std::vector<Vec3d>& points);
+
+/// Adds s D + s^2 K times u, but for what is on the diagonal and along the volume's gradient.
+void add_tangent_products(const Tangents& tangents, const ImplicitMatrix& matrix, const MotionRows& u,
+                          MotionRows& product);
+
 /// Solved by conjugate gradients on a product that forms no matrix, with the body's ImplicitMatrix for a
 /// preconditioner. The gas's rank-one term goes into it by the Sherman-Morrison-Woodbury formula. Room for one solve at
 /// a time, of any body.
@@ -45,15 +55,18 @@ class ImplicitSystem {
   template <class Real>
   void begin(const SoftState<Real>& body, const ImplicitMatrix& matrix, const Surroundings& surroundings,
              const Problem& problem);
-  void multiply(std::span<const Vec3d> u, std::vector<Vec3d>& product) const;
-  void precondition(std::span<const Vec3d> b, std::vector<Vec3d>& z);
-  void solve_with_gas(std::span<const Vec3d> b, std::vector<Vec3d>& z);
+  void multiply(const MotionRows& u, MotionRows& product) const;
+  void solve_with_gas();
   [[nodiscard]] bool has_gas() const { return !volume_gradient_.empty() && gas_stiffness_ > 0.0; }
-  void add_gas(std::vector<Vec3d>& z) const;
-  void iterate(double enough, std::vector<Vec3d>& step);
-  void clear_pinned(std::vector<Vec3d>& points) const;
+  void add_gas(MotionRows& z) const;
+  void iterate(double enough);
+  [[nodiscard]] double dot(const MotionRows& a, const MotionRows& b) const;
+  [[nodiscard]] double inertia(const MotionRows& u) const;
+  void remove_sum(MotionRows& impulses_n_s) const;
+  void clear_pinned(MotionRows& rows) const;
 
   // Of the solve under way.
+  const SystemKernels* kernels_ = nullptr;
   const ImplicitMatrix* matrix_ = nullptr;
   std::span<const Vec3d> volume_gradient_;  // where there is gas
   double gas_stiffness_ = 0.0;              // s^2 times -dP/dV
@@ -61,9 +74,8 @@ class ImplicitSystem {
   bool is_free_ = false;  // nothing holds the body
 
   Tangents tangents_;
-  std::vector<Vec3d> gas_answer_;  // the preconditioner's to the gradient
-  std::vector<Vec3d> residual_, direction_, product_, conditioned_;
-  std::vector<FactorRow<4>> rows4_;
+  MotionRows b_, step_, residual_, direction_, product_, conditioned_;
+  MotionRows gradient_, gas_answer_;  // of the volume, and the preconditioner's answer to it
   std::vector<FactorRow<8>> rows8_;
 };
 

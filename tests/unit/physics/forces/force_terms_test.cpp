@@ -211,8 +211,12 @@ std::vector<Vec3d> tangent_times(Alone& body, const ImplicitMatrix& matrix, std:
   Tangents tangents;
   linearise(state, {state.x, state.v, s, body.surroundings, matrix.opposite}, tangents);
   std::vector<Vec3d> product(u.size());
-  for (std::size_t i = 0; i < u.size(); ++i) product[i] = matrix.diagonal[i] * u[i];
-  tangents.add_product(*state.body.mesh, u, product);
+  MotionRows rows;
+  MotionRows by_tangents(u.size());
+  to_rows(u, matrix.factor.places(), rows);
+  add_tangent_products(tangents, matrix, rows, by_tangents);
+  from_rows(by_tangents, matrix.factor.places(), product);
+  for (std::size_t i = 0; i < u.size(); ++i) product[i] += matrix.diagonal[i] * u[i];
   const std::span<const Vec3d> gradient = forces.volume_gradient_m2();
   if (gradient.empty()) return product;
   const double along = s * s * volume_stiffness_pa_m3(state) * dot(gradient, u);
