@@ -140,7 +140,11 @@ void solve_step(SoftState<Real>& body, ImplicitTables<Real>& tables, const Solve
   const bool is_free = !is_driven(body, context.surroundings);
   const Vec3d spin_kg_m2_s = is_free ? whole_of(body, false).spin_kg_m2_s : Vec3d(Vec3d::Zero());
   solve_by_method(body, tables, settings, context, scratch);
-  if (is_free && !body.solve_failed) keep_spin(body, spin_kg_m2_s);
+  if (!is_free || body.solve_failed) return;
+  keep_spin(body, spin_kg_m2_s);
+  if (!settings.falls_by_parabola || context.integrator != Integrator::implicit_euler) return;
+  const Vec3d back_m = -0.5 * context.dt_s * context.dt_s * context.surroundings.gravity;
+  for (Vec3<Real>& move : body.dr) move += back_m.cast<Real>();
 }
 
 template void solve_step<float>(SoftState<float>&, ImplicitTables<float>&, const SolveSettings&, const SubstepContext&,

@@ -29,6 +29,9 @@ struct SolverScratch {
 struct SolveSettings {
   StageAccuracy accuracy;
   FirstGuess guess = FirstGuess::straight;
+  /// Of implicit Euler: a body that nothing holds falls by a parabola, not by the velocity that its step ends with.
+  /// What it touches then must be met within the step.
+  bool falls_by_parabola = false;
 };
 
 /// By the context's integrator, which is none of the explicit ones: advances body.v by dt_s and sets body.dr to the

@@ -25,11 +25,6 @@ constexpr std::size_t solved_vertices_a_part = 8'192;
 // Waking other threads takes some 10 us, in which one thread looks at about this many vertices.
 constexpr std::size_t shared_vertices_min = 16'384;
 
-// Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
-// vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
-// step.
-constexpr std::size_t coupled_vertices_max = 4'096;
-
 template <class Real>
 std::vector<std::uint32_t> awake_of(const SoftBodies<Real>& bodies) {
   std::vector<std::uint32_t> awake;
@@ -172,7 +167,8 @@ bool Simulation::solve_part(SoftBodies<Real>& bodies, const SubstepContext& cont
   const auto part = std::span(std::as_const(bodies.awake)).subspan(first, bodies.next_awake - first);
   // A stiff body that rolls turns far in a step; one in flight does too, but nothing there feeds on what that adds.
   const FirstGuess guess = bodies.start_m_s.empty() ? FirstGuess::straight : FirstGuess::turned;
-  const SolveSettings settings{{scene.stepping.newton_iterations, scene.stepping.error_target}, guess};
+  const SolveSettings settings{
+      {scene.stepping.newton_iterations, scene.stepping.error_target}, guess, choice.falls_by_parabola};
   run_tasks(*context.workers, part, bodies.solvers, [&](std::uint32_t i, SolverScratch<Real>& scratch) {
     SoftState<Real>& body = bodies.states[i];
     if (!bodies.start_m_s.empty()) bodies.start_m_s[i] = body.v;

@@ -150,25 +150,39 @@ double longest_accurate_step_s(Integrator integrator, const Frequencies& frequen
   return std::min({to_breathe, tick_period_s / xpbd_substeps_min, xpbd_rest_step_s(frequencies, error)});
 }
 
+// Whether implicit steps meet contacts together with their motion, or nothing touches.
+bool meets_within_steps(const Scene& scene) {
+  const auto is_large = [](const SoftBody& body) { return body.mesh->positions_m.size() > coupled_vertices_max; };
+  const auto is_met_after = [&](const SoftBody& body) {
+    return body.collision.soft == SoftCollision::bounds || is_large(body);
+  };
+  const bool is_alone = scene.soft_bodies.size() == 1 && !scene.soft_bodies.front().collision.self &&
+                        scene.rigid_bodies.empty() && scene.colliders.empty();
+  return is_alone || std::ranges::none_of(scene.soft_bodies, is_met_after);
+}
+
 // The motion of a body as a whole.
 struct Flight {
   double fall_time_s = unlimited;  // in which it falls by its own length
+  bool may_fall_exactly = false;   // by implicit Euler
   double spin_rad_s = 0.0;         // at the start
   double relaxation_s = 0.0;       // damping over stiffness
 };
 
-Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2) {
+Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2, bool meets_within_steps) {
   if (!body.pins.empty() || (body.pin_boundary && !body.mesh->closed)) return {};
   const double relaxation_s = body.springs.damping_n_s_m / body.springs.stiffness_n_m;  // 0 / 0 binds nothing below
-  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), body.angular_velocity.norm(),
-          relaxation_s};
+  const bool is_free = body.drag == Drag();
+  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), meets_within_steps && is_free,
+          body.angular_velocity.norm(), relaxation_s};
 }
 
 // The step at which a fall by the body's length is off by `error` of it. The methods of order 1 put a fall from rest
 // g h t / 2 off its place at t, the others none.
 double fall_step_s(Integrator integrator, const Flight& flight, double error) {
-  const bool exact =
-      integrator == Integrator::midpoint || integrator == Integrator::rk4 || integrator == Integrator::tr_bdf2;
+  const bool exact = integrator == Integrator::midpoint || integrator == Integrator::rk4 ||
+                     integrator == Integrator::tr_bdf2 ||
+                     (integrator == Integrator::implicit_euler && flight.may_fall_exactly);
   return exact ? unlimited : error * flight.fall_time_s;
 }
 
@@ -220,6 +234,7 @@ class Demands {
   Demands(const Scene& scene, FrequencyTable& known)
       : scene_(scene),
         period_s_(1.0 / scene.stepping.rate_hz),
+        meets_within_steps_(meets_within_steps(scene)),
         frequencies_(known.estimate(scene.soft_bodies, scene.atmosphere)) {}
 
   struct Step {
@@ -265,7 +280,9 @@ class Demands {
   }
 
  private:
-  [[nodiscard]] Flight flight(std::size_t body) const { return flight_of(scene_.soft_bodies[body], scene_.gravity); }
+  [[nodiscard]] Flight flight(std::size_t body) const {
+    return flight_of(scene_.soft_bodies[body], scene_.gravity, meets_within_steps_);
+  }
   template <class Rule>
   [[nodiscard]] Step shortest(const Rule& rule) const {
     Step step;
@@ -278,6 +295,7 @@ class Demands {
 
   const Scene& scene_;
   double period_s_;
+  bool meets_within_steps_;
   std::vector<Frequencies> frequencies_;
 };
 
@@ -409,6 +427,17 @@ base::Result<SubstepChoice> choose_given(const Scene& scene, FrequencyTable& kno
       std::string("as the scene says, though ") + (xpbd ? "inaccurate: " : "unstable: ") + limit.str()};
 }
 
+base::Result<SubstepChoice> choose_by_stepping(const Scene& scene, FrequencyTable& known) {
+  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene, known));
+  if (scene.stepping.substeps > 0) return choose_given(scene, known);
+  const Demands demands(scene, known);
+  const Demands::Step step = demands.longest_step(scene.stepping.integrator);
+  if (step.substeps > base::substeps_max) return too_many(demands, step);
+  return SubstepChoice{.substeps = static_cast<std::uint32_t>(step.substeps),
+                       .integrator = scene.stepping.integrator,
+                       .reason = demands.reason(scene.stepping.integrator, step)};
+}
+
 }  // namespace
 
 std::string_view name_of(Integrator integrator) {
@@ -450,13 +479,9 @@ double longest_step_s(Integrator integrator, const Frequencies& frequencies, dou
 }
 
 base::Result<SubstepChoice> choose_substeps(const Scene& scene, FrequencyTable& known) {
-  if (scene.stepping.integrator == Integrator::automatic) return choose_both(scene, Demands(scene, known));
-  if (scene.stepping.substeps > 0) return choose_given(scene, known);
-  const Demands demands(scene, known);
-  const Demands::Step step = demands.longest_step(scene.stepping.integrator);
-  if (step.substeps > base::substeps_max) return too_many(demands, step);
-  return SubstepChoice{static_cast<std::uint32_t>(step.substeps), scene.stepping.integrator,
-                       demands.reason(scene.stepping.integrator, step)};
+  base::Result<SubstepChoice> choice = choose_by_stepping(scene, known);
+  if (choice.ok()) choice->falls_by_parabola = meets_within_steps(scene);
+  return choice;
 }
 
 }  // namespace pneuma::physics

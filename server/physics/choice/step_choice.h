@@ -1,6 +1,7 @@
 // Which integrator steps a scene, and how long a step it may take, from the scene's stiffness.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -24,10 +25,18 @@ namespace pneuma::physics {
 [[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
                                     double tick_period_s);
 
+/// Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
+/// vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
+/// step.
+inline constexpr std::size_t coupled_vertices_max = 4'096;
+
 struct SubstepChoice {
   std::uint32_t substeps = 1;
   Integrator integrator = Integrator::midpoint;  // never `automatic`
   std::string reason;
+  /// Of implicit Euler: what nothing holds falls as it does in nature. That is so where its contacts are met within the
+  /// step.
+  bool falls_by_parabola = false;
 };
 
 /// The integrator and the number of substeps that a scene asks for or leaves open.
