@@ -10,6 +10,7 @@
 
 #include "app/factor_size.h"
 #include "base/limits.h"
+#include "physics/choice/step_choice.h"
 
 namespace pneuma::app {
 
@@ -28,8 +29,8 @@ constexpr std::size_t contact_bytes_per_vertex = 3'500;
 constexpr std::size_t self_contact_bytes_per_vertex = 8'000;
 // Of a skin that has solids alone to touch: most in a sheet that lies on a floor.
 constexpr std::size_t solid_contact_bytes_per_vertex = 1'500;
-constexpr std::size_t implicit_bytes_per_vertex = 1'000;
-constexpr std::size_t matrix_bytes_per_vertex = 100;
+constexpr std::size_t implicit_bytes_per_vertex = 1'100;
+constexpr std::size_t matrix_bytes_per_vertex = 140;
 // As it is kept, and as Eigen holds it while it is made.
 constexpr std::size_t factor_entry_bytes = 12 + 16;
 // Small factors are held by rows too.
@@ -37,8 +38,6 @@ constexpr std::size_t small_factor_entries = 65'536;
 constexpr std::size_t solid_bytes = 4 * 1024;
 constexpr std::size_t joint_bytes = 2 * 1024;
 constexpr std::size_t stream_bytes_per_vertex_plain = 550;
-// Steps and contact are solved together up to this many vertices (physics/contact/coupled_step.h).
-constexpr std::size_t coupled_vertices_max = 4'096;
 
 /// By vertices, or by faces where it has more than two of them a vertex.
 std::size_t size_of(const physics::Mesh& mesh) {
@@ -115,7 +114,7 @@ base::Result<WorldBytes> WorldEstimates::of(const v1::Scene& source, const physi
                           "soft_bodies[" + std::to_string(i) + "].mesh");
     }
     const std::size_t factor_bytes = entries * factor_entry_bytes * (entries <= small_factor_entries ? 2 : 1);
-    const bool couples = (touches || body.collision.self) && size <= coupled_vertices_max;
+    const bool couples = (touches || body.collision.self) && size <= physics::coupled_vertices_max;
     const std::size_t kinds = 1 + (couples ? 1U : 0U) + (integrator == Integrator::implicit_euler ? 0U : 1U);
     implicit_bytes += kinds * (factor_bytes + size * matrix_bytes_per_vertex);
     if (couples)

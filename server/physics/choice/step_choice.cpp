@@ -157,7 +157,7 @@ bool meets_within_steps(const Scene& scene) {
     return body.collision.soft == SoftCollision::bounds || is_large(body);
   };
   const bool is_alone = scene.soft_bodies.size() == 1 && !scene.soft_bodies.front().collision.self &&
-                        scene.rigid_bodies.empty() && scene.colliders.empty();
+                        scene.rigid_bodies.empty() && scene.colliders.empty() && scene.joints.empty();
   return is_alone || std::ranges::none_of(scene.soft_bodies, is_met_after);
 }
 
@@ -169,11 +169,11 @@ struct Flight {
   double relaxation_s = 0.0;       // damping over stiffness
 };
 
-Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2, bool meets_within_steps) {
+// `is_let_go`: what it touches or hangs on in flight is nothing.
+Flight flight_of(const SoftBody& body, const Vec3d& gravity_m_s2, bool is_let_go) {
   if (!body.pins.empty() || (body.pin_boundary && !body.mesh->closed)) return {};
   const double relaxation_s = body.springs.damping_n_s_m / body.springs.stiffness_n_m;  // 0 / 0 binds nothing below
-  const bool is_free = body.drag == Drag();
-  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), meets_within_steps && is_free,
+  return {std::sqrt(2.0 * diagonal_m(body.mesh->positions_m) / gravity_m_s2.norm()), is_let_go,
           body.angular_velocity.norm(), relaxation_s};
 }
 
@@ -281,7 +281,9 @@ class Demands {
 
  private:
   [[nodiscard]] Flight flight(std::size_t body) const {
-    return flight_of(scene_.soft_bodies[body], scene_.gravity, meets_within_steps_);
+    const SoftBody& flown = scene_.soft_bodies[body];
+    const bool is_let_go = meets_within_steps_ && flown.drag == Drag() && !flown.collision.self && !is_jointed(flown);
+    return flight_of(flown, scene_.gravity, is_let_go);
   }
   template <class Rule>
   [[nodiscard]] Step shortest(const Rule& rule) const {
@@ -294,6 +296,13 @@ class Demands {
   }
 
   const Scene& scene_;
+  [[nodiscard]] bool is_jointed(const SoftBody& body) const {
+    return std::ranges::any_of(scene_.joints, [&](const Joint& joint) {
+      const auto is_it = [&](const Anchor& end) { return end.of == Anchor::Of::soft && end.body == body.name; };
+      return is_it(joint.first) || is_it(joint.second);
+    });
+  }
+
   double period_s_;
   bool meets_within_steps_;
   std::vector<Frequencies> frequencies_;

@@ -21,9 +21,10 @@ constexpr int coupled_passes_max = 4;
 constexpr std::uint32_t coupled_sweeps_max = 30;
 // Of these many rows, a dense program of three times as many unknowns takes a few milliseconds.
 constexpr std::size_t direct_rows_max = 160;
-// Of the mean edge a substep: what rows may be off by; and in passes that another follows, which finds its own place
-// for the rows anyway: solved to the last, they cost a third more.
+// Of the mean edge a substep: what rows may be off by.
 constexpr double coupled_enough_share = 1e-6;
+// The same of rows that are solved together in a pass that another follows. The next pass finds its own place for them
+// anyway; solved to the last in each, loads cost a fourth more.
 constexpr double coupled_enough_early_share = 1e-2;
 // The same of joints whose soft bodies are all frozen.
 constexpr double joints_alone_enough_m_s = 1e-9;
@@ -53,7 +54,7 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     const bool is_exact = solve(world, is_last ? coupled_enough_share : coupled_enough_early_share);
     take_answers(world, surfaces);
     is_settled = move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m();
-    if (is_settled && is_exact) break;
+    if (is_settled && (is_exact || is_last)) break;
   }
   keep_spins(world, passes_);
   rebound(world, passes_);

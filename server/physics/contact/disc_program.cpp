@@ -11,14 +11,16 @@ namespace {
 constexpr int steps_max = 20;
 constexpr int sweeps_a_step = 3;
 constexpr int line_searches_max = 12;
-// Of steps with friction: shorter ones lead no further, and after so many of no use the rows are for the other way.
+// Of Newton's steps with friction. Solves that end take 6 of them, of stiff bodies 3.
 constexpr int friction_steps_max = 16;
-constexpr int friction_shortenings_max = 2;
-constexpr double friction_shortening = 0.4;
-constexpr int friction_stalls_max = 2;
-// What a step must leave of the rows' being off, to be taken.
+// A step that does not bring the rows nearer by a tenth is tried at this share of its length, and then given up.
+// Shorter ones lead no further.
 constexpr double friction_gain = 0.9;
-// Of the rounds by which the friction of rows that slide follows their normal impulses within a step.
+constexpr double friction_shortening = 0.4;
+constexpr int friction_shortenings_max = 2;
+// After so many steps that were given up, the rest would be too.
+constexpr int friction_stalls_max = 3;
+// Within a step, the friction of rows that slide follows their normal impulses in rounds, to this share of the largest.
 constexpr int slide_rounds_max = 10;
 constexpr double slide_rounds_share = 1e-3;
 // Of the diagonal: rows that say the same twice must not make the matrix singular.
@@ -284,9 +286,9 @@ bool DiscProgram::aim_with_friction() {
   find_slide_columns();
   const std::size_t count = directions_.size();
   const std::size_t stride = dense_stride(count);
-  const Vector wanted = found_;
+  wanted_ = found_;
   kernels_->solve(reduced_.data(), count, stride, found_.data());
-  const Vector without = found_;
+  without_ = found_;
   normals_n_s_.assign(slides_.size(), 0.0);
   double last_change = std::numeric_limits<double>::infinity();
   for (int round = 0; round < slide_rounds_max; ++round) {
@@ -300,12 +302,12 @@ bool DiscProgram::aim_with_friction() {
     }
     if (change <= slide_rounds_share * largest) break;
     if (change > last_change) {
-      found_ = without;
+      found_ = without_;
       normals_n_s_.assign(slides_.size(), 0.0);
       break;
     }
     last_change = change;
-    found_ = wanted;
+    found_ = wanted_;
     for (std::size_t k = 0; k < slides_.size(); ++k) {
       const double* from = slide_columns_.data() + k * stride;
       kernels_->add_columns(from, -normals_n_s_[k], from, 0.0, stride, found_.data());
@@ -344,8 +346,8 @@ void DiscProgram::follow_normals() {
 
 bool DiscProgram::step_with_friction() {
   if (!aim_with_friction()) return false;
-  const Vector start_f = f_;
-  const Vector start_gradient = gradient_;
+  start_f_ = f_;
+  start_gradient_ = gradient_;
   double length = 1.0;
   for (int shortening = 0; shortening < friction_shortenings_max; ++shortening) {
     go(length);
@@ -355,27 +357,33 @@ bool DiscProgram::step_with_friction() {
       off_m_s_ = left_m_s;
       return true;
     }
-    f_ = start_f;
-    gradient_ = start_gradient;
+    f_ = start_f_;
+    gradient_ = start_gradient_;
     length *= friction_shortening;
   }
   return false;
 }
 
 bool DiscProgram::solve_with_friction(double enough_m_s, std::uint32_t& factorisations) {
-  const Vector before = f_;
   follow_normals();
   find_gradient(f_, gradient_);
   off_m_s_ = sweep(Radii::follow_normals);
+  best_f_ = f_;
+  double best_m_s = off_m_s_;
   int stalls = 0;
-  for (int step = 0; step < friction_steps_max && off_m_s_ > enough_m_s && stalls <= friction_stalls_max; ++step) {
+  for (int step = 0; step < friction_steps_max && off_m_s_ > enough_m_s && stalls < friction_stalls_max; ++step) {
     ++factorisations;
-    if (step_with_friction()) continue;
-    ++stalls;
-    for (int i = 0; i < 2 * sweeps_a_step; ++i) off_m_s_ = sweep(Radii::follow_normals);
+    if (!step_with_friction()) {
+      ++stalls;
+      for (int i = 0; i < 2 * sweeps_a_step; ++i) off_m_s_ = sweep(Radii::follow_normals);
+    }
+    if (off_m_s_ >= best_m_s) continue;
+    best_m_s = off_m_s_;
+    best_f_ = f_;
   }
   if (off_m_s_ <= enough_m_s) return true;
-  f_ = before;
+  f_ = best_f_;
+  off_m_s_ = best_m_s;
   return false;
 }
 

@@ -1,5 +1,5 @@
-// A convex program: the impulses of rows, normal ones not below 0 and those of friction within discs, that leave the
-// least energy.
+// The impulses of rows that are solved together: normal ones not below 0, and those of friction within discs. With
+// discs of given radii, they are those of a convex program: what leaves the least energy.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class DiscProgram {
   /// Whether no row's velocity was off by more than enough_m_s in the end.
   bool solve(double enough_m_s, std::uint32_t& factorisations);
   /// The same where the discs' radii are the normal impulses times friction, by Newton's method on all of it. That is
-  /// no convex program, so the method may come to nothing: then false, and the impulses are as before.
+  /// no convex program, so the method may come to nothing: then false, and the impulses are the nearest it found.
   bool solve_with_friction(double enough_m_s, std::uint32_t& factorisations);
   /// How far off the last solve's last look found a row's velocity.
   [[nodiscard]] double off_m_s() const { return off_m_s_; }
@@ -92,8 +92,9 @@ class DiscProgram {
   std::vector<Kind> kinds_;
   std::vector<Direction> directions_;
   std::vector<Slide> slides_;
-  Vector slide_columns_, normals_n_s_;                                             // scratch of aim_with_friction
-  Vector reduced_, found_, step_, by_step_, straight_f_, next_f_, next_gradient_;  // scratch of step_together
+  Vector slide_columns_, normals_n_s_, wanted_, without_;                          // scratch of aim_with_friction
+  Vector start_f_, start_gradient_, best_f_;                                       // scratch of solve_with_friction
+  Vector reduced_, found_, step_, by_step_, straight_f_, next_f_, next_gradient_;  // scratch of both methods
   const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };
 

@@ -345,11 +345,12 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
       }
     }
     const bool are_unequal = lightest_1_kg > unequal_masses_ratio * heaviest_1_kg;
+    const bool are_few = rows.size() <= (are_unequal ? unequal_rows_max : equal_rows_max);
     const SolveLimits limits{.sweeps_max = velocity_sweeps_max,
                              .enough_m_s = settled_change * size_m / dt_s,
-                             .direct_rows_max = are_unequal ? unequal_rows_max : equal_rows_max};
+                             .direct_rows_max = are_few ? rows.size() : 0};
     bool converged = solve_rows(rows, responses_, limits).converged;
-    if (!converged && rows.size() <= limits.direct_rows_max) {
+    if (!converged && are_few) {
       for (ContactRow& row : rows) begin_again(rigid, row);
       converged = solve_rows(rows, responses_, limits).converged;
     }

@@ -88,7 +88,7 @@ double ImplicitSystem::inertia(const MotionRows& u) const {
   return constants.vertex_mass_kg * sum;
 }
 
-// From each its share of it by mass.
+// Takes the impulses' sum off, from each vertex by its share of the mass.
 void ImplicitSystem::remove_sum(MotionRows& impulses_n_s) const {
   Vec3d sum = Vec3d::Zero();
   for (const MotionRow& row : impulses_n_s) sum += vector_of(row);

@@ -16,8 +16,6 @@ void add_products_of(const EdgeTangent* tangents, const EdgePlaces* edges, const
   std::uint32_t firsts[width];
   std::uint32_t seconds[width];
   std::uint32_t steps[width];
-  P along;
-  P across;
   double alongs[width];
   double acrosses[width];
   for (std::size_t i = 0; i < width; ++i) {
@@ -27,8 +25,8 @@ void add_products_of(const EdgeTangent* tangents, const EdgePlaces* edges, const
     alongs[i] = tangents[P::slot_of_lane(i)].along;
     acrosses[i] = tangents[P::slot_of_lane(i)].across;
   }
-  along = P::load(alongs);
-  across = P::load(acrosses);
+  const P along = P::load(alongs);
+  const P across = P::load(acrosses);
   P x[3];
   P du[3];
   P n[3];

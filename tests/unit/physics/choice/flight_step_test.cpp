@@ -67,6 +67,10 @@ TEST(StiffBallByImplicitEuler, AsksForStepsOfItsFallWhereThatIsNotExact) {
   Scene in_drag = scene;
   in_drag.soft_bodies.front().drag = {.normal = 0.1, .tangential = 0.1};
   EXPECT_GT(choose(in_drag).substeps, 1U);
+  Scene hung = scene;
+  Joint& hook = hung.joints.emplace_back();
+  hook.first = {.of = Anchor::Of::soft, .body = "ball", .vertex = 0};
+  EXPECT_GT(choose(hung).substeps, 1U);
   Scene by_bounds = scene;
   by_bounds.soft_bodies.push_back(by_bounds.soft_bodies.front());
   by_bounds.soft_bodies.back().name = "other";

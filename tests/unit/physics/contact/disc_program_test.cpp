@@ -121,5 +121,27 @@ TEST(DiscProgram, WithFrictionObeysBothLawsAtOnce) {
   }
 }
 
+// Rows of a stiff body with more friction than a solution must exist for: whatever becomes of it, the impulses stay
+// within both laws' bounds, and the program says how far off they are.
+TEST(DiscProgram, WithFrictionThatComesToNothingStaysWithinBounds) {
+  constexpr double friction = 5.0;
+  constexpr double enough_m_s = 1e-12;
+  std::uint32_t unsolved = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    DrawnProgram drawn(10, 0.999, 300 + seed);
+    for (std::size_t i = 0; i < 10; ++i) drawn.program.set_friction(i, friction);
+    std::uint32_t factorisations = 0;
+    const bool solved = drawn.program.solve_with_friction(enough_m_s, factorisations);
+    unsolved += solved ? 0U : 1U;
+    EXPECT_EQ(solved, drawn.program.off_m_s() <= enough_m_s) << seed;
+    for (std::size_t i = 0; i < 10; ++i) {
+      const Vec3d impulse = drawn.program.impulse(i);
+      EXPECT_GE(impulse[0], 0.0);
+      EXPECT_LE(impulse.tail<2>().norm(), friction * impulse[0] * (1.0 + 1e-9) + 1e-12);
+    }
+  }
+  EXPECT_GT(unsolved, 0U) << "draw harder ones";
+}
+
 }  // namespace
 }  // namespace pneuma::physics

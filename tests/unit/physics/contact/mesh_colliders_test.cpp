@@ -226,9 +226,7 @@ TEST(RestitutionOfMeshes, IsThatOfOtherColliders) {
       }
     }
     EXPECT_NEAR(height_m[1], height_m[0], 0.1 * height_m[0] + 0.03);
-    if (integrator == Integrator::midpoint) {
-      EXPECT_GT(height_m[0], 0.9);
-    }
+    EXPECT_GT(height_m[0], 0.9);
   }
 }
 
