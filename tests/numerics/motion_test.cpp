@@ -12,8 +12,7 @@ TEST(FreeFall, IsExactUpToEachMethodsKnownOffset) {
   const Vec3d velocity(2.0, 5.0, -1.0);
   struct Method {
     Integrator integrator;
-    // Of t^2 in g t^2 / 2: explicit Euler moves by the old velocity, symplectic Euler by the new one, and implicit
-    // Euler too, but for what nothing holds.
+    // Of t^2 in g t^2 / 2: explicit Euler moves by the old velocity, symplectic Euler and XPBD by the new one.
     double offset_steps;
   };
   for (const Method& method :

@@ -1,6 +1,7 @@
 // Shows that contact after steps too long for the stiffness adds no energy: of one body with floors and rooms, at rest
 // and moving, of two balls, and of a ball and a box, from 1e3 to 1e7 N/m at one step a tick, where each spring would
-// swing up to 600 times. And that momentum is kept meanwhile, and that the ball comes to rest on the floor.
+// swing up to 600 times. And that momentum is kept meanwhile, that the ball comes to rest on the floor, and that it
+// bounces as high as its restitution says.
 #include "numerics/worlds.h"
 
 namespace pneuma::physics {
@@ -225,6 +226,41 @@ TEST(StiffBallOnAFloor, ComesToRestThere) {
         }
         EXPECT_LT(world.measure(0).kinetic_j, 0.02 * most_j) << what;
         EXPECT_NEAR(world.measure(0).centre_of_mass.y(), 0.5, 0.03) << what;
+      }
+    }
+  }
+}
+
+// At whatever moment of a tick the ball comes down. The heights are those of ticks, which miss the highest by g h^2
+// / 8.
+TEST(StiffContact, ABallUnderAutoBouncesToTheSquareOfItsRestitutionTimesTheHeight) {
+  for (const double stiffness_n_m : {1e5, 1e6}) {
+    for (const double restitution : {0.5, 0.9}) {
+      for (const double drop_m : {1.9, 2.0, 2.1}) {
+        const BreathingBall ball{.subdivisions = 2,
+                                 .radius_m = 0.5,
+                                 .mass_kg = 1.0,
+                                 .stiffness_n_m = stiffness_n_m,
+                                 .damping_n_s_m = 1.0,
+                                 .nrt_j = 100.0};
+        Scene scene = ball.scene(1.0, Integrator::automatic, 60, 0);
+        scene.gravity = {0.0, -9.81, 0.0};
+        scene.soft_bodies[0].position.y() = 0.5 + drop_m;
+        scene.soft_bodies[0].surface.restitution = restitution;
+        Collider& floor = scene.colliders.emplace_back();
+        floor.name = "floor";
+        floor.shape = PlaneShape{};
+        floor.surface.restitution = restitution;
+        World world = make_world(std::move(scene));
+        const double fall_s = std::sqrt(2.0 * drop_m / 9.81);
+        double highest_m = 0.0;
+        while (world.time_s() < (1.0 + 1.9 * restitution) * fall_s) {
+          run_ticks(world, 1);
+          const double above_m = world.measure(0).centre_of_mass.y() - 0.5;
+          if (world.time_s() > fall_s + 0.05) highest_m = std::max(highest_m, above_m);
+        }
+        const double wanted_m = restitution * restitution * drop_m;
+        EXPECT_NEAR(highest_m, wanted_m, 0.02 * wanted_m) << stiffness_n_m << ", " << restitution << ", " << drop_m;
       }
     }
   }
