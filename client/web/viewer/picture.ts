@@ -155,6 +155,7 @@ export class Picture {
     const awayM = this.orbit.getDistance();
     this.fog.near = fogBegin * awayM;
     this.fog.far = fogEnd * awayM;
+    this.world.occlude(this.camera);
     this.renderer.render(this.scene, this.camera);
   }
 
@@ -191,6 +192,7 @@ export class Picture {
 
   private turnShadows(quality: ShadowQuality): void {
     this.shadows = quality;
+    this.world.occlusion.isOn = quality === "soft";
     const { shadowMap } = this.renderer;
     shadowMap.enabled = quality !== "none";
     shadowMap.type = quality === "soft" ? PCFSoftShadowMap : BasicShadowMap;

@@ -82,6 +82,8 @@ export class SoftBodyView {
   readonly group = new Group();
   /** As the world has it. What is drawn is rounder, where there is a cover. */
   readonly skin: Mesh<BufferGeometry, MeshPhongMaterial>;
+  /** Whether the skin has an inside. */
+  readonly isClosed: boolean;
   private readonly smooth: SmoothSkin | undefined;
   private readonly cover: Mesh<BufferGeometry, MeshPhongMaterial> | undefined;
   private readonly edges: Mesh<BufferGeometry, MeshBasicMaterial>;
@@ -110,11 +112,11 @@ export class SoftBodyView {
     this.strains = new Float32Array(mesh.vertexCount);
     geometry.setAttribute("color", this.colours);
     geometry.setIndex(new BufferAttribute(mesh.indices, 1));
-    const isRubber = isClosed(mesh.indices);
-    const finish = isRubber ? rubber : cloth;
+    this.isClosed = isClosed(mesh.indices);
+    const finish = this.isClosed ? rubber : cloth;
     this.skin = new Mesh(geometry, new MeshPhongMaterial({ color: colour, ...finish, side: DoubleSide }));
-    this.mirrors = isRubber ? rubberMirrors : 0;
-    if (isRubber) mirrorStudio(this.skin.material, this.mirrors);
+    this.mirrors = this.isClosed ? rubberMirrors : 0;
+    if (this.isClosed) mirrorStudio(this.skin.material, this.mirrors);
     const segments = isSmooth ? segmentsOf(mesh.indices.length / 3) : 1;
     if (segments > 1) {
       this.smooth = new SmoothSkin(mesh.indices, mesh.vertexCount, segments);

@@ -62,6 +62,8 @@ export class SolidView {
     readonly name: string,
     readonly mesh: Mesh<BufferGeometry, MeshPhongMaterial>,
     readonly isBounded: boolean,
+    /** A body that bulges everywhere: no room, plane or mesh of faces. */
+    readonly isConvex: boolean,
     /** Of a room: its edges, for those of the walls that are seen through. */
     readonly outline: LineSegments<EdgesGeometry, LineBasicMaterial> | undefined,
   ) {
@@ -86,7 +88,8 @@ export class SolidView {
     mesh.receiveShadow = true;
     const outline =
       form === "room" ? new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial()) : undefined;
-    return new SolidView(solid.name, mesh, form !== "plane", outline);
+    const isConvex = form !== "room" && form !== "plane" && form !== "mesh";
+    return new SolidView(solid.name, mesh, form !== "plane", isConvex, outline);
   }
 
   update(from: SolidPose, to: SolidPose, fraction: number): void {

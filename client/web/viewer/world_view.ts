@@ -1,6 +1,6 @@
 // What is in a world as things to draw: its soft bodies and solids, where a moment of its stream has them.
-import { Box3, Color, Group, Vector3 } from "three";
-import type { Frame, Layout } from "../src/index.js";
+import { Box3, type Camera, Color, Group, Vector3 } from "three";
+import type { Frame, Layout, Mesh as BodyMesh } from "../src/index.js";
 import type { Bounds } from "./bounds_view.js";
 import { niceCeiling } from "./colour_map.js";
 import { bodyColour } from "./colours.js";
@@ -8,6 +8,7 @@ import { ContactsView } from "./contacts_view.js";
 import { JointsView } from "./joints_view.js";
 import { type Field, type Scale, scaleOf } from "./legend.js";
 import type { Moment } from "./playback.js";
+import { Occlusion } from "./occlusion.js";
 import { type Rest, SoftBodyView } from "./soft_body_view.js";
 import { SolidView } from "./solid_view.js";
 
@@ -46,6 +47,7 @@ export class WorldView {
   solids: (SolidView | undefined)[] = [];
   /** Names of the bodies that are. */
   readonly frozen = new Set<string>();
+  readonly occlusion = new Occlusion();
   private layout: Layout | undefined;
   private shown = plain;
   private readonly contacts = new ContactsView();
@@ -56,8 +58,8 @@ export class WorldView {
   private since_ = "";
   private resets = 0;
 
-  /** @param isSmooth whether bodies are drawn rounder than their faces: a small picture does not show it */
-  constructor(private readonly isSmooth: boolean) {
+  /** @param isFine whether bodies are drawn rounder than their faces and dark between: a small picture does not show it */
+  constructor(private readonly isFine: boolean) {
     this.group.add(this.contacts.group, this.joints.group);
   }
 
@@ -185,13 +187,27 @@ export class WorldView {
     this.since_ = `tick ${tick} (${timeS.toFixed(1)} s)`;
   }
 
+  /** Darkens what bodies are close to, as they were last updated. */
+  occlude(camera: Camera): void {
+    const skins = this.bodies.filter(({ isClosed }) => isClosed).map(({ skin }) => skin);
+    for (const { geometry } of skins) geometry.computeBoundingBox();
+    const solids = this.solids.filter((solid) => solid?.isConvex).map((solid) => new Box3().setFromObject(solid!.mesh));
+    this.occlusion.update([...skins.map(({ geometry }) => geometry.boundingBox!), ...solids], camera);
+  }
+
+  private bodyView(name: string, mesh: BodyMesh, index: number): SoftBodyView {
+    const body = new SoftBodyView(name, mesh, new Color(...bodyColour(index)), this.isFine);
+    if (this.isFine) this.occlusion.applyTo(body.skin.material, body.isClosed);
+    return body;
+  }
+
   private build(layout: Layout, frame: Frame): void {
     const before = this.bodies;
     const isFirst = this.layout === undefined;
     // The same body goes on as it is, with what its strains are measured against.
     const bodies = layout.softBodies.map(({ name, mesh }, i) => {
       const same = before.find((body) => body.name === name && body.mesh === mesh);
-      return same ?? new SoftBodyView(name, mesh, new Color(...bodyColour(i)), this.isSmooth);
+      return same ?? this.bodyView(name, mesh, i);
     });
     const { range } = this;
     this.bodies = before.filter((body) => !bodies.includes(body));
@@ -201,6 +217,7 @@ export class WorldView {
     if (isFirst) this.rebase(frame);
     else this.range = range;
     this.solids = layout.solids.map((solid) => SolidView.of(solid));
+    if (this.isFine) for (const solid of this.solids) if (solid) this.occlusion.applyTo(solid.mesh.material, false);
     for (const body of this.bodies) this.group.add(body.group);
     for (const solid of this.solids) if (solid) this.group.add(solid.mesh);
     this.show(this.shown);
