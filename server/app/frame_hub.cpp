@@ -385,8 +385,7 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
   for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) outbox.publish(waiting, std::move(frame));
 }
 
-void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox,
-                       std::uint64_t grab_id) const {
+void FrameHub::applied(const Change& change, Outbox& outbox) const {
   for (const auto& [quality, quality_class] : classes_) {
     net::SharedBytes bytes;
     for (const auto& [session, subscriber] : quality_class.subscribers) {
@@ -394,9 +393,10 @@ void FrameHub::applied(std::uint64_t tick, const v1::ClientMessage& command, Out
       if (bytes == nullptr) {
         v1::ServerMessage message;
         message.mutable_applied()->set_stream_id(quality_class.stream_id);
-        message.mutable_applied()->set_tick(tick);
-        message.mutable_applied()->set_grab_id(grab_id);
-        *message.mutable_applied()->mutable_command() = command;
+        message.mutable_applied()->set_tick(change.tick);
+        message.mutable_applied()->set_grab_id(change.grab_id);
+        message.mutable_applied()->set_session_id(change.session);
+        *message.mutable_applied()->mutable_command() = change.command;
         message.mutable_applied()->mutable_command()->clear_request_id();
         bytes = serialise(message);
       }

@@ -76,8 +76,15 @@ class FrameHub {
   /// Key frames for a world that rests between two ticks: for whoever waits, or for everyone where it was edited.
   void encode_rest(const FrameSource& source, std::uint64_t tick, Outbox& outbox);
 
-  /// A change was carried out after `tick` ticks: tells the subscribers who wish to know. `grab_id`: of a grab.
-  void applied(std::uint64_t tick, const v1::ClientMessage& command, Outbox& outbox, std::uint64_t grab_id = 0) const;
+  /// A change that was carried out after so many ticks.
+  struct Change {
+    std::uint64_t tick = 0;
+    const v1::ClientMessage& command;
+    net::SessionId session = 0;  // that asked for it; 0: nobody's
+    std::uint64_t grab_id = 0;   // of a grab
+  };
+  /// Tells the subscribers who wish to know.
+  void applied(const Change& change, Outbox& outbox) const;
 
   /// Sends a message to every session that has a stream here, once.
   void send_to_all(const v1::ServerMessage& message, Outbox& outbox) const;

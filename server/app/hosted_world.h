@@ -110,8 +110,8 @@ class HostedWorld {
   void refuse(const Request& request, const base::Status& why, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> carry_out(const Request& request, TimePoint now, Outbox& outbox);
   [[nodiscard]] Answer change(const Request& request, Outbox& outbox);
-  [[nodiscard]] Answer pause(const v1::ClientMessage& message, Outbox& outbox);
-  [[nodiscard]] Answer resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox);
+  [[nodiscard]] Answer pause(const Request& request, Outbox& outbox);
+  [[nodiscard]] Answer resume(const Request& request, TimePoint now, Outbox& outbox);
   [[nodiscard]] std::optional<Answer> step_on(const Request& request, Outbox& outbox);
   [[nodiscard]] base::Status check_step(const PendingStep& step) const;
   /// Answers the steps that come next and whose tick the world has passed.

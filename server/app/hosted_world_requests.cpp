@@ -88,9 +88,9 @@ std::optional<HostedWorld::Answer> HostedWorld::carry_out(const Request& request
       return Answer(done_reply(message.request_id(), live_.tick(), name_));
     }
     case v1::ClientMessage::kPause:
-      return pause(message, outbox);
+      return pause(request, outbox);
     case v1::ClientMessage::kResume:
-      return resume(message, now, outbox);
+      return resume(request, now, outbox);
     case v1::ClientMessage::kStep:
     case v1::ClientMessage::kStepUntil:
       return step_on(request, outbox);
@@ -157,9 +157,9 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   if (message.has_rewind_world()) {
     v1::ClientMessage told = message;
     told.mutable_rewind_world()->clear_state();
-    hub_.applied(live_.tick(), told, outbox);
+    hub_.applied({live_.tick(), told, session}, outbox);
   } else {
-    hub_.applied(live_.tick(), message, outbox, effect->grabbed ? effect->grabbed->grab_id() : 0);
+    hub_.applied({live_.tick(), message, session, effect->grabbed ? effect->grabbed->grab_id() : 0}, outbox);
   }
   if (effect->edited) hub_.edited();
   // An edit shows in a world at rest without a step; anything else, and in a world that runs, with the next tick.
@@ -183,24 +183,26 @@ HostedWorld::Answer HostedWorld::change(const Request& request, Outbox& outbox) 
   return done_reply(message.request_id(), shown_from, name_, effect->detail, effect->mended);
 }
 
-HostedWorld::Answer HostedWorld::pause(const v1::ClientMessage& message, Outbox& outbox) {
+HostedWorld::Answer HostedWorld::pause(const Request& request, Outbox& outbox) {
+  const v1::ClientMessage& message = *request.message;
   if (!paused_) {
     if (Status failed = write_ahead(message); !failed.ok()) return failed;
-    hub_.applied(live_.tick(), message, outbox);
+    hub_.applied({live_.tick(), message, request.session->id()}, outbox);
   }
   end_steps({StatusCode::failed_precondition, "a pause ended it at tick " + std::to_string(live_.tick())}, outbox);
   paused_ = true;
   return done_reply(message.request_id(), live_.tick(), name_);
 }
 
-HostedWorld::Answer HostedWorld::resume(const v1::ClientMessage& message, TimePoint now, Outbox& outbox) {
+HostedWorld::Answer HostedWorld::resume(const Request& request, TimePoint now, Outbox& outbox) {
+  const v1::ClientMessage& message = *request.message;
   if (halted_)
     return Status(StatusCode::failed_precondition, "the world was halted by a fault; destroy it", "resume.world");
   if (Status wrong = check_time_scale(message.resume()); !wrong.ok()) return wrong;
   const double time_scale = message.resume().has_time_scale() ? message.resume().time_scale() : time_scale_;
   if (paused_ || time_scale != time_scale_) {
     if (Status failed = write_ahead(message); !failed.ok()) return failed;
-    hub_.applied(live_.tick(), message, outbox);
+    hub_.applied({live_.tick(), message, request.session->id()}, outbox);
   }
   end_steps({StatusCode::failed_precondition, "a resume ended it at tick " + std::to_string(live_.tick())}, outbox);
   time_scale_ = time_scale;
@@ -345,7 +347,7 @@ void HostedWorld::release(std::uint64_t grab_id, Outbox& outbox) {
   // Nobody asks for it who could be refused: what cannot be written is done all the same.
   const bool kept = write_ahead(message).ok();
   if (live_.change(message).ok()) {
-    hub_.applied(live_.tick(), message, outbox);
+    hub_.applied({live_.tick(), message}, outbox);
     if (!kept) journal_->lost_a_change();
   } else if (kept && journal_) {
     journal_->take_back();

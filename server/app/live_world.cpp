@@ -215,8 +215,14 @@ Result<LiveWorld::Effect> LiveWorld::grab(const v1::Grab& request) {
       !status.ok()) {
     return status;
   }
-  const auto hit =
-      world_.add_grab(next_grab_id_, request.body(), *at, *target, request.stiffness_n_m(), request.damping_n_s_m());
+  if (auto status = check_amount(request.radius_m(), base::coordinate_max_m, "grab.radius_m"); !status.ok()) {
+    return status;
+  }
+  const auto hit = world_.add_grab(next_grab_id_, request.body(), *at,
+                                   {.target = *target,
+                                    .stiffness_n_m = request.stiffness_n_m(),
+                                    .damping_n_s_m = request.damping_n_s_m(),
+                                    .radius_m = request.radius_m()});
   if (!hit.ok()) return hit.status().inside("grab");
   grabs_.emplace(next_grab_id_, hit->body);
   Effect effect;

@@ -1,6 +1,7 @@
 // How a hand reaches into a world: impulses and grabs.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/limits.h"
 #include "physics/mesh/picking.h"
@@ -137,18 +138,45 @@ auto with_soft_body(Sim& sim, const std::string& name, const Visitor& visitor) {
   });
 }
 
-// Calls `visitor` with the list that holds grab `id` and its place there; false where nobody holds it.
+// Calls `visitor` with the list that has the springs of grab `id`; false where nobody holds it.
 template <class Visitor>
 bool with_grab(Simulation& sim, std::uint64_t id, const Visitor& visitor) {
   return sim.visit([&](auto& bodies) {
     for (auto& body : bodies.states) {
-      const auto found = std::ranges::find(body.grabs, id, &Grab::id);
-      if (found == body.grabs.end()) continue;
-      visitor(body.grabs, found);
+      if (std::ranges::find(body.grabs, id, &Grab::id) == body.grabs.end()) continue;
+      visitor(body.grabs);
       return true;
     }
     return false;
   });
+}
+
+template <class Real>
+std::size_t hands_on(const SoftState<Real>& body) {
+  std::set<std::uint64_t> ids;
+  for (const Grab& grab : body.grabs) ids.insert(grab.id);
+  return ids.size();
+}
+
+// What is held with a vertex, and its share of the stiffness. Pinned vertices are left out.
+template <class Real>
+base::Result<std::vector<VertexWeight>> patch_of(const SoftState<Real>& body, std::uint32_t vertex, double radius_m) {
+  const std::vector<Vec3d> positions = positions_m(body);
+  const auto is_near = [&](const Vec3d& at) { return (at - positions[vertex]).norm() < radius_m; };
+  const auto near_count = static_cast<std::size_t>(std::ranges::count_if(positions, is_near));
+  const std::size_t room = base::body_held_vertices_max - std::min(body.grabs.size(), base::body_held_vertices_max);
+  if (std::max<std::size_t>(near_count, 1) > room) {
+    return base::Status(base::StatusCode::limit_exceeded,
+                        std::to_string(near_count) + " vertices of \"" + body.body.name +
+                            "\" are within it; grabs may hold " + std::to_string(room) + " more",
+                        "radius_m");
+  }
+  std::vector<VertexWeight> patch = weights_along_skin(positions, body.body.mesh->edges, vertex, radius_m);
+  std::erase_if(patch, [&](const VertexWeight& each) { return body.is_pinned(each.vertex); });
+  double sum = 0.0;
+  for (const VertexWeight& each : patch) sum += each.weight;
+  for (VertexWeight& each : patch) each.weight /= sum;
+  return patch;
 }
 
 base::Status no_grab(std::uint64_t id) {
@@ -171,8 +199,7 @@ base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, co
   return hit;
 }
 
-base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
-                                  double stiffness_n_m, double damping_n_s_m) {
+base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, const At& at, const Hold& hold) {
   const base::Result<std::string> name = named_body(*this, body, at, false);
   if (!name.ok()) return name.status();
   auto held = with_soft_body(*simulation_, *name, [&](auto& state) -> base::Result<Hit> {
@@ -184,29 +211,45 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
     if (!weights.ok()) return weights.status();
     const std::uint32_t vertex = heaviest(*weights);
     if (state.is_pinned(vertex)) return base::invalid("vertex " + std::to_string(vertex) + " is pinned", "vertex");
-    if (state.grabs.size() >= base::body_grabs_max) {
+    if (hands_on(state) >= base::body_grabs_max) {
       return base::Status(
           base::StatusCode::limit_exceeded,
           "\"" + state.body.name + "\" is held by " + std::to_string(base::body_grabs_max) + " grabs already");
     }
-    const double stiffness = stiffness_n_m > 0.0 ? stiffness_n_m : state.body.springs.stiffness_n_m;
-    const double critical = 2.0 * std::sqrt(stiffness * state.mass_kg(vertex));
+    const base::Result<std::vector<VertexWeight>> patch = patch_of(state, vertex, hold.radius_m);
+    if (!patch.ok()) return patch.status();
     simulation_->wake(state.body.name);
-    const auto place = std::ranges::upper_bound(state.grabs, vertex, {}, &Grab::vertex);
-    state.grabs.insert(place, {id, vertex, target, stiffness, damping_n_s_m > 0.0 ? damping_n_s_m : critical});
+    const Vec3d centre = state.position_m(vertex);
+    for (const auto& [at_vertex, share] : *patch) {
+      Grab grab{.id = id, .vertex = at_vertex};
+      grab.target = hold.target + (state.position_m(at_vertex) - centre);
+      grab.stiffness_n_m = share * (hold.stiffness_n_m > 0.0 ? hold.stiffness_n_m : state.body.springs.stiffness_n_m);
+      const double critical_n_s_m = 2.0 * std::sqrt(grab.stiffness_n_m * state.mass_kg(at_vertex));
+      grab.damping_n_s_m = hold.damping_n_s_m > 0.0 ? share * hold.damping_n_s_m : critical_n_s_m;
+      state.grabs.insert(std::ranges::upper_bound(state.grabs, at_vertex, {}, &Grab::vertex), grab);
+    }
     return Hit{state.body.name, vertex};
   });
   if (!held) return base::not_found("no soft body is named \"" + *name + "\"", "body");
   return std::move(*held);
 }
 
+// Of a patch, the vertex that was grabbed is held hardest, and its target is where the hand is.
 base::Status World::move_grab(std::uint64_t id, const Vec3d& target) {
-  const bool found = with_grab(*simulation_, id, [&](auto&, auto grab) { grab->target = target; });
+  const bool found = with_grab(*simulation_, id, [&](std::vector<Grab>& grabs) {
+    const auto hardness = [id](const Grab& grab) { return grab.id == id ? grab.stiffness_n_m : -1.0; };
+    const Vec3d hand = std::ranges::max_element(grabs, {}, hardness)->target;
+    for (Grab& grab : grabs) {
+      if (grab.id == id) grab.target = target + (grab.target - hand);
+    }
+  });
   return found ? base::Status() : no_grab(id);
 }
 
 base::Status World::release_grab(std::uint64_t id) {
-  const bool found = with_grab(*simulation_, id, [](auto& grabs, auto grab) { grabs.erase(grab); });
+  const bool found = with_grab(*simulation_, id, [id](std::vector<Grab>& grabs) {
+    std::erase_if(grabs, [id](const Grab& grab) { return grab.id == id; });
+  });
   return found ? base::Status() : no_grab(id);
 }
 

@@ -145,7 +145,7 @@ bool soft_fields(Archive& archive, SoftState<Real>& body) {
     return false;
   }
   std::uint64_t grabs = body.grabs.size();
-  if (!archive.field(grabs) || grabs > base::body_grabs_max) return false;
+  if (!archive.field(grabs) || grabs > base::body_held_vertices_max) return false;
   body.grabs.resize(grabs);
   for (Grab& grab : body.grabs) {
     if (!grab_fields(archive, grab) || grab.vertex >= body.x.size()) return false;

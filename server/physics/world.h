@@ -79,6 +79,14 @@ struct Hit {
   std::optional<std::uint32_t> vertex;  // the nearest one; none of a rigid body, or where a whole body is meant
 };
 
+/// How a hand holds a vertex, or the patch of skin around it: by damped springs that share the stiffness.
+struct Hold {
+  Vec3d target = Vec3d::Zero();  // of the vertex; what else is held keeps its place beside it
+  double stiffness_n_m = 0.0;    // 0: the body's own
+  double damping_n_s_m = 0.0;    // 0: critical for the mass of each vertex
+  double radius_m = 0.0;         // of the patch, along the skin: the further off, the less is held. 0: the vertex alone
+};
+
 class Simulation;
 
 class World {
@@ -137,9 +145,8 @@ class World {
 
   /// Adds momentum `impulse_n_s` at `at`. With an empty name, `at` must be a ray, and the first body hit is meant.
   [[nodiscard]] base::Result<Hit> apply_impulse(const std::string& body, const At& at, const Vec3d& impulse_n_s);
-  /// Holds a vertex to `target`. `stiffness_n_m` 0: the body's own; `damping_n_s_m` 0: critical for one vertex's mass.
-  [[nodiscard]] base::Result<Hit> add_grab(std::uint64_t id, const std::string& body, const At& at, const Vec3d& target,
-                                           double stiffness_n_m, double damping_n_s_m);
+  /// Holds what is at `at`, of a soft body.
+  [[nodiscard]] base::Result<Hit> add_grab(std::uint64_t id, const std::string& body, const At& at, const Hold& hold);
   [[nodiscard]] base::Status move_grab(std::uint64_t id, const Vec3d& target);
   [[nodiscard]] base::Status release_grab(std::uint64_t id);
 

@@ -145,7 +145,7 @@ void ReplayedWorld::read_on() {
 void ReplayedWorld::advance(app::Outbox& outbox) {
   for (const client::Recorded& happened : before_next_) {
     if (const auto* applied = std::get_if<v1::Applied>(&happened)) {
-      hub_.applied(applied->tick(), applied->command(), outbox);
+      hub_.applied({applied->tick(), applied->command(), applied->session_id(), applied->grab_id()}, outbox);
     }
     // Those of a stream's rate and of a world's end are of what was there then.
     const auto* event = std::get_if<v1::Event>(&happened);

@@ -82,6 +82,12 @@ void BadRequests::add_impulses() {
     m.mutable_grab()->set_vertex(0);
     m.mutable_grab()->set_stiffness_n_m(-1.0);
   });
+  add("grab radius", v1::Error::INVALID_ARGUMENT, "grab.radius_m", [&](M& m) {
+    m.mutable_grab()->set_world("w");
+    m.mutable_grab()->set_body("left");
+    m.mutable_grab()->set_vertex(0);
+    m.mutable_grab()->set_radius_m(-1.0);
+  });
   add("move no grab", v1::Error::NOT_FOUND, "77", [](M& m) {
     m.mutable_move_grab()->set_world("w");
     m.mutable_move_grab()->set_grab_id(77);

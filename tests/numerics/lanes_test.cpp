@@ -274,7 +274,7 @@ TEST_P(Lanes, GiveALargeBodyTheSameHashWhateverIsDoneToItBetweenTicks) {
     World world = make_world(large_ball(Integrator::symplectic_euler, GetParam()));
     run_ticks(world, 2, threads);
     EXPECT_TRUE(world.apply_impulse("ball-3", std::uint32_t{7}, Vec3d(0.1, 0.0, 0.2)).ok());
-    EXPECT_TRUE(world.add_grab(1, "ball-3", std::uint32_t{4'000}, Vec3d(9.0, 1.0, 0.0), 20.0, 0.1).ok());
+    EXPECT_TRUE(world.add_grab(1, "ball-3", std::uint32_t{4'000}, {Vec3d(9.0, 1.0, 0.0), 20.0, 0.1}).ok());
     run_ticks(world, 2, threads);
     EXPECT_TRUE(world.release_grab(1).ok());
     Scene edited = world.scene();

@@ -20,7 +20,7 @@ TEST_P(EveryMethod, GoesOnFromASnapshotWithTheSameBits) {
     scene.soft_bodies[0].drag = {.normal = 1.0, .tangential = 0.2};
     scene.soft_bodies[0].springs.bend_stiffness_n_m = GetParam() == Integrator::explicit_euler ? 0.0 : 0.1;
     World world = make_world(scene);
-    ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{5}, Vec3d(0, 1, 0), 20.0, 1.0).ok());
+    ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{5}, {Vec3d(0, 1, 0), 20.0, 1.0}).ok());
     run_ticks(world, 10);
     World restored = make_world(scene);
     ASSERT_TRUE(restored.restore(world.snapshot()).ok());
@@ -70,7 +70,7 @@ TEST_P(EveryMethod, AGrabbedBallComesToTheHand) {
   scene.stepping = stepping();
   World world = make_world(std::move(scene));
   const Vec3d target(0.5, 1.0, -0.5);
-  ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{0}, target, 50.0, 5.0).ok());
+  ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{0}, {target, 50.0, 5.0}).ok());
   run_ticks(world, 900);
   EXPECT_LT((positions_of(world)[0] - target).norm(), 0.02);
   EXPECT_FALSE(world.is_frozen(0));

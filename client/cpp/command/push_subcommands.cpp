@@ -103,6 +103,11 @@ void add_grab(CLI::App& app, Task& task) {
           "--damping", [arguments](double n_s_m) { arguments->request.set_damping_n_s_m(n_s_m); },
           "Of the spring, in N s/m; otherwise critical")
       ->check(positive_check());
+  command
+      ->add_option_function<double>(
+          "--radius", [arguments](double m) { arguments->request.set_radius_m(m); },
+          "Hold the skin around it too, this far along it, in metres: the further off, the less")
+      ->check(positive_check());
   at->check(numbers_check<3>())->excludes(vertex);
   command->callback([&task, arguments, flags, vertex, at] {
     if (vertex->empty() && at->empty()) throw CLI::RequiredError("--vertex or --at");

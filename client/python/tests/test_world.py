@@ -403,6 +403,19 @@ def test_a_held_vertex_follows(world: World) -> None:
     assert world.step(10)["ball"].momentum[1] == pytest.approx(free, abs=1e-6)
 
 
+def test_a_held_patch_keeps_its_shape(world: World) -> None:
+    world.gravity = (0, 0, 0)
+    before = world.step(1)["ball"].positions
+    corner = before[0]
+    beside = ((before - corner) ** 2).sum(axis=1).argsort()[1:4]
+    with world["ball"].grab(corner, vertex=0, stiffness_n_m=5e4, radius_m=0.6) as grab:
+        grab.move(corner + (0, 1, 0))
+        held = world.step(240)["ball"].positions
+    assert held[0] == pytest.approx(corner + (0, 1, 0), abs=0.05)
+    for vertex in beside:
+        assert held[vertex] - held[0] == pytest.approx(before[vertex] - corner, abs=0.1)
+
+
 def test_the_same_script_gives_the_same_bits(shared: Server) -> None:
     def run() -> int:
         with shared.world("five-balls", paused=True) as world:

@@ -9,6 +9,9 @@ export type Tool = "pull" | "poke" | "throw";
 /** What a poke changes the speed of a whole body by, in m/s. */
 const pokeSpeedMS = 2;
 
+/** Of how far off the point is that is touched: a patch of skin as wide as a thumb is pulled or poked. */
+const thumbShare = 0.1;
+
 // A click goes no further, however long it takes.
 const clickPx = 5;
 
@@ -130,7 +133,7 @@ export class Pointer {
 
   private async poke({ client, world, massKg }: Hands, { body, ray, point }: Hit): Promise<void> {
     const impulse = ray.direction.clone().multiplyScalar(pokeSpeedMS * massKg(body));
-    const radiusM = 0.1 * ray.origin.distanceTo(point);
+    const radiusM = thumbShare * ray.origin.distanceTo(point);
     const at = { case: "ray", value: { origin: ray.origin, direction: ray.direction, radiusM } } as const;
     await client.impulse(world, { body, at, impulse });
   }
@@ -140,7 +143,8 @@ export class Pointer {
     this.pull = pull;
     try {
       const at = { case: "vertex", value: hit.vertex } as const;
-      const grab = await client.grab(world, { body: hit.body, at, target: hit.point });
+      const radiusM = thumbShare * hit.ray.origin.distanceTo(hit.point);
+      const grab = await client.grab(world, { body: hit.body, at, target: hit.point, radiusM });
       if (pull.isOver) return await grab.release();
       pull.grab = grab;
       await grab.moveTo(pull.target);

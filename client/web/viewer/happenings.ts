@@ -18,8 +18,7 @@ function words(name: string): string {
   return name.replaceAll(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`);
 }
 
-/** What somebody did to a world; "": nothing that has to be told. */
-export function deedText({ command }: Pick<Applied, "command">): string {
+function whatText({ command }: Pick<Applied, "command">): string {
   const request = command?.request;
   if (request?.case === "impulse") return `${request.value.body || "a body"} was hit`;
   if (request?.case === "grab") return `${request.value.body || "a body"} was taken hold of`;
@@ -28,4 +27,22 @@ export function deedText({ command }: Pick<Applied, "command">): string {
     return [...kinds].join(", ");
   }
   return deeds[request?.case ?? ""] ?? "";
+}
+
+/** What was done to a world, and who did it: `own` is this page's session. "": nothing that has to be told. */
+export function deedText(applied: Pick<Applied, "command" | "sessionId">, own?: bigint): string {
+  const what = whatText(applied);
+  const { sessionId } = applied;
+  if (what === "" || sessionId === 0n) return what;
+  return `${what}, by ${sessionId === own ? "you" : `visitor ${sessionId}`}`;
+}
+
+// What takes somebody by surprise who looks on. What hands do is seen.
+const surprising: ReadonlySet<string | undefined> = new Set(["edit", "pause", "resume"]);
+
+/** What others did that is said aloud; "": nothing. */
+export function surpriseText(applied: Applied, own: bigint): string {
+  const { command, sessionId } = applied;
+  if (sessionId === 0n || sessionId === own || !surprising.has(command?.request.case)) return "";
+  return `Visitor ${sessionId}: ${whatText(applied)}`;
 }

@@ -22,7 +22,7 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
-import { deedText, happeningText } from "./happenings.js";
+import { deedText, happeningText, surpriseText } from "./happenings.js";
 import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
@@ -390,7 +390,11 @@ class Page implements Stage {
   }
 
   applied(applied: Applied): void {
-    this.timeline.mark("deed", deedText(applied), applied.tick);
+    // In a recording it is of who asked then.
+    const own = this.recording ? undefined : this.world.live?.client.welcome.sessionId;
+    this.timeline.mark("deed", deedText(applied, own), applied.tick);
+    const surprise = own === undefined ? "" : surpriseText(applied, own);
+    if (surprise !== "") say(surprise, "visitor");
     this.controls.applied(applied);
   }
 

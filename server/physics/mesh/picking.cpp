@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+#include <queue>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -207,6 +211,45 @@ std::vector<VertexWeight> weights_near(std::span<const Vector3d> positions_m, co
     sum += weights.back().weight;
   }
   if (!(sum > 0.0)) return {{nearest_vertex(positions_m, point_m), 1.0}};
+  for (VertexWeight& share : weights) share.weight /= sum;
+  return weights;
+}
+
+std::vector<VertexWeight> weights_along_skin(std::span<const Vector3d> positions_m, std::span<const Edge> edges,
+                                             std::uint32_t centre, double radius_m) {
+  // No way is shorter than the straight one, so only edges within the radius count.
+  const auto is_near = [&](std::uint32_t vertex) {
+    return (positions_m[vertex] - positions_m[centre]).squaredNorm() < radius_m * radius_m;
+  };
+  std::vector<Edge> steps;  // each edge from either end
+  for (const auto& [first, second] : edges) {
+    if (!is_near(first) || !is_near(second)) continue;
+    steps.push_back({first, second});
+    steps.push_back({second, first});
+  }
+  std::ranges::sort(steps);
+  // Dijkstra's algorithm.
+  using Reached = std::pair<double, std::uint32_t>;  // by a way of so many metres
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
+  next.emplace(0.0, centre);
+  std::map<std::uint32_t, double> ways_m;
+  while (!next.empty()) {
+    const auto [way_m, vertex] = next.top();
+    next.pop();
+    if (!ways_m.try_emplace(vertex, way_m).second) continue;
+    const auto end_of = [](const Edge& step) { return step[0]; };
+    for (const auto& [from, to] : std::ranges::equal_range(steps, vertex, {}, end_of)) {
+      const double further_m = way_m + (positions_m[to] - positions_m[from]).norm();
+      if (further_m < radius_m) next.emplace(further_m, to);
+    }
+  }
+  std::vector<VertexWeight> weights;
+  double sum = 0.0;
+  for (const auto& [vertex, way_m] : ways_m) {
+    const double closeness = radius_m > 0.0 ? 1.0 - way_m * way_m / (radius_m * radius_m) : 1.0;
+    weights.push_back({vertex, closeness * closeness});
+    sum += weights.back().weight;
+  }
   for (VertexWeight& share : weights) share.weight /= sum;
   return weights;
 }

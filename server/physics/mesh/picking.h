@@ -55,4 +55,10 @@ struct VertexWeight {
 [[nodiscard]] std::vector<VertexWeight> weights_near(std::span<const Eigen::Vector3d> positions_m,
                                                      const Eigen::Vector3d& point_m, double radius_m);
 
+/// The like of a patch of skin: the vertices that a way of less than radius_m along edges leads to from `centre`, which
+/// weighs most. What is near but on another fold or finger is not among them.
+[[nodiscard]] std::vector<VertexWeight> weights_along_skin(std::span<const Eigen::Vector3d> positions_m,
+                                                           std::span<const Edge> edges, std::uint32_t centre,
+                                                           double radius_m);
+
 }  // namespace pneuma::physics

@@ -105,7 +105,7 @@ physics::Profile profile_of(const LeftOutCase& each, std::uint64_t ticks) {
   if (each.grabbed) {
     const std::string& name = each.scene.soft_bodies[0].name;
     const physics::Vec3d up = each.scene.soft_bodies[0].position + physics::Vec3d::UnitY();
-    if (!world.add_grab(1, name, std::uint32_t{0}, up, 0.0, 0.0).ok()) throw std::logic_error("a grab is refused");
+    if (!world.add_grab(1, name, std::uint32_t{0}, {up}).ok()) throw std::logic_error("a grab is refused");
   }
   world.step_tick(one_thread);  // makes room
   while (each.to_sleep && !all_asleep(world) && world.time_s() < seconds_to_sleep_max) world.step_tick(one_thread);

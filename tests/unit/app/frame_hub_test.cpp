@@ -265,13 +265,14 @@ TEST_F(FrameHubTest, WhoAsksForCommandsIsToldOfThem) {
   command.set_request_id(17);
   command.mutable_pause()->set_world("w");
   Outbox outbox;
-  hub_.applied(5, command, outbox);
+  hub_.applied({5, command, 9}, outbox);
   ASSERT_EQ(outbox.items.size(), 1U);
   const auto& send = std::get<Outbox::Send>(outbox.items[0]);
   EXPECT_EQ(send.session, 2U);
   const v1::Applied applied = parse(send.message).applied();
   EXPECT_EQ(applied.stream_id(), stream);
   EXPECT_EQ(applied.tick(), 5U);
+  EXPECT_EQ(applied.session_id(), 9U);
   EXPECT_EQ(applied.command().request_id(), 0U);
   EXPECT_EQ(applied.command().pause().world(), "w");
 }

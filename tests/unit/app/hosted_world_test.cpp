@@ -297,7 +297,9 @@ TEST_F(HostedWorldTest, ASubscriberWhoAsksIsToldOfEachChangeAndOfNothingElse) {
   ask([](auto& message) { message.mutable_get_stats(); });
   std::vector<v1::ClientMessage::RequestCase> told;
   for (const auto& message : drain()) {
-    if (message.has_applied()) told.push_back(message.applied().command().request_case());
+    if (!message.has_applied()) continue;
+    told.push_back(message.applied().command().request_case());
+    EXPECT_EQ(message.applied().session_id(), session_->id());
   }
   EXPECT_EQ(told, (std::vector{v1::ClientMessage::kResume, v1::ClientMessage::kReset}));
 }

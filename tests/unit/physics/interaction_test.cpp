@@ -1,8 +1,13 @@
 // Shows that impulses give the momentum asked for, at the place asked for and to what is free to move, and that grabs
-// hold their vertex, however many there are.
+// hold their vertex or patch, however many there are.
+#include <algorithm>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "base/limits.h"
+#include "physics/mesh/mesh_builders.h"
+#include "physics/mesh/picking.h"
 #include "unit/physics/lively_world.h"
 
 namespace pneuma::physics {
@@ -141,7 +146,7 @@ TEST(Grab, PullsItsVertexToTheTargetAndLetsGo) {
   World world = make(scene);
   // Along the line through the centre, so that the pull does not set the ball spinning.
   const Vec3d vertex = scene.soft_bodies[0].mesh->positions_m[0];
-  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, 3.0 * vertex, 20.0, 4.0).ok());
+  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, {3.0 * vertex, 20.0, 4.0}).ok());
   run(world, 1200);
   const std::vector<double> held = positions(world, 0);
   EXPECT_LT((Vec3d(held[0], held[1], held[2]) - 3.0 * vertex).norm(), 1e-3);
@@ -172,15 +177,105 @@ TEST(Grab, AsManyHandsOnOneVertexAsThereMayBeStillHoldIt) {
     for (std::size_t i = 0; i < base::body_grabs_max; ++i) {
       const std::uint32_t vertex = i % 16 == 1 ? 1 : 0;
       const Vec3d place = vertex == 1 ? target + 0.5 * scene.soft_bodies[0].mesh->positions_m[1] : target;
-      ASSERT_TRUE(world.add_grab(++id, "a", vertex, place, 1e8, 1e8).ok());
+      ASSERT_TRUE(world.add_grab(++id, "a", vertex, {place, 1e8, 1e8}).ok());
     }
-    EXPECT_EQ(world.add_grab(++id, "a", std::uint32_t{0}, target, 1e8, 1e8).status().code(),
+    EXPECT_EQ(world.add_grab(++id, "a", std::uint32_t{0}, {target, 1e8, 1e8}).status().code(),
               base::StatusCode::limit_exceeded);
     run(world, 1200);
     ASSERT_FALSE(world.is_frozen(0)) << static_cast<int>(integrator);
     const std::vector<double> held = positions(world, 0);
     EXPECT_LT((Vec3d(held[0], held[1], held[2]) - target).norm(), 0.01);
   }
+}
+
+// Two worlds that differ in the patch alone.
+TEST(Grab, APatchMovesWithTheHandWhereOneVertexMakesASpike) {
+  // How far the vertex gets ahead of its neighbours, past where it was.
+  const auto spike_m = [](double radius_m) {
+    Scene scene;
+    scene.soft_bodies = {ball("a")};
+    World world = make(scene);
+    const Vec3d vertex = scene.soft_bodies[0].mesh->positions_m[0];
+    const Hold hold{.target = vertex, .stiffness_n_m = 400.0, .radius_m = radius_m};
+    EXPECT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, hold).ok());
+    EXPECT_TRUE(world.move_grab(1, 2.0 * vertex).ok());
+    const auto lead_m = [&] {
+      const std::vector<double> at = positions(world, 0);
+      const auto height = [&](std::uint32_t i) {
+        return Vec3d(at[3 * i], at[3 * i + 1], at[3 * i + 2]).dot(vertex.normalized());
+      };
+      double highest_m = -std::numeric_limits<double>::infinity();
+      for (const Edge& edge : scene.soft_bodies[0].mesh->edges) {
+        if (edge[0] == 0) highest_m = std::max(highest_m, height(edge[1]));
+      }
+      return height(0) - highest_m;
+    };
+    const double before_m = lead_m();
+    double most_m = 0.0;
+    for (int tick = 0; tick < 30; ++tick) {
+      run(world, 1);
+      most_m = std::max(most_m, lead_m() - before_m);
+    }
+    return most_m;
+  };
+  EXPECT_LT(spike_m(0.5), 0.5 * spike_m(0.0));
+}
+
+TEST(Grab, APatchKeepsItsShapeAsTheHandMovesAndIsLetGoWhole) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  World world = make(scene);
+  const std::vector<Vec3d>& rest = scene.soft_bodies[0].mesh->positions_m;
+  const Hold hold{.target = rest[0], .stiffness_n_m = 2e3, .radius_m = 0.5};
+  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, hold).ok());
+  const Vec3d hand = rest[0] + Vec3d(0.3, 0.4, -0.2);
+  ASSERT_TRUE(world.move_grab(1, Vec3d(7.0, 1.0, 1.0)).ok());
+  ASSERT_TRUE(world.move_grab(1, hand).ok());
+  run(world, 2400);
+  const std::vector<double> at = positions(world, 0);
+  const std::vector<VertexWeight> patch = weights_along_skin(rest, scene.soft_bodies[0].mesh->edges, 0, hold.radius_m);
+  ASSERT_GT(patch.size(), 3U);
+  for (const auto& [i, share] : patch) {
+    const Vec3d from_hand = Vec3d(at[3 * i], at[3 * i + 1], at[3 * i + 2]) - hand;
+    if (share > 0.05) {
+      EXPECT_LT((from_hand - (rest[i] - rest[0])).norm(), 0.05) << i;
+    }
+  }
+  ASSERT_TRUE(world.release_grab(1).ok());
+  EXPECT_FALSE(world.release_grab(1).ok());
+  ASSERT_TRUE(world.apply_impulse("a", WholeBody{}, Vec3d(1.0, 0.0, 0.0)).ok());
+  const Vec3d momentum = world.measure(0).momentum;
+  run(world, 60);
+  EXPECT_LT((world.measure(0).momentum - momentum).norm(), 1e-9);
+}
+
+TEST(Grab, APatchGoesThroughASnapshot) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  World world = make(scene);
+  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, {.target = Vec3d(0, 2, 0), .radius_m = 0.5}).ok());
+  run(world, 5);
+  World again = make(scene);
+  ASSERT_TRUE(again.restore(world.snapshot()).ok());
+  for (World* each : {&world, &again}) {
+    ASSERT_TRUE(each->move_grab(1, Vec3d(1, 2, 0)).ok());
+    run(*each, 20);
+  }
+  EXPECT_EQ(again.state_hash(), world.state_hash());
+}
+
+TEST(Grab, APatchOfTooManyVerticesIsRefused) {
+  Scene scene;
+  scene.soft_bodies = {ball("a")};
+  scene.soft_bodies[0].mesh = *make_icosphere(5, 1.0);
+  World world = make(scene);
+  const std::uint64_t hash = world.state_hash();
+  const base::Status refused =
+      world.add_grab(1, "a", std::uint32_t{0}, {.target = Vec3d(0, 2, 0), .radius_m = 3.0}).status();
+  EXPECT_EQ(refused.code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(refused.where(), "radius_m");
+  EXPECT_EQ(world.state_hash(), hash);
+  EXPECT_TRUE(world.add_grab(1, "a", std::uint32_t{0}, {.target = Vec3d(0, 2, 0), .radius_m = 0.5}).ok());
 }
 
 }  // namespace

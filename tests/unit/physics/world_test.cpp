@@ -31,7 +31,7 @@ TEST(World, SnapshotInTheMiddleGoesOnWithTheSameBits) {
     scene.stepping.precision = precision;
     World world = make(scene);
     run(world, 40);
-    ASSERT_TRUE(world.add_grab(7, "a", std::uint32_t{3}, Vec3d(0.0, 2.0, 0.0), 50.0, 0.0).ok());
+    ASSERT_TRUE(world.add_grab(7, "a", std::uint32_t{3}, {Vec3d(0.0, 2.0, 0.0), 50.0, 0.0}).ok());
     run(world, 5);
     const std::string snapshot = world.snapshot();
     World other = make(world.scene());
@@ -94,8 +94,8 @@ TEST(World, SnapshotWhoseGrabsLieOutOfOrderIsRefused) {
   constexpr std::size_t grab_bytes = 8 + 4 + 5 * 8;
   const std::uint64_t first_id = 0x1122334455667788;
   World world = make(lively_scene());
-  ASSERT_TRUE(world.add_grab(first_id + 1, "a", std::uint32_t{5}, Vec3d::Zero(), 50.0, 1.0).ok());
-  ASSERT_TRUE(world.add_grab(first_id, "a", std::uint32_t{3}, Vec3d::Zero(), 50.0, 1.0).ok());
+  ASSERT_TRUE(world.add_grab(first_id + 1, "a", std::uint32_t{5}, {Vec3d::Zero(), 50.0, 1.0}).ok());
+  ASSERT_TRUE(world.add_grab(first_id, "a", std::uint32_t{3}, {Vec3d::Zero(), 50.0, 1.0}).ok());
   std::string snapshot = world.snapshot();
   ASSERT_TRUE(world.restore(snapshot).ok());
   const std::size_t first = snapshot.find(std::string("\x88\x77\x66\x55\x44\x33\x22\x11"));
@@ -162,7 +162,7 @@ TEST(WorldApply, SolidsGoOnWhereTheyAreOrWhereTheyAreSet) {
 TEST(WorldApply, WhatIsRenewedBeginsAnewAndTheRestGoesOn) {
   World world = make(lively_scene());
   run(world, 20);
-  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{3}, Vec3d(0.0, 2.0, 0.0), 50.0, 0.0).ok());
+  ASSERT_TRUE(world.add_grab(1, "a", std::uint32_t{3}, {Vec3d(0.0, 2.0, 0.0), 50.0, 0.0}).ok());
   const std::vector<double> other = positions(world, 1);
   ASSERT_TRUE(world.apply(world.scene(), {"a"}).ok());
   EXPECT_EQ(positions(world, 0), positions(make(lively_scene()), 0));

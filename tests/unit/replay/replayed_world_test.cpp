@@ -82,7 +82,7 @@ class ReplayedWorldTest : public testing::Test {
 
   static void change(app::LiveWorld& live, app::FrameHub& hub, const v1::ClientMessage& message, app::Outbox& outbox) {
     ASSERT_TRUE(live.change(message).ok());
-    hub.applied(live.tick(), message, outbox);
+    hub.applied({live.tick(), message}, outbox);
     hub.edited();
   }
 

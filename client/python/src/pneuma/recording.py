@@ -51,12 +51,14 @@ class Change:
     kind: such as "impulse", "edit", "grab" or "reset". tick: ticks that the world had done.
     request: what was asked for, as the wire has it: `change.request.impulse.x` of an impulse.
     grab_id: the id that a grab got; 0 of others.
+    session_id: of the client that asked; 0 where it had gone.
     """
 
     kind: str
     tick: int
     request: Any
     grab_id: int
+    session_id: int
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -226,7 +228,7 @@ class Contents:
 def change_of(message: session_pb2.Applied) -> Change:
     kind = message.command.WhichOneof("request") or ""
     request = getattr(message.command, kind) if kind else None
-    return Change(kind, message.tick, request, message.grab_id)
+    return Change(kind, message.tick, request, message.grab_id, message.session_id)
 
 
 def of_each(parts: list[FrameBody | None], name: str) -> Array | None:

@@ -2,9 +2,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
-import { ClientMessageSchema, EventSchema } from "../../proto/pneuma/v1/session_pb.js";
+import { AppliedSchema, ClientMessageSchema, EventSchema } from "../../proto/pneuma/v1/session_pb.js";
 import { Event_Kind } from "../../src/index.js";
-import { deedText, happeningText } from "../../viewer/happenings.js";
+import { deedText, happeningText, surpriseText } from "../../viewer/happenings.js";
 
 test("what happens to a body is said with its name and the server's reason", () => {
   for (const kind of [Event_Kind.BODY_BURST, Event_Kind.BODY_INVERTED, Event_Kind.BODY_FROZEN]) {
@@ -28,7 +28,7 @@ test("a world that began again is told of, and what the page shows otherwise is 
 
 test("what somebody did is told in words, and what a hand does many times a second is not", () => {
   const text = (request: MessageInitShape<typeof ClientMessageSchema>["request"]) =>
-    deedText({ command: create(ClientMessageSchema, { request: request! }) });
+    deedText({ command: create(ClientMessageSchema, { request: request! }), sessionId: 0n });
   const change = { change: { case: "setGravity", value: { y: -1 } } } as const;
   assert.equal(
     text({ case: "edit", value: { source: { case: "edit", value: { changes: [change, change] } } } }),
@@ -37,4 +37,16 @@ test("what somebody did is told in words, and what a hand does many times a seco
   assert.equal(text({ case: "edit", value: { source: { case: "editJson", value: "{}" } } }), "changed");
   assert.equal(text({ case: "impulse", value: { body: "ball" } }), "ball was hit");
   assert.equal(text({ case: "moveGrab", value: {} }), "");
+});
+
+test("who did it is told, and of others what nobody would see coming is said aloud", () => {
+  const by = (sessionId: bigint, request: MessageInitShape<typeof ClientMessageSchema>["request"]) =>
+    create(AppliedSchema, { sessionId, command: { request: request! } });
+  const pause = { case: "pause", value: {} } as const;
+  const hit = { case: "impulse", value: { body: "ball" } } as const;
+  assert.equal(deedText(by(7n, hit), 7n), "ball was hit, by you");
+  assert.equal(deedText(by(8n, hit), 7n), "ball was hit, by visitor 8");
+  assert.equal(deedText(by(0n, hit), 7n), "ball was hit");
+  assert.equal(surpriseText(by(8n, pause), 7n), "Visitor 8: paused");
+  for (const seen of [by(7n, pause), by(0n, pause), by(8n, hit)]) assert.equal(surpriseText(seen, 7n), "");
 });

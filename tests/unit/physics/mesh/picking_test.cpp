@@ -3,9 +3,12 @@
 // ray).
 #include "physics/mesh/picking.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -171,6 +174,57 @@ TEST(WeightsNear, AreTheNearestVertexAloneWhereNoneIsInside) {
     EXPECT_EQ(weights[0].vertex, nearest_vertex(mesh->positions_m, {0, 0, 3}));
     EXPECT_EQ(weights[0].weight, 1.0);
   }
+}
+
+// Two sheets a centimetre apart, joined at one side: near, but far along the skin.
+TEST(WeightsAlongSkin, KeepToTheSkinAndFallFromTheCentre) {
+  constexpr std::uint32_t columns = 6;
+  std::vector<Vector3d> positions;
+  std::vector<Edge> edges;
+  for (std::uint32_t i = 0; i < 2 * columns; ++i) {
+    const bool is_above = i >= columns;
+    positions.emplace_back(0.1 * (is_above ? 2 * columns - 1 - i : i), is_above ? 0.01 : 0.0, 0.0);
+    if (i > 0) edges.push_back({i - 1, i});
+  }
+  const std::vector<VertexWeight> weights = weights_along_skin(positions, edges, 1, 0.25);
+  ASSERT_EQ(weights.size(), 4U);  // 0 to 3
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const double share = 0.1 * std::abs(static_cast<double>(i) - 1.0) / 0.25;
+    EXPECT_EQ(weights[i].vertex, i);
+    EXPECT_NEAR(weights[i].weight / weights[1].weight, std::pow(1.0 - share * share, 2.0), 1e-12);
+    sum += weights[i].weight;
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-14);
+}
+
+TEST(WeightsAlongSkin, TakeTheShortestWay) {
+  const auto mesh = picked_ball();
+  const double radius_m = 1.2;
+  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 0, radius_m);
+  ASSERT_GT(weights.size(), 8U);
+  // What a vertex's weight says of its way: no further than by any neighbour of it.
+  const double most = std::ranges::max(weights, {}, &VertexWeight::weight).weight;
+  std::map<std::uint32_t, double> ways_m;
+  for (const VertexWeight& each : weights) {
+    ways_m[each.vertex] = radius_m * std::sqrt(std::max(0.0, 1.0 - std::sqrt(each.weight / most)));
+  }
+  for (const auto& [first, second] : mesh->edges) {
+    const double length_m = (mesh->positions_m[first] - mesh->positions_m[second]).norm();
+    for (const auto& [from, to] : {std::pair(first, second), std::pair(second, first)}) {
+      if (!ways_m.contains(from)) continue;
+      const double to_m = ways_m.contains(to) ? ways_m[to] : radius_m;
+      EXPECT_LE(to_m, ways_m[from] + length_m + 1e-6);
+    }
+  }
+}
+
+TEST(WeightsAlongSkin, AreTheCentreAloneWithoutARadius) {
+  const auto mesh = picked_ball();
+  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 5, 0.0);
+  ASSERT_EQ(weights.size(), 1U);
+  EXPECT_EQ(weights[0].vertex, 5U);
+  EXPECT_EQ(weights[0].weight, 1.0);
 }
 
 }  // namespace

@@ -231,7 +231,7 @@ TEST(Sleep, AnImpulseOrAHandWakes) {
   const Vec3d at = {positions_of_body(world, apart)[0], positions_of_body(world, apart)[1],
                     positions_of_body(world, apart)[2]};
   EXPECT_EQ(count_asleep(world), 5U);
-  ASSERT_TRUE(world.add_grab(1, "apart", std::uint32_t{0}, at, 10.0, 0.0).ok());
+  ASSERT_TRUE(world.add_grab(1, "apart", std::uint32_t{0}, {at, 10.0, 0.0}).ok());
   expect_awake(world, {apart});
   run_on(world, 600);
   EXPECT_FALSE(world.is_asleep(apart));  // as long as it is held

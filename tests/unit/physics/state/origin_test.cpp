@@ -105,7 +105,7 @@ TEST(Origin, AGrabHoldsAVertexWhereItIsAskedToFarAway) {
     scene.soft_bodies[0].springs.damping_n_s_m = 1.0;
     World world = world_of(scene);
     const Vec3d target(1e6 + 2.0, 1.0, 0.0);
-    ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{3}, target, 200.0, 5.0).ok());
+    ASSERT_TRUE(world.add_grab(1, "ball", std::uint32_t{3}, {target, 200.0, 5.0}).ok());
     run_far(world, 300);
     std::vector<double> positions(3 * 162);
     world.copy_positions(0, positions);

@@ -92,13 +92,21 @@ class Body:
         ray: tuple[Vector, Vector] | None = None,
         stiffness_n_m: float = 0.0,
         damping_n_s_m: float = 0.0,
+        radius_m: float = 0.0,
     ) -> Grab:
         """Holds a vertex to `target`, metres, until it is released: the one at `at`, `vertex` or `ray`.
 
         stiffness_n_m: 0 is the body's own.
         damping_n_s_m: 0 is critical for the vertex.
+        radius_m: the skin this far around the vertex is held too, the further off the less; 0 is the vertex alone.
         """
-        request = wire.Grab(world=self._world, body=self.name, stiffness_n_m=stiffness_n_m, damping_n_s_m=damping_n_s_m)
+        request = wire.Grab(
+            world=self._world,
+            body=self.name,
+            stiffness_n_m=stiffness_n_m,
+            damping_n_s_m=damping_n_s_m,
+            radius_m=radius_m,
+        )
         messages.fill(request.target, target, "grab.target")
         choose_place(request, "grab", at, 0.0, vertex, ray)
         return Grab(
