@@ -48,42 +48,49 @@ std::size_t length_at(const char* bytes) {
   return length;
 }
 
+// Hello and subscribe.
+std::string greeting_for(const Crowd::Watched& watched) {
+  std::string greeting;
+  v1::ClientMessage hello;
+  hello.set_request_id(1);
+  hello.mutable_hello()->set_protocol_version(base::protocol_version);
+  append_envelope(hello, greeting);
+  v1::ClientMessage subscribe;
+  subscribe.set_request_id(2);
+  subscribe.mutable_subscribe()->set_world(watched.world);
+  subscribe.mutable_subscribe()->set_rate_hz(watched.rate_hz);
+  subscribe.mutable_subscribe()->set_max_error_m(watched.max_error_m);
+  append_envelope(subscribe, greeting);
+  return greeting;
+}
+
 }  // namespace
 
 struct Crowd::Impl {
-  asio::awaitable<void> attend(Pace pace);
-  asio::awaitable<void> read_promptly(Tcp::socket& socket);
+  asio::awaitable<void> attend(Pace pace, std::string greeting, std::size_t group);
+  asio::awaitable<void> read_promptly(Tcp::socket& socket, std::size_t group);
   asio::awaitable<void> read_slowly(Tcp::socket& socket);
   asio::awaitable<void> read_nothing();
   void fail(const std::string& what);
 
   std::string host;
   std::string port;
-  std::string greeting;  // hello and subscribe
   asio::io_context io{1};
   asio::executor_work_guard<asio::io_context::executor_type> work{io.get_executor()};
   v1::ServerMessage message;  // kept for its memory
   std::vector<Arrival> arrivals;
+  std::size_t groups = 0;
   std::atomic<std::size_t> present = 0;
   std::mutex mutex;
   std::string failure;
   std::jthread thread;
 };
 
-Crowd::Crowd(const std::string& address, const std::string& world, double rate_hz) : impl_(std::make_unique<Impl>()) {
+Crowd::Crowd(const std::string& address) : impl_(std::make_unique<Impl>()) {
   if (const auto parsed = base::parse_address(address); parsed.ok()) {
     impl_->host = parsed->host;
     impl_->port = parsed->port;
   }
-  v1::ClientMessage hello;
-  hello.set_request_id(1);
-  hello.mutable_hello()->set_protocol_version(base::protocol_version);
-  append_envelope(hello, impl_->greeting);
-  v1::ClientMessage subscribe;
-  subscribe.set_request_id(2);
-  subscribe.mutable_subscribe()->set_world(world);
-  subscribe.mutable_subscribe()->set_rate_hz(rate_hz);
-  append_envelope(subscribe, impl_->greeting);
   impl_->thread = std::jthread([impl = impl_.get()] { impl->io.run(); });
 }
 
@@ -91,9 +98,12 @@ Crowd::~Crowd() {
   impl_->io.stop();
 }
 
-base::Status Crowd::add(Pace pace, std::size_t count) {
+base::Status Crowd::add(Pace pace, std::size_t count, const Watched& watched) {
   const std::size_t wanted = impl_->present + count;
-  for (std::size_t i = 0; i < count; ++i) asio::co_spawn(impl_->io, impl_->attend(pace), asio::detached);
+  const std::size_t group = impl_->groups++;
+  for (std::size_t i = 0; i < count; ++i) {
+    asio::co_spawn(impl_->io, impl_->attend(pace, greeting_for(watched), group), asio::detached);
+  }
   const auto deadline = Clock::now() + join_patience;
   const auto failed = [this] {
     const std::scoped_lock lock(impl_->mutex);
@@ -120,7 +130,7 @@ void Crowd::Impl::fail(const std::string& what) {
   failure = what;
 }
 
-asio::awaitable<void> Crowd::Impl::attend(Pace pace) {
+asio::awaitable<void> Crowd::Impl::attend(Pace pace, std::string greeting, std::size_t group) {
   try {
     const auto found = co_await Tcp::resolver(io).async_resolve(host, port, asio::use_awaitable);
     Tcp::socket socket(io);
@@ -129,7 +139,7 @@ asio::awaitable<void> Crowd::Impl::attend(Pace pace) {
     co_await socket.async_connect(found.begin()->endpoint(), asio::use_awaitable);
     co_await asio::async_write(socket, asio::buffer(greeting), asio::use_awaitable);
     if (pace == Pace::prompt) {
-      co_await read_promptly(socket);
+      co_await read_promptly(socket, group);
     } else {
       ++present;
       if (pace == Pace::byte_a_second) co_await read_slowly(socket);
@@ -140,7 +150,7 @@ asio::awaitable<void> Crowd::Impl::attend(Pace pace) {
   }
 }
 
-asio::awaitable<void> Crowd::Impl::read_promptly(Tcp::socket& socket) {
+asio::awaitable<void> Crowd::Impl::read_promptly(Tcp::socket& socket, std::size_t group) {
   std::array<char, 16 * 1024> buffer;
   std::string unread;
   bool seen_a_frame = false;
@@ -156,7 +166,7 @@ asio::awaitable<void> Crowd::Impl::read_promptly(Tcp::socket& socket) {
       rest.remove_prefix(length_prefix_bytes + length);
       if (message.has_error() || message.has_goodbye()) co_return fail(message.ShortDebugString());
       if (!message.has_frame()) continue;
-      arrivals.push_back({message.frame().tick(), Clock::now()});
+      arrivals.push_back({message.frame().tick(), Clock::now(), group});
       if (!std::exchange(seen_a_frame, true)) ++present;
     }
     unread.erase(0, unread.size() - rest.size());

@@ -1,4 +1,4 @@
-// Many clients of one world on one thread, which note when each frame comes and decode none.
+// Many clients on one thread, which note when each frame comes and decode none.
 #pragma once
 
 #include <chrono>
@@ -18,14 +18,21 @@ class Crowd {
 
   struct Arrival {
     std::uint64_t tick = 0;
-    Clock::time_point at;  // when its last byte was read
+    Clock::time_point at;   // when its last byte was read
+    std::size_t group = 0;  // of clients that were added together
+  };
+  /// What each client of a group watches.
+  struct Watched {
+    std::string world;
+    double rate_hz = 0.0;      // 0: the world's
+    double max_error_m = 0.0;  // 0: the server's default
   };
 
-  Crowd(const std::string& address, const std::string& world, double rate_hz);
+  explicit Crowd(const std::string& address);
   ~Crowd();
 
   /// Connects and subscribes that many more; the prompt ones have had a frame when it returns.
-  [[nodiscard]] base::Status add(Pace pace, std::size_t count);
+  [[nodiscard]] base::Status add(Pace pace, std::size_t count, const Watched& watched);
   /// Ends all connections. The frames of the prompt ones.
   [[nodiscard]] base::Result<std::vector<Arrival>> leave();
 

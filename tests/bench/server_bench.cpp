@@ -1,9 +1,7 @@
 // The served whole, from outside: a real server on loopback, real clients.
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <fstream>
 #include <mutex>
 #include <random>
 #include <string>
@@ -11,10 +9,9 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
-#include <unistd.h>
 
-#include "bench/crowd.h"
 #include "bench/figures.h"
+#include "bench/watching.h"
 #include "pneuma_client/client.h"
 #include "support/server_process.h"
 #include "support/temporary_folder.h"
@@ -27,13 +24,6 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::duration;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(rank));
-  return values[rank];
-}
 
 // A ball at rest in empty space: nothing changes in its frames until it is hit.
 constexpr const char* resting_ball = R"({
@@ -133,14 +123,6 @@ BENCHMARK_CAPTURE(sync_cost, request, "request")->Iterations(1)->Unit(benchmark:
 BENCHMARK_CAPTURE(sync_cost, second, "second")->Iterations(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(sync_cost, os, "os")->Iterations(1)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-double resident_mib(pid_t pid) {
-  std::ifstream statm(std::string("/proc/").append(std::to_string(pid)).append("/statm"));
-  double total_pages = 0.0;
-  double resident_pages = 0.0;
-  statm >> total_pages >> resident_pages;
-  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
-}
-
 constexpr int world_count = 20;
 constexpr seconds run_time{60};
 constexpr seconds warm_up{10};
@@ -190,11 +172,6 @@ std::vector<double> bare_wake_ups_ms(Clock::time_point start) {
     lateness_ms.push_back(duration<double, std::milli>(Clock::now() - due).count());
   }
   return lateness_ms;
-}
-
-double share_within_ms(const std::vector<double>& lateness_ms, double bound_ms) {
-  const auto within = std::ranges::count_if(lateness_ms, [&](double late) { return late <= bound_ms; });
-  return static_cast<double>(within) / static_cast<double>(lateness_ms.size());
 }
 
 void twenty_worlds(benchmark::State& bench) {
@@ -248,8 +225,8 @@ void twenty_worlds(benchmark::State& bench) {
       tick_late_ms = std::max(tick_late_ms, stats->due_error_ms_p99());
     }
     bench.counters["frames"] = static_cast<double>(lateness_ms.size());
-    bench.counters["within_5ms_percent"] = 100.0 * share_within_ms(lateness_ms, 5.0);
-    bench.counters["bare_thread_percent"] = 100.0 * share_within_ms(bare_ms, 5.0);
+    bench.counters["within_5ms_percent"] = 100.0 * share_within(lateness_ms, 5.0);
+    bench.counters["bare_thread_percent"] = 100.0 * share_within(bare_ms, 5.0);
     bench.counters["p50_late_ms"] = percentile(lateness_ms, 0.5);
     bench.counters["p99_late_ms"] = percentile(lateness_ms, 0.99);
     bench.counters["tick_p99_late_ms"] = tick_late_ms;
@@ -270,66 +247,7 @@ BENCHMARK(twenty_worlds)->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime()
     expect({"twenty_worlds/", "growth_mib", Bound::at_most, 1.0,
             "20 worlds: resident memory gained after the first 10 s, MiB"});
 
-// A crowd on one core, the server on another.
-constexpr std::size_t server_core = 0;
-constexpr std::size_t crowd_core = 1;
-constexpr double crowd_rate_hz = 30.0;
 constexpr std::size_t crowd_size = 500;
-constexpr seconds crowd_settles{2};
-
-struct CrowdRun {
-  std::vector<double> ages_ms;  // of the prompt clients' frames: from when the tick was due, which is before its end
-  double encode_us = 0.0;       // median
-  double tick_late_ms = 0.0;    // p99 of a tick's end after it was due
-  double slipped_s = 0.0;
-};
-
-// Five balls, watched by a client that asks for stats and `prompt` others at 30 Hz, and where `slow` is set by one that
-// reads a byte a second and one that reads nothing.
-base::Result<CrowdRun> watch_five_balls(std::size_t prompt, bool slow, seconds watched) {
-  const std::string connections = std::to_string(prompt + 8);
-  base::Result<support::ServerProcess> server = [&] {
-    const OnCore core(server_core);
-    return support::ServerProcess::start(
-        {"--connections-max", connections, "--connections-per-address-max", connections, "--log-level", "warn"});
-  }();
-  if (!server.ok()) return server.status();
-  const OnCore core(crowd_core);
-  auto control = client::Client::connect(server->tcp_address());
-  if (!control.ok()) return control.status();
-  if (auto done = control->create_builtin("five-balls", "w", true); !done.ok()) return done.status();
-  if (auto stream = control->subscribe("w", {.rate_hz = crowd_rate_hz}); !stream.ok()) return stream.status();
-  Crowd crowd(server->tcp_address(), "w", crowd_rate_hz);
-  if (auto joined = crowd.add(Crowd::Pace::prompt, prompt); !joined.ok()) return joined;
-  if (slow) {
-    if (auto joined = crowd.add(Crowd::Pace::byte_a_second, 1); !joined.ok()) return joined;
-    if (auto joined = crowd.add(Crowd::Pace::stuck, 1); !joined.ok()) return joined;
-  }
-  const auto resumed = Clock::now();  // tick 1 is due when the server takes the request: after this
-  if (auto done = control->resume("w"); !done.ok()) return done.status();
-  std::vector<double> encode_us;
-  base::Result<v1::Stats> stats = v1::Stats();
-  while (Clock::now() < resumed + crowd_settles + watched) {
-    std::this_thread::sleep_for(milliseconds(97));
-    stats = control->stats("w");
-    if (!stats.ok()) return stats.status();
-    for (const v1::Stats::Stream& stream : stats->streams()) encode_us.push_back(stream.encode_time_us());
-  }
-  auto arrivals = crowd.leave();
-  if (!arrivals.ok()) return arrivals.status();
-
-  CrowdRun run;
-  run.encode_us = percentile(encode_us, 0.5);
-  run.tick_late_ms = stats->due_error_ms_p99();
-  run.slipped_s = stats->slipped_s();
-  const duration<double, std::milli> period(1e3 / stats->rate_hz());
-  for (const Crowd::Arrival& arrival : *arrivals) {
-    const duration<double, std::milli> due = static_cast<double>(arrival.tick - 1) * period;
-    if (arrival.tick > 0 && due > crowd_settles)
-      run.ages_ms.push_back(duration<double, std::milli>(arrival.at - resumed - due).count());
-  }
-  return run;
-}
 
 void five_hundred_clients(benchmark::State& bench) {
   for ([[maybe_unused]] auto _ : bench) {

@@ -60,6 +60,13 @@ const fogEnd = 8;
 const glidePart = 0.12;
 const followPart = 0.1;
 
+/** Whether a processor draws, in place of a graphics card. */
+function drawsInSoftware(context: WebGLRenderingContext | WebGL2RenderingContext): boolean {
+  const told = context.getExtension("WEBGL_debug_renderer_info");
+  const name = told ? String(context.getParameter(told.UNMASKED_RENDERER_WEBGL)) : "";
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
 export class Picture {
   readonly orbit: OrbitControls;
   private readonly renderer: WebGLRenderer;
@@ -81,6 +88,7 @@ export class Picture {
   private part = 1;
   private readonly shadowGauge = new ShadowGauge();
   private shadows: ShadowQuality = "soft";
+  private readonly isSlow: boolean; // too slow for occlusion
 
   /** Beside `covers`, which lie over parts of the canvas. Throws where there is no WebGL. */
   constructor(
@@ -89,6 +97,8 @@ export class Picture {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.isSlow = drawsInSoftware(this.renderer.getContext());
+    this.world.occlusion.isOn = !this.isSlow;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFSoftShadowMap;
     this.orbit = new OrbitControls(this.camera, canvas);
@@ -192,7 +202,7 @@ export class Picture {
 
   private turnShadows(quality: ShadowQuality): void {
     this.shadows = quality;
-    this.world.occlusion.isOn = quality === "soft";
+    this.world.occlusion.isOn = quality === "soft" && !this.isSlow;
     const { shadowMap } = this.renderer;
     shadowMap.enabled = quality !== "none";
     shadowMap.type = quality === "soft" ? PCFSoftShadowMap : BasicShadowMap;
