@@ -27,7 +27,7 @@ inline constexpr std::size_t rigid_mesh_vertices_max = 64;
 inline constexpr std::size_t world_joints_max = 1'024;
 // Ten fingers for each of a few people.
 inline constexpr std::size_t body_grabs_max = 64;
-// All of its grabs together. Each is a spring more in every substep.
+// By all grabs of a body together. Each is a spring more in every substep.
 inline constexpr std::size_t body_held_vertices_max = 4'096;
 // A subdivision more would pass mesh_vertices_max: 10 * 4^6 + 2 = 40,962.
 inline constexpr std::uint32_t icosphere_subdivisions_max = 6;

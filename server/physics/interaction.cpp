@@ -161,17 +161,16 @@ std::size_t hands_on(const SoftState<Real>& body) {
 // What is held with a vertex, and its share of the stiffness. Pinned vertices are left out.
 template <class Real>
 base::Result<std::vector<VertexWeight>> patch_of(const SoftState<Real>& body, std::uint32_t vertex, double radius_m) {
-  const std::vector<Vec3d> positions = positions_m(body);
-  const auto is_near = [&](const Vec3d& at) { return (at - positions[vertex]).norm() < radius_m; };
-  const auto near_count = static_cast<std::size_t>(std::ranges::count_if(positions, is_near));
   const std::size_t room = base::body_held_vertices_max - std::min(body.grabs.size(), base::body_held_vertices_max);
-  if (std::max<std::size_t>(near_count, 1) > room) {
-    return base::Status(base::StatusCode::limit_exceeded,
-                        std::to_string(near_count) + " vertices of \"" + body.body.name +
-                            "\" are within it; grabs may hold " + std::to_string(room) + " more",
-                        "radius_m");
+  const std::string most = std::to_string(base::body_held_vertices_max) + " vertices of \"" + body.body.name + "\"";
+  if (room == 0) return base::Status(base::StatusCode::limit_exceeded, "grabs hold " + most + " already");
+  std::vector<VertexWeight> patch =
+      weights_along_skin(positions_m(body), body.body.mesh->edges, vertex, radius_m, room);
+  if (patch.size() > room) {
+    return base::Status(
+        base::StatusCode::limit_exceeded,
+        "takes in more than " + std::to_string(room) + " vertices; grabs may hold " + most + " together", "radius_m");
   }
-  std::vector<VertexWeight> patch = weights_along_skin(positions, body.body.mesh->edges, vertex, radius_m);
   std::erase_if(patch, [&](const VertexWeight& each) { return body.is_pinned(each.vertex); });
   double sum = 0.0;
   for (const VertexWeight& each : patch) sum += each.weight;
@@ -234,7 +233,7 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
   return std::move(*held);
 }
 
-// Of a patch, the vertex that was grabbed is held hardest, and its target is where the hand is.
+// The hand is at the target of the vertex that was grabbed. That one is held hardest.
 base::Status World::move_grab(std::uint64_t id, const Vec3d& target) {
   const bool found = with_grab(*simulation_, id, [&](std::vector<Grab>& grabs) {
     const auto hardness = [id](const Grab& grab) { return grab.id == id ? grab.stiffness_n_m : -1.0; };

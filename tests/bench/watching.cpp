@@ -42,9 +42,12 @@ double percentile(std::vector<double> values, double share) {
   return values[rank];
 }
 
+double count_within(const std::vector<double>& values, double bound) {
+  return static_cast<double>(std::ranges::count_if(values, [&](double value) { return value <= bound; }));
+}
+
 double share_within(const std::vector<double>& values, double bound) {
-  const auto within = std::ranges::count_if(values, [&](double value) { return value <= bound; });
-  return static_cast<double>(within) / static_cast<double>(values.size());
+  return count_within(values, bound) / static_cast<double>(values.size());
 }
 
 double resident_mib(pid_t pid) {

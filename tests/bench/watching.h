@@ -14,6 +14,7 @@ namespace pneuma::bench {
 
 /// 0 of none.
 [[nodiscard]] double percentile(std::vector<double> values, double share);
+[[nodiscard]] double count_within(const std::vector<double>& values, double bound);
 [[nodiscard]] double share_within(const std::vector<double>& values, double bound);
 
 [[nodiscard]] double resident_mib(pid_t pid);

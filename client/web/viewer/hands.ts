@@ -9,7 +9,7 @@ export type Tool = "pull" | "poke" | "throw";
 /** What a poke changes the speed of a whole body by, in m/s. */
 const pokeSpeedMS = 2;
 
-/** Of how far off the point is that is touched: a patch of skin as wide as a thumb is pulled or poked. */
+/** The radius of a touch, as a share of the distance to the touched point: a patch as wide as a thumb. */
 const thumbShare = 0.1;
 
 // A click goes no further, however long it takes.
@@ -143,8 +143,12 @@ export class Pointer {
     this.pull = pull;
     try {
       const at = { case: "vertex", value: hit.vertex } as const;
+      const vertex = { body: hit.body, at, target: hit.point };
       const radiusM = thumbShare * hit.ray.origin.distanceTo(hit.point);
-      const grab = await client.grab(world, { body: hit.body, at, target: hit.point, radiusM });
+      const grab = await client.grab(world, { ...vertex, radiusM }).catch((error: PneumaError) => {
+        if (error.code !== "LIMIT_EXCEEDED") throw error;
+        return client.grab(world, vertex); // of a fine mesh, a patch has too many vertices
+      });
       if (pull.isOver) return await grab.release();
       pull.grab = grab;
       await grab.moveTo(pull.target);

@@ -46,3 +46,19 @@ export function surpriseText(applied: Applied, own: bigint): string {
   if (sessionId === 0n || sessionId === own || !surprising.has(command?.request.case)) return "";
   return `Visitor ${sessionId}: ${whatText(applied)}`;
 }
+
+const repeatMs = 5000;
+
+/** Keeps what is done many times a second, as by a slider, from being said each time. */
+export class Surprises {
+  private text = "";
+  private lastMs = -Infinity;
+
+  /** Whether it was not done within the last seconds. */
+  isNew(text: string, nowMs: number): boolean {
+    const isNew = text !== this.text || nowMs - this.lastMs > repeatMs;
+    this.text = text;
+    this.lastMs = nowMs;
+    return isNew;
+  }
+}

@@ -22,7 +22,7 @@ import { element } from "./element.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
-import { deedText, happeningText, surpriseText } from "./happenings.js";
+import { deedText, happeningText, Surprises, surpriseText } from "./happenings.js";
 import { listenToKeys } from "./keyboard.js";
 import { Legend } from "./legend.js";
 import { listenToLooks, maxErrorM, neededFor, shownNow } from "./looks.js";
@@ -78,6 +78,7 @@ class Page implements Stage {
   private readonly pointer: Pointer;
   private readonly gauge = new Gauge();
   private readonly timeline: Timeline;
+  private readonly surprises = new Surprises();
   private shown = plain;
   private client: Client | undefined;
   private decoder: WorkerDecoder | undefined;
@@ -390,11 +391,11 @@ class Page implements Stage {
   }
 
   applied(applied: Applied): void {
-    // In a recording it is of who asked then.
+    // A recording's session ids are those of its own time: none is ours.
     const own = this.recording ? undefined : this.world.live?.client.welcome.sessionId;
     this.timeline.mark("deed", deedText(applied, own), applied.tick);
     const surprise = own === undefined ? "" : surpriseText(applied, own);
-    if (surprise !== "") say(surprise, "visitor");
+    if (surprise !== "" && this.surprises.isNew(surprise, performance.now())) say(surprise, "visitor");
     this.controls.applied(applied);
   }
 

@@ -45,7 +45,7 @@ export class Occlusion {
     occluderHalves: { value: Array.from({ length: occludersMax }, () => new Vector3(1, 1, 1)) },
   };
 
-  /** Has the material darken. Of one with an inside only the outside counts, be it seen past its edge. */
+  /** Has the material darken. A skin with an inside counts as seen from outside, also at its rim. */
   applyTo(material: MeshPhongMaterial, hasInside: boolean): void {
     const before = material.onBeforeCompile.bind(material);
     const text = darkening(hasInside ? "normalize(vNormal)" : "normal");
@@ -60,7 +60,7 @@ export class Occlusion {
     };
   }
 
-  /** Takes the bodies in these boxes. Of too many, those that are nearest to the eye. */
+  /** Takes the bodies in these boxes: the ones nearest to the eye, where they are too many. */
   update(boxes: readonly Box3[], { position: eye }: Pick<Camera, "position">): void {
     const { occluderCount, occluderCentres, occluderHalves } = this.uniforms;
     let taken = this.isOn ? boxes : [];

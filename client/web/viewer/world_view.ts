@@ -189,6 +189,7 @@ export class WorldView {
 
   /** Darkens what bodies are close to, as they were last updated. */
   occlude(camera: Camera): void {
+    if (!this.occlusion.isOn) return this.occlusion.update([], camera);
     const skins = this.bodies.filter(({ isClosed }) => isClosed).map(({ skin }) => skin);
     for (const { geometry } of skins) geometry.computeBoundingBox();
     const solids = this.solids.filter((solid) => solid?.isConvex).map((solid) => new Box3().setFromObject(solid!.mesh));

@@ -16,6 +16,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// In a patch so wide that all weigh the same, the centre still weighs most.
+constexpr double closeness_beside_centre_max = 1.0 - 1e-9;
+
 /// Barycentric weights of the point of triangle abc nearest to p: that of the plane where it falls inside, else the
 /// nearest of the three sides (Ericson, Real-Time Collision Detection, 5.1.5, by the same regions).
 Vector3d nearest_barycentric(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& p) {
@@ -216,10 +219,10 @@ std::vector<VertexWeight> weights_near(std::span<const Vector3d> positions_m, co
 }
 
 std::vector<VertexWeight> weights_along_skin(std::span<const Vector3d> positions_m, std::span<const Edge> edges,
-                                             std::uint32_t centre, double radius_m) {
+                                             std::uint32_t centre, double radius_m, std::size_t most) {
   // No way is shorter than the straight one, so only edges within the radius count.
   const auto is_near = [&](std::uint32_t vertex) {
-    return (positions_m[vertex] - positions_m[centre]).squaredNorm() < radius_m * radius_m;
+    return (positions_m[vertex] - positions_m[centre]).norm() < radius_m;
   };
   std::vector<Edge> steps;  // each edge from either end
   for (const auto& [first, second] : edges) {
@@ -233,7 +236,7 @@ std::vector<VertexWeight> weights_along_skin(std::span<const Vector3d> positions
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
   next.emplace(0.0, centre);
   std::map<std::uint32_t, double> ways_m;
-  while (!next.empty()) {
+  while (!next.empty() && ways_m.size() <= most) {
     const auto [way_m, vertex] = next.top();
     next.pop();
     if (!ways_m.try_emplace(vertex, way_m).second) continue;
@@ -246,7 +249,9 @@ std::vector<VertexWeight> weights_along_skin(std::span<const Vector3d> positions
   std::vector<VertexWeight> weights;
   double sum = 0.0;
   for (const auto& [vertex, way_m] : ways_m) {
-    const double closeness = radius_m > 0.0 ? 1.0 - way_m * way_m / (radius_m * radius_m) : 1.0;
+    // Divided first: the square of a tiny radius is 0.
+    const double part = vertex == centre ? 0.0 : way_m / radius_m;
+    const double closeness = vertex == centre ? 1.0 : std::min(1.0 - part * part, closeness_beside_centre_max);
     weights.push_back({vertex, closeness * closeness});
     sum += weights.back().weight;
   }

@@ -55,10 +55,11 @@ struct VertexWeight {
 [[nodiscard]] std::vector<VertexWeight> weights_near(std::span<const Eigen::Vector3d> positions_m,
                                                      const Eigen::Vector3d& point_m, double radius_m);
 
-/// The like of a patch of skin: the vertices that a way of less than radius_m along edges leads to from `centre`, which
-/// weighs most. What is near but on another fold or finger is not among them.
+/// The weights of a patch of skin, scaled to a sum of 1: of the vertices less than radius_m away from `centre` along
+/// edges. They are those of weights_near() by that way; the centre's is the largest. Another fold or finger is not in
+/// the patch, however near. Of more than `most` vertices, the nearest `most` + 1.
 [[nodiscard]] std::vector<VertexWeight> weights_along_skin(std::span<const Eigen::Vector3d> positions_m,
                                                            std::span<const Edge> edges, std::uint32_t centre,
-                                                           double radius_m);
+                                                           double radius_m, std::size_t most);
 
 }  // namespace pneuma::physics

@@ -25,6 +25,9 @@ constexpr double recorded_error_m = 1e-3;
 constexpr std::uint64_t recorded_ticks = 60;
 constexpr std::uint64_t hit_tick = 20;     // an impulse is applied after so many ticks
 constexpr std::uint64_t second_tick = 40;  // and a second ball added after so many
+// As recorded; any numbers.
+constexpr std::uint64_t asker = 9;
+constexpr std::uint64_t told_grab = 4;
 
 v1::ServerMessage parse(const std::string& bytes) {
   v1::ServerMessage message;
@@ -82,7 +85,7 @@ class ReplayedWorldTest : public testing::Test {
 
   static void change(app::LiveWorld& live, app::FrameHub& hub, const v1::ClientMessage& message, app::Outbox& outbox) {
     ASSERT_TRUE(live.change(message).ok());
-    hub.applied({live.tick(), message}, outbox);
+    hub.applied({.tick = live.tick(), .command = message, .session = asker, .grab_id = told_grab}, outbox);
     hub.edited();
   }
 
@@ -236,6 +239,8 @@ TEST_F(ReplayedWorldTest, ChangesComeBeforeTheFramesThatShowThem) {
   ASSERT_EQ(changes_.size(), 2U);
   EXPECT_EQ(changes_[0].tick(), hit_tick);
   EXPECT_TRUE(changes_[0].command().has_impulse());
+  EXPECT_EQ(changes_[0].session_id(), asker);
+  EXPECT_EQ(changes_[0].grab_id(), told_grab);
   EXPECT_EQ(changes_[1].tick(), second_tick);
 }
 

@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import { AppliedSchema, ClientMessageSchema, EventSchema } from "../../proto/pneuma/v1/session_pb.js";
 import { Event_Kind } from "../../src/index.js";
-import { deedText, happeningText, surpriseText } from "../../viewer/happenings.js";
+import { deedText, happeningText, Surprises, surpriseText } from "../../viewer/happenings.js";
 
 test("what happens to a body is said with its name and the server's reason", () => {
   for (const kind of [Event_Kind.BODY_BURST, Event_Kind.BODY_INVERTED, Event_Kind.BODY_FROZEN]) {
@@ -48,5 +48,14 @@ test("who did it is told, and of others what nobody would see coming is said alo
   assert.equal(deedText(by(8n, hit), 7n), "ball was hit, by visitor 8");
   assert.equal(deedText(by(0n, hit), 7n), "ball was hit");
   assert.equal(surpriseText(by(8n, pause), 7n), "Visitor 8: paused");
+  const edit = { case: "edit", value: { source: { case: "editJson", value: "{}" } } } as const;
+  assert.equal(surpriseText(by(8n, edit), 7n), "Visitor 8: changed");
   for (const seen of [by(7n, pause), by(0n, pause), by(8n, hit)]) assert.equal(surpriseText(seen, 7n), "");
+});
+
+test("what goes on is said once, and again after a rest", () => {
+  const surprises = new Surprises();
+  const said = [0, 1000, 5500, 11_000].map((nowMs) => surprises.isNew("Visitor 8: changed", nowMs));
+  assert.deepEqual(said, [true, false, false, true]);
+  assert.ok(surprises.isNew("Visitor 9: changed", 11_001));
 });

@@ -186,7 +186,7 @@ TEST(WeightsAlongSkin, KeepToTheSkinAndFallFromTheCentre) {
     positions.emplace_back(0.1 * (is_above ? 2 * columns - 1 - i : i), is_above ? 0.01 : 0.0, 0.0);
     if (i > 0) edges.push_back({i - 1, i});
   }
-  const std::vector<VertexWeight> weights = weights_along_skin(positions, edges, 1, 0.25);
+  const std::vector<VertexWeight> weights = weights_along_skin(positions, edges, 1, 0.25, 100);
   ASSERT_EQ(weights.size(), 4U);  // 0 to 3
   double sum = 0.0;
   for (std::uint32_t i = 0; i < 4; ++i) {
@@ -201,7 +201,7 @@ TEST(WeightsAlongSkin, KeepToTheSkinAndFallFromTheCentre) {
 TEST(WeightsAlongSkin, TakeTheShortestWay) {
   const auto mesh = picked_ball();
   const double radius_m = 1.2;
-  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 0, radius_m);
+  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 0, radius_m, 1'000);
   ASSERT_GT(weights.size(), 8U);
   // What a vertex's weight says of its way: no further than by any neighbour of it.
   const double most = std::ranges::max(weights, {}, &VertexWeight::weight).weight;
@@ -209,19 +209,44 @@ TEST(WeightsAlongSkin, TakeTheShortestWay) {
   for (const VertexWeight& each : weights) {
     ways_m[each.vertex] = radius_m * std::sqrt(std::max(0.0, 1.0 - std::sqrt(each.weight / most)));
   }
+  std::map<std::uint32_t, double> by_neighbours_m;  // the shortest
   for (const auto& [first, second] : mesh->edges) {
     const double length_m = (mesh->positions_m[first] - mesh->positions_m[second]).norm();
     for (const auto& [from, to] : {std::pair(first, second), std::pair(second, first)}) {
       if (!ways_m.contains(from)) continue;
       const double to_m = ways_m.contains(to) ? ways_m[to] : radius_m;
       EXPECT_LE(to_m, ways_m[from] + length_m + 1e-6);
+      const auto [known, is_new] = by_neighbours_m.try_emplace(to, ways_m[from] + length_m);
+      if (!is_new) known->second = std::min(known->second, ways_m[from] + length_m);
+    }
+  }
+  for (const auto& [vertex, way_m] : ways_m) {
+    if (vertex != 0) {
+      EXPECT_NEAR(way_m, by_neighbours_m[vertex], 1e-4) << vertex;
     }
   }
 }
 
+// Whatever the radius, the weights are numbers and the centre's is the largest.
+TEST(WeightsAlongSkin, HoldAtTheEndsOfTheRange) {
+  const auto mesh = picked_ball();
+  for (const double radius_m : {5e-324, 1e-200, 1e-9, 1e7, 1e300}) {
+    const std::vector<VertexWeight> weights =
+        weights_along_skin(mesh->positions_m, mesh->edges, 7, radius_m, mesh->positions_m.size());
+    ASSERT_EQ(weights.size(), radius_m < 1.0 ? 1U : mesh->positions_m.size());
+    double sum = 0.0;
+    for (const VertexWeight& each : weights) sum += each.weight;
+    EXPECT_NEAR(sum, 1.0, 1e-12);
+    const VertexWeight most = std::ranges::max(weights, {}, &VertexWeight::weight);
+    EXPECT_EQ(most.vertex, 7U);
+    EXPECT_EQ(std::ranges::count(weights, most.weight, &VertexWeight::weight), 1);
+  }
+  EXPECT_EQ(weights_along_skin(mesh->positions_m, mesh->edges, 7, 1e7, 9).size(), 10U);
+}
+
 TEST(WeightsAlongSkin, AreTheCentreAloneWithoutARadius) {
   const auto mesh = picked_ball();
-  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 5, 0.0);
+  const std::vector<VertexWeight> weights = weights_along_skin(mesh->positions_m, mesh->edges, 5, 0.0, 1);
   ASSERT_EQ(weights.size(), 1U);
   EXPECT_EQ(weights[0].vertex, 5U);
   EXPECT_EQ(weights[0].weight, 1.0);
