@@ -75,26 +75,32 @@ std::uint32_t heaviest(const std::vector<VertexWeight>& weights) {
   return std::ranges::max_element(weights, {}, &VertexWeight::weight)->vertex;
 }
 
+// Without the pinned vertices. The free ones take their shares, so that the body gets all that was asked for.
+template <class Real>
+std::vector<VertexWeight> free_shares(const SoftState<Real>& body, std::vector<VertexWeight> weights) {
+  std::erase_if(weights, [&](const VertexWeight& share) { return body.is_pinned(share.vertex); });
+  double sum = 0.0;
+  for (const VertexWeight& share : weights) sum += share.weight;
+  for (VertexWeight& share : weights) share.weight /= sum;
+  return weights;
+}
+
 template <class Real>
 base::Result<Hit> push(SoftState<Real>& body, const At& at, const Vec3d& impulse_n_s) {
   if (body.frozen)
     return base::Status(base::StatusCode::failed_precondition, "\"" + body.body.name + "\" is frozen", "body");
-  base::Result<std::vector<VertexWeight>> weights = vertices_at(body, at);
+  const base::Result<std::vector<VertexWeight>> weights = vertices_at(body, at);
   if (!weights.ok()) return weights.status();
-  // The free vertices take the pinned ones' shares, so that the body gets all that was asked for.
-  std::erase_if(*weights, [&](const VertexWeight& share) { return body.is_pinned(share.vertex); });
-  if (weights->empty()) {
+  const std::vector<VertexWeight> shares = free_shares(body, *weights);
+  if (shares.empty()) {
     return base::Status(base::StatusCode::failed_precondition,
                         "every vertex of \"" + body.body.name + "\" that it would push is pinned", "at");
   }
-  double sum = 0.0;
-  for (const VertexWeight& share : *weights) sum += share.weight;
-  for (const VertexWeight& share : *weights) {
-    const double weight = share.weight / sum;
-    body.v[share.vertex] += (weight / body.mass_kg(share.vertex) * impulse_n_s).template cast<Real>();
+  for (const auto& [vertex, share] : shares) {
+    body.v[vertex] += (share / body.mass_kg(vertex) * impulse_n_s).template cast<Real>();
   }
   if (std::holds_alternative<WholeBody>(at)) return Hit{body.body.name, std::nullopt};
-  return Hit{body.body.name, heaviest(*weights)};
+  return Hit{body.body.name, heaviest(shares)};
 }
 
 base::Result<Hit> push(RigidState& body, const At& at, const Vec3d& impulse_n_s) {
@@ -158,24 +164,20 @@ std::size_t hands_on(const SoftState<Real>& body) {
   return ids.size();
 }
 
-// What is held with a vertex, and its share of the stiffness. Pinned vertices are left out.
+// What is held with a vertex, and its share of the stiffness.
 template <class Real>
 base::Result<std::vector<VertexWeight>> patch_of(const SoftState<Real>& body, std::uint32_t vertex, double radius_m) {
   const std::size_t room = base::body_held_vertices_max - std::min(body.grabs.size(), base::body_held_vertices_max);
   const std::string most = std::to_string(base::body_held_vertices_max) + " vertices of \"" + body.body.name + "\"";
   if (room == 0) return base::Status(base::StatusCode::limit_exceeded, "grabs hold " + most + " already");
-  std::vector<VertexWeight> patch =
+  const std::vector<VertexWeight> patch =
       weights_along_skin(positions_m(body), body.body.mesh->edges, vertex, radius_m, room);
   if (patch.size() > room) {
     return base::Status(
         base::StatusCode::limit_exceeded,
         "takes in more than " + std::to_string(room) + " vertices; grabs may hold " + most + " together", "radius_m");
   }
-  std::erase_if(patch, [&](const VertexWeight& each) { return body.is_pinned(each.vertex); });
-  double sum = 0.0;
-  for (const VertexWeight& each : patch) sum += each.weight;
-  for (VertexWeight& each : patch) each.weight /= sum;
-  return patch;
+  return free_shares(body, patch);
 }
 
 base::Status no_grab(std::uint64_t id) {

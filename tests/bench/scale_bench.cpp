@@ -94,7 +94,7 @@ constexpr const char* small_world = R"({
   "soft_bodies": [{"name": "ball", "mesh": "ball", "springs": {"stiffness_n_m": 10, "damping_n_s_m": 0.1}}]
 })";
 
-// What a tick takes besides its physics.
+// What a tick takes of a processor, and what of it is not the step.
 void tick_cost(benchmark::State& bench) {
   constexpr int worlds = 500;
   constexpr seconds watched{10};
@@ -122,11 +122,13 @@ void tick_cost(benchmark::State& bench) {
     const double s_before = processor_s(server->pid());
     std::this_thread::sleep_for(watched);
     const double ticked = ticks() - ticks_before;
-    bench.counters["us"] = 1e6 * (processor_s(server->pid()) - s_before) / ticked;
+    if (!(ticked > 0.0)) return bench.SkipWithError("the worlds do not tick");
+    const double tick_us = 1e6 * (processor_s(server->pid()) - s_before) / ticked;
+    bench.counters["us"] = tick_us;
     bench.counters["of_real_time"] = ticked / (60.0 * worlds * duration<double>(watched).count());
     const auto stats = control->stats("0");
     if (!stats.ok()) return bench.SkipWithError(stats.status().message().c_str());
-    bench.counters["step_us"] = 1e3 * stats->step_time_ms();
+    bench.counters["beside_step_us"] = tick_us - 1e3 * stats->step_time_ms();
   }
 }
 BENCHMARK(tick_cost)->Name("scale/tick")->Iterations(1)->Unit(benchmark::kSecond)->UseRealTime();
@@ -232,7 +234,8 @@ BENCHMARK(large_body)->Name("scale/large_body")->Iterations(1)->Unit(benchmark::
             "worlds of five balls, one reader each, 99 % within 5 ms"}) &&
     expect({"scale/readers/", "readers", Bound::at_least, 2'000.0,
             "readers of a world at 30 Hz, server on one core, p99 in 20 ms"}) &&
-    expect({"scale/tick/", "us", Bound::at_most, 10.0, "500 small worlds: us of a processor a tick of a world"}) &&
+    expect({"scale/tick/", "beside_step_us", Bound::at_most, 10.0,
+            "500 small worlds: us of a processor a tick, without the step"}) &&
     expect({"scale/memory/", "kib", Bound::at_most, 400.0, "memory of a world of five balls, KiB"}) &&
     expect({"scale/restart/", "s", Bound::at_most, 2.0, "restart of 100 worlds, s"}) &&
     expect({"scale/large_body/", "flight_s", Bound::at_most, 0.8,

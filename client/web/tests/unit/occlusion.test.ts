@@ -40,7 +40,7 @@ test("the nearest bodies darken what is beside them", () => {
   assert.equal(uniforms["occluderCount"]!.value, 0);
 });
 
-test("a flat body is a shader's number all the same, and skins with an inside have a shader of their own", () => {
+test("a flat body is not divided by 0, and skins with an inside have a shader of their own", () => {
   const occlusion = new Occlusion();
   const { uniforms, key } = shaderOf(occlusion, true);
   occlusion.update([new Box3(new Vector3(0, 1, 0), new Vector3(1, 1, 1))], new PerspectiveCamera());
