@@ -21,15 +21,16 @@ bool SparseCholesky::factor(const Eigen::SparseMatrix<double>& matrix) {
   if (ldlt.info() != Eigen::Success) return false;
   kernels_ = &factor_kernels(isa_in_use());
   const auto count = static_cast<std::size_t>(matrix.rows());
+  const Eigen::VectorXd pivots = ldlt.vectorD();  // which makes a vector at each call
   places_.resize(count);
   inverse_diagonal_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     places_[i] = static_cast<std::uint32_t>(ldlt.permutationP().indices()[row]);
-    inverse_diagonal_[i] = 1.0 / ldlt.vectorD()[row];
+    inverse_diagonal_[i] = 1.0 / pivots[row];
     if (!std::isfinite(inverse_diagonal_[i]) || !(inverse_diagonal_[i] > 0.0)) return false;
   }
-  const Eigen::SparseMatrix<double> lower = ldlt.matrixL().nestedExpression().triangularView<Eigen::StrictlyLower>();
+  const Eigen::SparseMatrix<double>& lower = ldlt.matrixL().nestedExpression();  // without its diagonal of ones
   columns_ = {};
   columns_.take(lower);
   rows_ = {};

@@ -151,56 +151,56 @@ TEST(MakeMesh, TakesMillimetresAndPlacesFarFromTheOrigin) {
   EXPECT_NEAR(signed_volume_m3(mesh->positions_m, mesh->faces), 1.0 / 6.0, 1e-9);
 }
 
+struct MeshParts {
+  std::vector<Vector3d> positions_m = tetrahedron_positions();
+  std::vector<Face> faces = tetrahedron_faces();
+};
+
+// What is wrong is made within its test: every start of this program would make and copy the large ones.
 struct BadMesh {
   std::string name;
-  std::vector<Vector3d> positions_m;
-  std::vector<Face> faces;
   std::string where;
   std::string what;  // a part of it
+  void (*spoil)(MeshParts&);
 };
 
 class MakeMeshRefuses : public testing::TestWithParam<BadMesh> {};
 
 TEST_P(MakeMeshRefuses, NamingTheFaceOrVertex) {
-  const auto result = make_mesh(GetParam().positions_m, GetParam().faces);
+  MeshParts parts;
+  GetParam().spoil(parts);
+  const auto result = make_mesh(parts.positions_m, parts.faces);
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.status().where(), GetParam().where);
   EXPECT_NE(result.status().what().find(GetParam().what), std::string::npos) << result.status().what();
 }
 
-BadMesh tetrahedron_but(std::string name, std::string where, std::string what, void (*change)(BadMesh&)) {
-  BadMesh bad{std::move(name), tetrahedron_positions(), tetrahedron_faces(), std::move(where), std::move(what)};
-  change(bad);
-  return bad;
-}
-
 INSTANTIATE_TEST_SUITE_P(
     Kinds, MakeMeshRefuses,
-    testing::ValuesIn(std::vector{
-        tetrahedron_but("NoVertex", "positions", "no vertex", [](BadMesh& m) { m.positions_m.clear(); }),
-        tetrahedron_but("NoFace", "indices", "no face", [](BadMesh& m) { m.faces.clear(); }),
-        tetrahedron_but("TooManyVertices", "positions", "65537",
-                        [](BadMesh& m) { m.positions_m.resize(base::mesh_vertices_max + 1, Vector3d::Zero()); }),
-        tetrahedron_but("TooManyFaces", "indices", "at most",
-                        [](BadMesh& m) { m.faces.resize(base::mesh_faces_max + 1, Face{0, 1, 2}); }),
-        tetrahedron_but("NotFinite", "positions[2]", "not finite", [](BadMesh& m) { m.positions_m[2].y() = nan_m; }),
-        tetrahedron_but("TooFar", "positions[3]", "further than", [](BadMesh& m) { m.positions_m[3].z() = 1.1e7; }),
-        tetrahedron_but("IndexOutOfRange", "indices[3..5]", "face 1 names vertex 4 of a mesh of 4",
-                        [](BadMesh& m) { m.faces[1][2] = 4; }),
-        tetrahedron_but("RepeatedVertex", "indices[6..8]", "face 2 names vertex 3 twice",
-                        [](BadMesh& m) { m.faces[2] = {0, 3, 3}; }),
-        tetrahedron_but("ZeroArea", "indices[0..2]", "face 0 has zero area (vertices 0, 2, 1 are in line)",
-                        [](BadMesh& m) { m.positions_m[2] = {0.3, 0, 0}; }),
-        tetrahedron_but("UnusedVertex", "positions[4]", "belongs to no face",
-                        [](BadMesh& m) { m.positions_m.emplace_back(2, 2, 2); }),
-        tetrahedron_but("FlippedFace", "indices[9..11]", "face 3 is flipped",
-                        [](BadMesh& m) { m.faces[3] = {1, 3, 2}; }),
-        tetrahedron_but("EdgeOfThreeFaces", "indices[12..14]",
-                        "face 4 shares the edge of vertices 0 and 1 with more than one other face",
-                        [](BadMesh& m) {
-                          m.positions_m.emplace_back(0, -1, -1);
-                          m.faces.push_back({0, 1, 4});
-                        })}),
+    testing::ValuesIn(std::vector<BadMesh>{
+        {"NoVertex", "positions", "no vertex", [](MeshParts& m) { m.positions_m.clear(); }},
+        {"NoFace", "indices", "no face", [](MeshParts& m) { m.faces.clear(); }},
+        {"TooManyVertices", "positions", "65537",
+         [](MeshParts& m) { m.positions_m.resize(base::mesh_vertices_max + 1, Vector3d::Zero()); }},
+        {"TooManyFaces", "indices", "at most",
+         [](MeshParts& m) { m.faces.resize(base::mesh_faces_max + 1, Face{0, 1, 2}); }},
+        {"NotFinite", "positions[2]", "not finite", [](MeshParts& m) { m.positions_m[2].y() = nan_m; }},
+        {"TooFar", "positions[3]", "further than", [](MeshParts& m) { m.positions_m[3].z() = 1.1e7; }},
+        {"IndexOutOfRange", "indices[3..5]", "face 1 names vertex 4 of a mesh of 4",
+         [](MeshParts& m) { m.faces[1][2] = 4; }},
+        {"RepeatedVertex", "indices[6..8]", "face 2 names vertex 3 twice",
+         [](MeshParts& m) { m.faces[2] = {0, 3, 3}; }},
+        {"ZeroArea", "indices[0..2]", "face 0 has zero area (vertices 0, 2, 1 are in line)",
+         [](MeshParts& m) { m.positions_m[2] = {0.3, 0, 0}; }},
+        {"UnusedVertex", "positions[4]", "belongs to no face",
+         [](MeshParts& m) { m.positions_m.emplace_back(2, 2, 2); }},
+        {"FlippedFace", "indices[9..11]", "face 3 is flipped", [](MeshParts& m) { m.faces[3] = {1, 3, 2}; }},
+        {"EdgeOfThreeFaces", "indices[12..14]",
+         "face 4 shares the edge of vertices 0 and 1 with more than one other face",
+         [](MeshParts& m) {
+           m.positions_m.emplace_back(0, -1, -1);
+           m.faces.push_back({0, 1, 4});
+         }}}),
     [](const auto& param) { return param.param.name; });
 
 TEST(HoldsGas, TakesAClosedMeshThatFacesOutwards) {
