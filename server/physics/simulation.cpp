@@ -67,6 +67,7 @@ void Simulation::tie() {
 
 void Simulation::collect_broken_joints() {
   if (std::ranges::none_of(joints, &JointState::broken)) return;
+  warm.clear();  // its keys count joints
   for (const JointState& joint : joints) {
     if (joint.broken) broken_joints.push_back({joint.joint.name, joint.joint.break_force_n});
   }

@@ -87,6 +87,7 @@ class Simulation {
   std::vector<Pose> rigid_before;  // as the substep found them
   std::vector<ColliderState> colliders;
   std::vector<JointState> joints;  // as the scene's list
+  std::vector<WarmImpulse> warm;   // of contact in implicit steps, by key: what the last one ended with
 
   std::uint64_t tick = 0;
   std::uint32_t substep_index = 0;  // of the tick under way

@@ -28,6 +28,7 @@ class Writer {
     return field(value);
   }
   [[nodiscard]] static bool has_more(bool held) { return held; }
+  [[nodiscard]] static bool can_hold(std::uint64_t, std::size_t) { return true; }
   std::string bytes;
 };
 
@@ -46,6 +47,7 @@ class Hasher {
     return field(value);
   }
   [[nodiscard]] static bool has_more(bool held) { return held; }
+  [[nodiscard]] static bool can_hold(std::uint64_t, std::size_t) { return true; }
   std::uint64_t hash = 0xcbf29ce484222325U;
 };
 
@@ -68,8 +70,10 @@ class Reader {
     std::uint64_t value = 0;
     return field(value) && value == size;
   }
-  /// Whether there is a part at the end that is left out where nothing is held.
+  /// Whether there is a part at the end: it is left out where neither it nor a later one holds anything.
   [[nodiscard]] bool has_more(bool) const { return !rest.empty(); }
+  /// Before room is made for so many entries of so many bytes.
+  [[nodiscard]] bool can_hold(std::uint64_t count, std::size_t size) const { return count <= rest.size() / size; }
   std::string_view rest;
 };
 
@@ -170,8 +174,9 @@ std::uint64_t hash_of(const std::string& name) {
 // name.
 template <class Archive>
 bool joints_fields(Archive& archive, Simulation& sim) {
-  std::uint64_t count = archive.has_more(!sim.joints.empty()) ? sim.joints.size() : 0;
-  if (archive.has_more(!sim.joints.empty()) && !archive.field(count)) return false;
+  const bool is_held = archive.has_more(!sim.joints.empty() || !sim.warm.empty());
+  std::uint64_t count = is_held ? sim.joints.size() : 0;
+  if (is_held && !archive.field(count)) return false;
   if (count > sim.joints.size()) return false;
   std::size_t next = 0;
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -182,6 +187,25 @@ bool joints_fields(Archive& archive, Simulation& sim) {
   }
   while (next < sim.joints.size()) sim.joints[next++].broken = true;
   return true;
+}
+
+// None but in a world that steps by an implicit method, and is in contact.
+template <class Archive>
+bool warm_fields(Archive& archive, Simulation& sim) {
+  if (!archive.has_more(!sim.warm.empty())) {
+    sim.warm.clear();
+    return true;
+  }
+  std::uint64_t count = sim.warm.size();
+  if (!archive.field(count) || !archive.can_hold(count, sizeof(WarmImpulse))) return false;
+  sim.warm.resize(count);
+  for (WarmImpulse& warm : sim.warm) {
+    if (!archive.field(warm.key.bodies) || !archive.field(warm.key.features) ||
+        !vector_field(archive, warm.impulse_n_s) || !warm.impulse_n_s.allFinite()) {
+      return false;
+    }
+  }
+  return std::ranges::is_sorted(sim.warm, {}, &WarmImpulse::key);
 }
 
 template <class Archive>
@@ -206,7 +230,7 @@ bool state_fields(Archive& archive, Simulation& sim) {
   for (ColliderState& collider : sim.colliders) {
     if (!pose_fields(archive, collider.position, collider.orientation)) return false;
   }
-  return joints_fields(archive, sim);
+  return joints_fields(archive, sim) && warm_fields(archive, sim);
 }
 
 }  // namespace

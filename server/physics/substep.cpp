@@ -108,6 +108,7 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .tables = bodies.tables,
                            .start_m_s = coupled_start_m_s(bodies),
                            .first_order = first_order(),
+                           .warm = &warm,
                            .joints = joints,
                            .notes = bodies.notes,
                            .touches = noting ? &touches : nullptr,

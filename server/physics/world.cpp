@@ -21,6 +21,17 @@ bool names(const std::vector<std::string>& list, const std::string& name) {
   return std::ranges::find(list, name) != list.end();
 }
 
+// Bodies and joints, in their order.
+bool have_same_names(const Scene& a, const Scene& b) {
+  const auto are_same = [](const auto& first, const auto& second) {
+    return std::ranges::equal(
+        first, second, {}, [](const auto& each) -> const std::string& { return each.name; },
+        [](const auto& each) -> const std::string& { return each.name; });
+  };
+  return are_same(a.soft_bodies, b.soft_bodies) && are_same(a.rigid_bodies, b.rigid_bodies) &&
+         are_same(a.colliders, b.colliders) && are_same(a.joints, b.joints);
+}
+
 template <class Real>
 void apply_soft_bodies(SoftBodies<Real>& bodies, const std::vector<SoftBody>& wanted,
                        const std::vector<std::string>& renewed) {
@@ -122,6 +133,7 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
   sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies, renewed);
   sim.colliders = applied_colliders(sim.colliders, scene.colliders);
   sim.touches.clear();
+  if (!have_same_names(sim.scene, scene)) sim.warm.clear();  // its keys count bodies and joints
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
   sim.make_joints(std::exchange(sim.joints, {}), renewed);
@@ -326,6 +338,7 @@ Profile World::profile() const {
     }
   });
   add_bytes(Stage::solid_contact, simulation_->touches.bytes());
+  add_bytes(Stage::solid_contact, simulation_->warm.capacity() * sizeof(WarmImpulse));
   add_bytes(Stage::joints, simulation_->joints.capacity() * sizeof(JointState));
   add_bytes(Stage::rigid, simulation_->rigid.capacity() * sizeof(RigidState));
   add_bytes(Stage::solid_contact, simulation_->colliders.capacity() * sizeof(ColliderState));

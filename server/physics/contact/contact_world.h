@@ -36,10 +36,12 @@ struct ContactWorld {
   std::span<ImplicitTables<Real>> tables = {};
   std::span<const std::vector<Vec3<Real>>> start_m_s = {};
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
-  std::span<JointState> joints = {};              // those that break are marked
-  std::span<ContactNotes> notes = {};             // what was answered is appended; or none
-  TouchTally* touches = nullptr;                  // likewise
-  std::span<const Extents<Real>> extents = {};    // of those that are awake, where they are known already
+  // Likewise: what rows held as the step before ended, by key; then, as this one did.
+  std::vector<WarmImpulse>* warm = nullptr;
+  std::span<JointState> joints = {};            // those that break are marked
+  std::span<ContactNotes> notes = {};           // what was answered is appended; or none
+  TouchTally* touches = nullptr;                // likewise
+  std::span<const Extents<Real>> extents = {};  // of those that are awake, where they are known already
 
   [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
   [[nodiscard]] SubstepPhysics physics() const {

@@ -28,6 +28,9 @@ class CoupledStep {
   void load_solids(const CoupledWorld<Real>& world);
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double least_spacing_m() const;
+  void list_resting(const CoupledWorld<Real>& world);
+  [[nodiscard]] Vec3d start_velocity_m_s(const Support& side) const;
+  void choose_start(const CoupledWorld<Real>& world, std::size_t index);
   [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
                                          SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool begin_metric(const CoupledWorld<Real>& world, std::size_t index);
@@ -36,7 +39,8 @@ class CoupledStep {
   void leave_out_failed();
   [[nodiscard]] bool solve(const CoupledWorld<Real>& world, double share);
   void list_responses(const CoupledWorld<Real>& world);
-  void warm(ContactRow& row) const;
+  static void warm(std::span<const WarmImpulse> all, ContactRow& row);
+  void keep_impulses(std::vector<WarmImpulse>& warm) const;
   void take_answers(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double move_as_far_as_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void mark_broken(const CoupledWorld<Real>& world) const;
@@ -45,7 +49,7 @@ class CoupledStep {
   [[nodiscard]] Vec3d place_of(const Support& side) const;
 
   CoupledPasses passes_;
-  std::vector<ContactRow> warm_;  // of the pass before, by key
+  std::vector<std::uint8_t> rests_;  // one a soft body: on another, as the step began
   std::vector<RowGroup> groups_;
   std::vector<Response> responses_;  // soft bodies, rigid ones, colliders, the world
   std::vector<std::uint8_t> yields_;

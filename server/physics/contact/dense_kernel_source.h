@@ -10,16 +10,17 @@
 namespace pneuma::physics {
 inline namespace PNEUMA_LANES {
 
-// Subtracts from a block (Tall packs of rows, dense_block columns) what the columns before it contribute.
+// Subtracts from a block (Tall packs of rows, dense_block columns) what the first `before_count` columns contribute.
 template <class P, std::size_t Tall>
-void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t stride) {
+void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t before_count,
+                         std::size_t stride) {
   P sums[Tall][dense_block];
   for (std::size_t c = 0; c < dense_block; ++c) {
     for (std::size_t t = 0; t < Tall; ++t) {
       sums[t][c] = P::load(matrix + (column + c) * stride + row + t * P::width);
     }
   }
-  for (std::size_t k = 0; k < column; ++k) {
+  for (std::size_t k = 0; k < before_count; ++k) {
     const double* before = matrix + k * stride;
     P rows[Tall];
     for (std::size_t t = 0; t < Tall; ++t) rows[t] = P::load(before + row + t * P::width);
@@ -73,18 +74,77 @@ void factor_rows_below(double* matrix, std::size_t begin, std::size_t stride, co
 }
 
 template <class P, std::size_t Tall>
-bool factor_dense(double* matrix, std::size_t count, std::size_t stride) {
+bool factor_dense(double* matrix, std::size_t leading, std::size_t count, std::size_t stride) {
   double inverses[dense_block];
   for (std::size_t begin = 0; begin < count; begin += dense_block) {
+    const std::size_t before_count = begin < leading ? begin : leading;
     std::size_t row = begin;
     for (; row + Tall * P::width <= stride; row += Tall * P::width) {
-      take_columns_before<P, Tall>(matrix, row, begin, stride);
+      take_columns_before<P, Tall>(matrix, row, begin, before_count, stride);
     }
-    for (; row < stride; row += P::width) take_columns_before<P, 1>(matrix, row, begin, stride);
-    if (!factor_corner(matrix, begin, count, stride, inverses)) return false;
+    for (; row < stride; row += P::width) take_columns_before<P, 1>(matrix, row, begin, before_count, stride);
+    if (begin >= leading) continue;
+    if (!factor_corner(matrix, begin, leading, stride, inverses)) return false;
     factor_rows_below<P>(matrix, begin, stride, inverses);
   }
   return true;
+}
+
+// Wide packs of a row less the rows [begin, end), each by its number in the factor: those are `step` apart.
+template <class P, std::size_t Wide>
+void take_rows(const double* numbers, std::size_t step, std::size_t begin, std::size_t end, const double* rows,
+               std::size_t width, P* sums) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const P number = P::all(numbers[i * step]);
+    for (std::size_t w = 0; w < Wide; ++w) sums[w] = sums[w] - P::load(rows + i * width + w * P::width) * number;
+  }
+}
+
+template <class P, std::size_t Wide>
+void solve_forward_strip(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
+                         std::size_t width) {
+  for (std::size_t k = 0; k < count; ++k) {
+    P sums[Wide];
+    for (std::size_t w = 0; w < Wide; ++w) sums[w] = P::load(rows + k * width + w * P::width);
+    take_rows<P, Wide>(factor + k, stride, 0, k < leading ? k : leading, rows, width, sums);
+    if (k < leading) {
+      const P pivot = P::all(factor[k * stride + k]);
+      for (std::size_t w = 0; w < Wide; ++w) sums[w] = sums[w] / pivot;
+    }
+    for (std::size_t w = 0; w < Wide; ++w) sums[w].store(rows + k * width + w * P::width);
+  }
+}
+
+template <class P, std::size_t Wide>
+void solve_backward_strip(const double* factor, std::size_t leading, std::size_t count, std::size_t stride,
+                          double* rows, std::size_t width) {
+  for (std::size_t k = leading; k-- > 0;) {
+    P sums[Wide];
+    for (std::size_t w = 0; w < Wide; ++w) sums[w] = P::load(rows + k * width + w * P::width);
+    take_rows<P, Wide>(factor + k * stride, 1, k + 1, count, rows, width, sums);
+    const P pivot = P::all(factor[k * stride + k]);
+    for (std::size_t w = 0; w < Wide; ++w) (sums[w] / pivot).store(rows + k * width + w * P::width);
+  }
+}
+
+template <class P, std::size_t Wide>
+void solve_forward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
+                   std::size_t width) {
+  std::size_t at = 0;
+  for (; at + Wide * P::width <= width; at += Wide * P::width) {
+    solve_forward_strip<P, Wide>(factor, leading, count, stride, rows + at, width);
+  }
+  for (; at < width; at += P::width) solve_forward_strip<P, 1>(factor, leading, count, stride, rows + at, width);
+}
+
+template <class P, std::size_t Wide>
+void solve_backward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
+                    std::size_t width) {
+  std::size_t at = 0;
+  for (; at + Wide * P::width <= width; at += Wide * P::width) {
+    solve_backward_strip<P, Wide>(factor, leading, count, stride, rows + at, width);
+  }
+  for (; at < width; at += P::width) solve_backward_strip<P, 1>(factor, leading, count, stride, rows + at, width);
 }
 
 // Forward by columns, then back by rows of the transpose. Each row's sum is eight sums, added in one order on every
@@ -127,6 +187,19 @@ void add_dense_columns(const double* first, double first_share, const double* se
   }
 }
 
+template <class P>
+void add_dense_column(const double* column, const double* shares, std::size_t size, double* sums) {
+  const P x = P::all(shares[0]);
+  const P y = P::all(shares[1]);
+  const P z = P::all(shares[2]);
+  for (std::size_t i = 0; i < size; i += P::width) {
+    const P value = P::load(column + i);
+    (P::load(sums + i) + value * x).store(sums + i);
+    (P::load(sums + size + i) + value * y).store(sums + size + i);
+    (P::load(sums + 2 * size + i) + value * z).store(sums + 2 * size + i);
+  }
+}
+
 // Two columns at a time. An odd last one is added with itself times 0.
 template <class P>
 void add_dense_product(const double* matrix, std::size_t count, std::size_t stride, const double* x, double* sum) {
@@ -139,7 +212,9 @@ void add_dense_product(const double* matrix, std::size_t count, std::size_t stri
 
 template <class P, std::size_t Tall>
 consteval DenseKernels list_dense_kernels() {
-  return {&factor_dense<P, Tall>, &solve_dense<P>, &add_dense_product<P>, &add_dense_columns<P>};
+  constexpr std::size_t wide = 4;
+  return {&factor_dense<P, Tall>, &solve_dense<P>,       &solve_forward<P, wide>, &solve_backward<P, wide>,
+          &add_dense_product<P>,  &add_dense_columns<P>, &add_dense_column<P>};
 }
 
 }  // namespace PNEUMA_LANES

@@ -187,13 +187,25 @@ Vec3d FactoredResponse::change_m_s(const Support& at) const {
   return sum;
 }
 
+double FactoredResponse::number_1_kg(const Support& at, const Support& by) const {
+  const Side& side = sides_[at.slot];
+  const double* column = column_of(sides_[by.slot]);
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < at.count; ++i) sum += at.weights[i] * column[side.locals[i]];
+  return sum;
+}
+
+LowRankColumns FactoredResponse::columns(const Support& at) const {
+  LowRankColumns low_rank;
+  low_rank.columns = sides_[at.slot].low_rank;
+  low_rank.signs.tail<LowRankColumns::count - BodyMetric::added>().setConstant(-1.0);
+  return low_rank;
+}
+
 Eigen::Matrix3d FactoredResponse::inverse_mass_1_kg(const Support& at, const Support& by) const {
   const Side& side = sides_[at.slot];
   const Side& other = sides_[by.slot];
-  const double* column = column_of(other);
-  double sum = 0.0;
-  for (std::uint32_t i = 0; i < at.count; ++i) sum += at.weights[i] * column[side.locals[i]];
-  Eigen::Matrix3d matrix = sum * Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d matrix = number_1_kg(at, by) * Eigen::Matrix3d::Identity();
   matrix += side.low_rank.leftCols<3>().lazyProduct(other.low_rank.leftCols<3>().transpose());
   matrix -= side.low_rank.rightCols<4>().lazyProduct(other.low_rank.rightCols<4>().transpose());
   return matrix;

@@ -18,6 +18,15 @@ namespace pneuma::physics {
   return matrix;
 }
 
+/// The columns of a body at a support, by which its inverse mass differs from a number times the identity.
+struct LowRankColumns {
+  static constexpr int count = 7;
+  using Columns = Eigen::Matrix<double, 3, count>;
+  using Signs = Eigen::Matrix<double, count, 1>;
+  Columns columns = Columns::Zero();
+  Signs signs = Signs::Ones();
+};
+
 /// The metric of one body where its step has come to. With A = M + s D + s^2 K of the body's matrix:
 ///
 ///     B = A^-1 - A^-1 M R (R^T M A^-1 M R)^-1 R^T M A^-1 + R (J + s^2 kappa)^-1 R^T
@@ -43,7 +52,7 @@ class BodyMetric {
 
   [[nodiscard]] const ImplicitMatrix& matrix() const { return *matrix_; }
   /// The seven columns by which the answer differs from A^-1: three turn it by the inertia, four are taken away.
-  using LowRank = Eigen::Matrix<double, 3, 7>;
+  using LowRank = LowRankColumns::Columns;
   [[nodiscard]] LowRank low_rank(const Support& at) const;
   static constexpr Eigen::Index added = 3;
   /// The velocities of all vertices by the shares of the low-rank columns.
@@ -74,6 +83,8 @@ class FactoredResponse {
   void finish();
 
   [[nodiscard]] Vec3d change_m_s(const Support& at) const;
+  [[nodiscard]] double number_1_kg(const Support& at, const Support& by) const;
+  [[nodiscard]] LowRankColumns columns(const Support& at) const;
   [[nodiscard]] Eigen::Matrix3d inverse_mass_1_kg(const Support& at, const Support& by) const;
   void push(const Support& at, const Vec3d& impulse_n_s);
 

@@ -30,12 +30,6 @@ struct LumpedSubstep {
   Stage stage = Stage::soft_contact;
 };
 
-/// Of a row in the span before in this tick, from which the next one starts.
-struct WarmImpulse {
-  FeatureKey key;
-  Vec3d impulse_n_s = Vec3d::Zero();
-};
-
 /// Rows of surfaces against each other come first, then those of solids. Between surfaces, normals and shares stay over
 /// a span and gaps follow the vertices; rows of solids are measured again in each substep.
 template <class Real>

@@ -88,6 +88,12 @@ struct ContactRow {
   Vec3d impulse_n_s = Vec3d::Zero();  // on the first; the second gets its opposite
 };
 
+/// What a row held when it was last solved, from which its next solve starts.
+struct WarmImpulse {
+  FeatureKey key;
+  Vec3d impulse_n_s = Vec3d::Zero();
+};
+
 /// Of the rows that took more than they can, the one that did by most; null where there is none.
 [[nodiscard]] inline ContactRow* most_overtaxed(std::span<ContactRow> rows) {
   ContactRow* most = nullptr;

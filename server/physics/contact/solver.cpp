@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <variant>
 #include <vector>
 
+#include "physics/contact/body_rows.h"
+#include "physics/contact/dense_rows.h"
 #include "physics/contact/disc_program.h"
 
 namespace pneuma::physics {
@@ -22,6 +26,9 @@ constexpr int unsolved_rounds_max = 4;
 constexpr int additions_max = 6;
 // Of a joint's inverse mass: one that two joints hold the same way must not be without bounds.
 constexpr double joint_regularisation = 1e-12;
+
+// Of the largest of the loaded rows: what the springs make of each, for the program by bodies to divide by.
+constexpr double least_number_share = 1e-6;
 
 class Sweeps {
  public:
@@ -66,28 +73,15 @@ class Sweeps {
 
   // The loaded rows at once, by a program that starts from their impulses; then they hold its solution.
   bool solve_together(double enough_m_s, SolveOutcome& outcome) {
-    const std::size_t count = loaded_.size();
-    DiscProgram program(count);
     push_loaded(-1.0);
-    for (std::size_t i = 0; i < count; ++i) {
-      const ContactRow& row = rows_[loaded_[i]];
-      const Eigen::Matrix3d& axes = axes_[loaded_[i]];
-      Vec3d wanted = axes.transpose() * velocity_of(row);  // without the impulses of any of them
-      wanted[0] -= row.least_m_s;
-      program.set_row(i, wanted, axes.transpose() * row.impulse_n_s, blocks_[loaded_[i]].across_1_kg);
-      program.set_friction(i, row.friction);
-      if (row.kind != RowKind::contact) program.set_free(i, row.kind == RowKind::tie);
-      for (std::size_t j = 0; j <= i; ++j) {
-        const ContactRow& by = rows_[loaded_[j]];
-        if (!tied(row, by)) continue;
-        program.set_block(i, j, axes.transpose() * coupling_1_kg(responses_, row, by) * axes_[loaded_[j]]);
-      }
-      if (row.softness_1_kg > 0.0) program.add_softness(i, row.softness_1_kg);
+    bool solved = false;
+    if (goes_by_bodies()) {
+      BodyRows matrix = load_by_bodies();
+      solved = solve_with(matrix, enough_m_s, outcome);
+    } else {
+      DenseRows matrix = load_densely();
+      solved = solve_with(matrix, enough_m_s, outcome);
     }
-    bool solved = program.solve_with_friction(enough_m_s, outcome.factorisations);
-    outcome.off_m_s = program.off_m_s();
-    if (!solved) solved = solve_in_rounds(program, enough_m_s, outcome);
-    for (std::size_t i = 0; i < count; ++i) rows_[loaded_[i]].impulse_n_s = axes_[loaded_[i]] * program.impulse(i);
     push_loaded(1.0);
     return solved;
   }
@@ -110,7 +104,85 @@ class Sweeps {
     loaded_.push_back(row);
   }
 
-  bool solve_in_rounds(DiscProgram& program, double enough_m_s, SolveOutcome& outcome) const {
+  // Where the bodies' columns are fewer than the rows, and what the springs make of each row is not next to nothing.
+  bool goes_by_bodies() {
+    bodies_.clear();
+    double most_1_kg = 0.0;
+    double least_1_kg = std::numeric_limits<double>::infinity();
+    for (const std::size_t i : loaded_) {
+      for (const Support* side : {&rows_[i].first, &rows_[i].second}) {
+        if (!std::holds_alternative<FixedResponse>(responses_[side->body])) bodies_.push_back(side->body);
+      }
+      const double own_1_kg = coupling_number_1_kg(responses_, rows_[i], rows_[i]) + rows_[i].softness_1_kg;
+      most_1_kg = std::max(most_1_kg, own_1_kg);
+      least_1_kg = std::min(least_1_kg, own_1_kg);
+    }
+    std::ranges::sort(bodies_);
+    const auto repeated = std::ranges::unique(bodies_);
+    bodies_.erase(repeated.begin(), repeated.end());
+    return LowRankColumns::count * bodies_.size() <= loaded_.size() && least_1_kg > least_number_share * most_1_kg;
+  }
+
+  BodyRows load_by_bodies() const {
+    const std::size_t count = loaded_.size();
+    BodyRows matrix(count, bodies_.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const ContactRow& row = rows_[loaded_[i]];
+      matrix.set_axes(i, axes_[loaded_[i]]);
+      for (std::size_t j = 0; j <= i; ++j) {
+        matrix.set_number(i, j, coupling_number_1_kg(responses_, row, rows_[loaded_[j]]));
+      }
+      matrix.add_softness(i, row.softness_1_kg);
+      const auto add = [&](const Support& side, double sign) {
+        const auto body = std::ranges::lower_bound(bodies_, side.body);
+        if (body == bodies_.end() || *body != side.body) return;
+        matrix.add_part(i, static_cast<std::uint32_t>(body - bodies_.begin()), sign,
+                        columns(responses_[side.body], side));
+      };
+      add(row.first, 1.0);
+      add(row.second, -1.0);
+    }
+    return matrix;
+  }
+
+  DenseRows load_densely() const {
+    DenseRows matrix(loaded_.size());
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      const ContactRow& row = rows_[loaded_[i]];
+      for (std::size_t j = 0; j <= i; ++j) {
+        const ContactRow& by = rows_[loaded_[j]];
+        if (!tied(row, by)) continue;
+        matrix.set_block(i, j, axes_[loaded_[i]].transpose() * coupling_1_kg(responses_, row, by) * axes_[loaded_[j]]);
+      }
+      if (row.softness_1_kg > 0.0) matrix.add_softness(i, row.softness_1_kg);
+    }
+    return matrix;
+  }
+
+  // The loaded rows hold no impulse of theirs in the responses.
+  template <class Rows>
+  bool solve_with(Rows& matrix, double enough_m_s, SolveOutcome& outcome) {
+    DiscProgram<Rows> program(matrix);
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      const ContactRow& row = rows_[loaded_[i]];
+      const Eigen::Matrix3d& axes = axes_[loaded_[i]];
+      Vec3d wanted = axes.transpose() * velocity_of(row);
+      wanted[0] -= row.least_m_s;
+      program.set_row(i, wanted, axes.transpose() * row.impulse_n_s, blocks_[loaded_[i]].across_1_kg);
+      program.set_friction(i, row.friction);
+      if (row.kind != RowKind::contact) program.set_free(i, row.kind == RowKind::tie);
+    }
+    bool solved = program.solve_with_friction(enough_m_s, outcome.factorisations);
+    outcome.off_m_s = program.off_m_s();
+    if (!solved) solved = solve_in_rounds(program, enough_m_s, outcome);
+    for (std::size_t i = 0; i < loaded_.size(); ++i) {
+      rows_[loaded_[i]].impulse_n_s = axes_[loaded_[i]] * program.impulse(i);
+    }
+    return solved;
+  }
+
+  template <class Rows>
+  bool solve_in_rounds(DiscProgram<Rows>& program, double enough_m_s, SolveOutcome& outcome) const {
     bool solved = false;
     int unsolved = 0;
     for (int round = 0; round < friction_rounds_max && unsolved < unsolved_rounds_max; ++round) {
@@ -130,7 +202,8 @@ class Sweeps {
   }
 
   // By how much of a velocity friction is past what the last normal impulses allow, at most.
-  [[nodiscard]] double past_discs_m_s(const DiscProgram& program) const {
+  template <class Rows>
+  [[nodiscard]] double past_discs_m_s(const DiscProgram<Rows>& program) const {
     double most_m_s = 0.0;
     for (std::size_t i = 0; i < loaded_.size(); ++i) {
       const ContactRow& row = rows_[loaded_[i]];
@@ -232,6 +305,7 @@ class Sweeps {
   std::vector<Eigen::Matrix3d> axes_;  // the normal, and two across it
   std::vector<std::size_t> loaded_;    // rows that are solved together
   std::vector<std::uint8_t> is_loaded_;
+  std::vector<std::uint32_t> bodies_;  // that give way, of the loaded rows
 };
 
 // Solves the loaded rows together. Empty where more are loaded than limits.direct_rows_max.

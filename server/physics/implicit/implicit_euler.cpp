@@ -14,9 +14,10 @@ namespace {
 // A turn by less shears edges by half its square, which is nothing.
 constexpr double turn_min_rad = 3e-3;
 
-// Gives the velocities that end the step with the body turned where they would shear it into a larger one.
+}  // namespace
+
 template <class Real>
-void turn(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, std::vector<Vec3d>& u) {
+void turn_straight_ways(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, std::vector<Vec3d>& u) {
   const WholeMotion whole = whole_motion(
       x.size(), [&](std::size_t i) { return body.mass_kg(i); }, [&](std::size_t i) { return x[i]; },
       [&](std::size_t i) { return u[i]; });
@@ -32,8 +33,6 @@ void turn(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, st
   }
 }
 
-}  // namespace
-
 template <class Real>
 bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const StageAccuracy& accuracy,
                     const SubstepContext& context, FirstGuess guess, ImplicitSolver<Real>& solver) {
@@ -45,7 +44,7 @@ bool implicit_euler(SoftState<Real>& body, ImplicitTables<Real>& tables, const S
     v[i] = body.v[i].template cast<double>();
   }
   std::vector<Vec3d> u = v;
-  if (guess == FirstGuess::turned) turn(body, x, dt_s, u);
+  if (guess == FirstGuess::turned) turn_straight_ways(body, x, dt_s, u);
   if (!solver.solve(body, tables, {x, v, dt_s}, accuracy, context, u)) return false;
   for (std::size_t i = 0; i < u.size(); ++i) {
     body.v[i] = u[i].cast<Real>();
@@ -64,10 +63,11 @@ bool euler_again(SoftState<Real>& body, ImplicitTables<Real>& tables, const Stag
   return solved;
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                                    \
-  template bool euler_again<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&,    \
-                                  const SubstepContext&, ImplicitSolver<Real>&);                    \
-  template bool implicit_euler<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&, \
+#define PNEUMA_INSTANTIATE(Real)                                                                                       \
+  template void turn_straight_ways<Real>(const SoftState<Real>&, std::span<const Vec3d>, double, std::vector<Vec3d>&); \
+  template bool euler_again<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&,                       \
+                                  const SubstepContext&, ImplicitSolver<Real>&);                                       \
+  template bool implicit_euler<Real>(SoftState<Real>&, ImplicitTables<Real>&, const StageAccuracy&,                    \
                                      const SubstepContext&, FirstGuess, ImplicitSolver<Real>&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

@@ -9,6 +9,10 @@ namespace pneuma::physics {
 /// that turns far in a step begins it stretched.
 enum class FirstGuess { straight, turned };
 
+/// Gives the velocities of places x that end a step with the body turned where straight ways would stretch it.
+template <class Real>
+void turn_straight_ways(const SoftState<Real>& body, std::span<const Vec3d> x, double dt_s, std::vector<Vec3d>& u);
+
 /// Advances body.v and sets body.dr, as solve_step() does. With one Newton iteration it is the linearised method of
 /// Baraff and Witkin, "Large Steps in Cloth Simulation" (1998). False, and the body unmoved, where the solve failed.
 template <class Real>

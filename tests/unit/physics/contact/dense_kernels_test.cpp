@@ -81,7 +81,7 @@ TEST_P(DenseKernelsOf, SolveWhatTheyFactor) {
       DenseMatrix matrix(count, falling(count, least), static_cast<unsigned>(count));
       const Numbers b = drawn(count, matrix.stride, 3);
       Numbers factor = matrix.numbers;
-      ASSERT_TRUE(kernels->factor(factor.data(), count, matrix.stride)) << count << " " << least;
+      ASSERT_TRUE(kernels->factor(factor.data(), count, count, matrix.stride)) << count << " " << least;
       Numbers x = b;
       kernels->solve(factor.data(), count, matrix.stride, x.data());
       Numbers left(matrix.stride, 0.0);
@@ -105,11 +105,11 @@ TEST_P(DenseKernelsOf, RefuseWhatIsNotPositiveDefinite) {
       Numbers shares(count, 1.0);
       shares[bad] = -1.0;
       DenseMatrix matrix(count, shares, 5);
-      EXPECT_FALSE(kernels->factor(matrix.numbers.data(), count, matrix.stride)) << count << " " << bad;
+      EXPECT_FALSE(kernels->factor(matrix.numbers.data(), count, count, matrix.stride)) << count << " " << bad;
     }
     DenseMatrix unknown(count, Numbers(count, 1.0), 6);
     unknown.at(count - 1, count - 1) = std::nan("");
-    EXPECT_FALSE(kernels->factor(unknown.numbers.data(), count, unknown.stride)) << count;
+    EXPECT_FALSE(kernels->factor(unknown.numbers.data(), count, count, unknown.stride)) << count;
   }
 }
 
@@ -130,6 +130,58 @@ TEST_P(DenseKernelsOf, AddColumnsAndProducts) {
   }
 }
 
+// The first columns alone are factored: what is left of the others is Schur's complement, and right-hand sides go
+// through both as through the whole.
+TEST_P(DenseKernelsOf, SolveByTheFirstColumnsAndWhatTheyLeave) {
+  for (const std::size_t leading : {0U, 8U, 24U}) {
+    for (const std::size_t others : {1U, 8U, 13U}) {
+      const std::size_t count = leading + others;
+      DenseMatrix matrix(count, falling(count, 1e-3), static_cast<unsigned>(count));
+      Numbers factor = matrix.numbers;
+      ASSERT_TRUE(kernels->factor(factor.data(), leading, count, matrix.stride));
+      for (const std::size_t width : {8U, 40U}) {
+        const Numbers b = drawn(count * width, count * width, 3);
+        Numbers rows = b;
+        kernels->solve_forward(factor.data(), leading, count, matrix.stride, rows.data(), width);
+        // The others, by their own factor.
+        const std::size_t stride = dense_stride(others);
+        Numbers left(stride * stride, 0.0);
+        for (std::size_t c = 0; c < others; ++c) {
+          const double* from = factor.data() + (leading + c) * matrix.stride + leading;
+          std::copy(from + c, from + others, left.begin() + static_cast<std::ptrdiff_t>(c * stride + c));
+        }
+        ASSERT_TRUE(kernels->factor(left.data(), others, others, stride));
+        double* of_others = rows.data() + leading * width;
+        kernels->solve_forward(left.data(), others, others, stride, of_others, width);
+        kernels->solve_backward(left.data(), others, others, stride, of_others, width);
+        kernels->solve_backward(factor.data(), leading, count, matrix.stride, rows.data(), width);
+        double longest = 0.0;
+        for (const double value : rows) longest = std::max(longest, std::abs(value));
+        const double rounding = 1e-15 * static_cast<double>(count * count) * (1.0 + matrix.largest() * longest);
+        for (std::size_t j = 0; j < width; ++j) {
+          for (std::size_t i = 0; i < count; ++i) {
+            double sum = 0.0;
+            for (std::size_t k = 0; k < count; ++k) sum += matrix.at(i, k) * rows[k * width + j];
+            EXPECT_NEAR(sum, b[i * width + j], rounding) << leading << " " << others << " " << i << " " << j;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_P(DenseKernelsOf, AddAColumnByThreeShares) {
+  const std::size_t size = 24;
+  const Numbers column = drawn(size, size, 4);
+  const Numbers start = drawn(3 * size, 3 * size, 5);
+  const double shares[3] = {2.0, -0.5, 3.0};
+  Numbers sums = start;
+  kernels->add_column(column.data(), shares, size, sums.data());
+  for (std::size_t i = 0; i < 3 * size; ++i) {
+    EXPECT_NEAR(sums[i], start[i] + shares[i / size] * column[i % size], 1e-15) << i;
+  }
+}
+
 TEST_P(DenseKernelsOf, HaveTheBitsOfTheBaseline) {
   const DenseKernels& baseline = dense_kernels(Isa::baseline);
   for (const std::size_t count : {5U, 16U, 33U, 130U}) {
@@ -137,15 +189,19 @@ TEST_P(DenseKernelsOf, HaveTheBitsOfTheBaseline) {
     Numbers factors[2] = {matrix.numbers, matrix.numbers};
     Numbers answers[2] = {drawn(count, matrix.stride, 12), drawn(count, matrix.stride, 12)};
     Numbers products[2] = {answers[0], answers[0]};
+    Numbers many[2] = {drawn(40 * count, 40 * count, 13), drawn(40 * count, 40 * count, 13)};
     const DenseKernels* both[2] = {kernels, &baseline};
     for (std::size_t k = 0; k < 2; ++k) {
-      ASSERT_TRUE(both[k]->factor(factors[k].data(), count, matrix.stride));
+      ASSERT_TRUE(both[k]->factor(factors[k].data(), count, count, matrix.stride));
       both[k]->solve(factors[k].data(), count, matrix.stride, answers[k].data());
       both[k]->add_product(matrix.numbers.data(), count, matrix.stride, answers[k].data(), products[k].data());
+      both[k]->solve_forward(factors[k].data(), count, count, matrix.stride, many[k].data(), 40);
+      both[k]->solve_backward(factors[k].data(), count, count, matrix.stride, many[k].data(), 40);
     }
     const auto expect_same = [](double a, double b, std::size_t at) {
       EXPECT_EQ(std::bit_cast<std::uint64_t>(a), std::bit_cast<std::uint64_t>(b)) << at;
     };
+    for (std::size_t i = 0; i < many[0].size(); ++i) expect_same(many[0][i], many[1][i], i);
     for (std::size_t i = 0; i < matrix.stride; ++i) {
       expect_same(answers[0][i], answers[1][i], i);
       expect_same(products[0][i], products[1][i], i);

@@ -26,7 +26,8 @@ Eigen::MatrixXd draw_metric(Eigen::Index rows, double stiff_share, std::mt19937&
 }
 
 struct DrawnProgram {
-  DrawnProgram(Eigen::Index rows, double stiff_share, unsigned seed) : program(static_cast<std::size_t>(rows)) {
+  DrawnProgram(Eigen::Index rows, double stiff_share, unsigned seed)
+      : matrix(static_cast<std::size_t>(rows)), program(matrix) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     w = draw_metric(rows, stiff_share, random);
@@ -36,7 +37,7 @@ struct DrawnProgram {
       program.set_row(row, q.segment<3>(3 * i), {unit(random), unit(random), unit(random)},
                       support::eigenvalues(w.block<2, 2>(3 * i + 1, 3 * i + 1)).maxCoeff());
       for (Eigen::Index j = 0; j <= i; ++j) {
-        program.set_block(row, static_cast<std::size_t>(j), w.block<3, 3>(3 * i, 3 * j));
+        matrix.set_block(row, static_cast<std::size_t>(j), w.block<3, 3>(3 * i, 3 * j));
       }
       radii.push_back(random() % 4 == 0 ? 0.0 : 0.5 * std::abs(unit(random)));
       program.set_disc(row, radii.back());
@@ -59,7 +60,8 @@ struct DrawnProgram {
   Eigen::MatrixXd w;
   Eigen::VectorXd q;
   std::vector<double> radii;
-  DiscProgram program;
+  DenseRows matrix;
+  DiscProgram<DenseRows> program;
 };
 
 TEST(DiscProgram, FindsWhatAProjectedDescentFinds) {
