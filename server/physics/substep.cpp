@@ -101,12 +101,14 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
   rigid_before.clear();
   for (const RigidState& body : rigid) rigid_before.push_back({body.position, body.orientation});
   accelerate_rigid_bodies(rigid, scene.gravity, context.dt_s);
+  const auto start_m_s = coupled_start_m_s(bodies);
+  if (start_m_s.empty()) warm.clear();
   bodies.contacts.resolve({.substep = context,
                            .soft = bodies.states,
                            .rigid = rigid,
                            .colliders = colliders,
                            .tables = bodies.tables,
-                           .start_m_s = coupled_start_m_s(bodies),
+                           .start_m_s = start_m_s,
                            .first_order = first_order(),
                            .warm = &warm,
                            .joints = joints,

@@ -21,15 +21,19 @@ bool names(const std::vector<std::string>& list, const std::string& name) {
   return std::ranges::find(list, name) != list.end();
 }
 
-// Bodies and joints, in their order.
-bool have_same_names(const Scene& a, const Scene& b) {
+// Whether all soft bodies go on, and solids and joints are the same ones, all in their order.
+template <class Real>
+bool all_go_on(const SoftBodies<Real>& bodies, const Scene& before, const Scene& after) {
   const auto are_same = [](const auto& first, const auto& second) {
-    return std::ranges::equal(
-        first, second, {}, [](const auto& each) -> const std::string& { return each.name; },
-        [](const auto& each) -> const std::string& { return each.name; });
+    const auto name = [](const auto& each) -> const std::string& { return each.name; };
+    return std::ranges::equal(first, second, {}, name, name);
   };
-  return are_same(a.soft_bodies, b.soft_bodies) && are_same(a.rigid_bodies, b.rigid_bodies) &&
-         are_same(a.colliders, b.colliders) && are_same(a.joints, b.joints);
+  const auto goes_on = [](const SoftState<Real>& state, const SoftBody& body) {
+    return state.body.name == body.name && continues(state.body, body);
+  };
+  return std::ranges::equal(bodies.states, after.soft_bodies, goes_on) &&
+         are_same(before.rigid_bodies, after.rigid_bodies) && are_same(before.colliders, after.colliders) &&
+         are_same(before.joints, after.joints);
 }
 
 template <class Real>
@@ -126,6 +130,7 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
     sim.tick_base = sim.tick;
   }
   sim.visit([&]<class Real>(SoftBodies<Real>& bodies) {
+    if (!renewed.empty() || !all_go_on(bodies, sim.scene, scene)) sim.warm.clear();  // its keys count bodies and joints
     wake_changed<Real>(bodies.states, sim.rigid, this->scene(), scene);
     for (const Profile& profile : bodies.profiles) add_times(sim.profile, profile);
     apply_soft_bodies(bodies, scene.soft_bodies, renewed);
@@ -133,7 +138,6 @@ base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) 
   sim.rigid = applied_rigid_bodies(sim.rigid, scene.rigid_bodies, renewed);
   sim.colliders = applied_colliders(sim.colliders, scene.colliders);
   sim.touches.clear();
-  if (!have_same_names(sim.scene, scene)) sim.warm.clear();  // its keys count bodies and joints
   sim.choice = std::move(*choice);
   sim.scene = std::move(scene);
   sim.make_joints(std::exchange(sim.joints, {}), renewed);

@@ -1,6 +1,6 @@
 // Shows that a guided load of 1,000 kg, which can only rise and sink, stands on a ball of 1 kg at one substep a tick,
-// that the ball carries its weight, and that it stands on a light plate between them as well. And that a plate which
-// the ball reaches round bounces on it.
+// that the ball carries its weight, and that it stands on a light plate between them as well. That it rests there on a
+// stiff ball as well, as high as by an explicit method. And that a plate which the ball reaches round bounces on it.
 #include <cmath>
 
 #include "numerics/worlds.h"

@@ -21,8 +21,8 @@ void BodyRows::set_number(std::size_t row, std::size_t by, double number_1_kg) {
 void BodyRows::add_part(std::size_t row, std::uint32_t body, double sign, const LowRankColumns& columns) {
   RowParts& parts = parts_[row];
   signs_[body] = columns.signs;
-  const bool is_known = parts.count > 0 && parts.parts[0].body == body;
-  Part& part = is_known ? parts.parts[0] : parts.parts[parts.count++];
+  const bool is_known = parts.count > 0 && parts.sides[0].body == body;
+  Part& part = is_known ? parts.sides[0] : parts.sides[parts.count++];
   part.body = body;
   part.taken += sign * columns.columns;
   part.given = part.taken * columns.signs.asDiagonal();
@@ -33,7 +33,7 @@ double BodyRows::diagonal_1_kg(std::size_t at) const {
   const Vec3d axis = axes_[row].col(static_cast<Eigen::Index>(at % 3));
   double sum = number(row, row);
   for (std::size_t i = 0; i < parts_[row].count; ++i) {
-    const Part& part = parts_[row].parts[i];
+    const Part& part = parts_[row].sides[i];
     sum += (part.taken.transpose() * axis).dot(part.given.transpose() * axis);
   }
   return sum;
@@ -42,7 +42,7 @@ double BodyRows::diagonal_1_kg(std::size_t at) const {
 Vec3d BodyRows::velocity_m_s(std::size_t row, const Velocities& velocities) const {
   Vec3d sum(velocities[row], velocities[stride_ + row], velocities[2 * stride_ + row]);
   for (std::size_t i = 0; i < parts_[row].count; ++i) {
-    const Part& part = parts_[row].parts[i];
+    const Part& part = parts_[row].sides[i];
     const double* shares = velocities.data() + 3 * stride_ + columns_a_body * part.body;
     sum += part.given * Eigen::Map<const Shares>(shares);
   }
@@ -53,7 +53,7 @@ void BodyRows::push(std::size_t row, const Vec3d& impulse_n_s, Velocities& veloc
   const Vec3d impulse = axes_[row] * impulse_n_s;
   kernels_->add_column(numbers_.data() + row * stride_, impulse.data(), stride_, velocities.data());
   for (std::size_t i = 0; i < parts_[row].count; ++i) {
-    const Part& part = parts_[row].parts[i];
+    const Part& part = parts_[row].sides[i];
     double* shares = velocities.data() + 3 * stride_ + columns_a_body * part.body;
     Eigen::Map<Shares>(shares) += part.taken.transpose() * impulse;
   }
@@ -68,9 +68,7 @@ void BodyRows::push_all(std::span<const double> impulses_n_s, Velocities& veloci
 
 bool BodyRows::factor(std::span<const RowDirection> directions) {
   place(directions);
-  if (!factor_numbers() || !factor_sliding(directions)) return false;
-  factor_columns();
-  return true;
+  return factor_numbers() && factor_sliding(directions) && factor_columns();
 }
 
 // A row sticks where its three directions follow each other.
@@ -80,7 +78,8 @@ void BodyRows::place(std::span<const RowDirection> directions) {
   sliding_.clear();
   slid_.clear();
   const auto is_plain = [&](std::size_t a, std::size_t at) {
-    return a < directions.size() && directions[a].at == at && directions[a].next_share == 0.0;
+    return a < directions.size() && directions[a].at == at && directions[a].share == 1.0 &&
+           directions[a].next_share == 0.0 && directions[a].bend_1_kg == 0.0;
   };
   for (std::size_t a = 0; a < directions.size(); ++a) {
     const RowDirection& direction = directions[a];
@@ -148,8 +147,8 @@ void BodyRows::list_columns() {
   for (const RowParts& parts : parts_) {
     for (std::size_t i = 0; i < parts.count; ++i) {
       for (std::size_t k = 0; k < columns_a_body; ++k) {
-        if (parts.parts[i].taken.col(static_cast<Eigen::Index>(k)).isZero(0.0)) continue;
-        is_used[columns_a_body * parts.parts[i].body + k] = 1;
+        if (parts.sides[i].taken.col(static_cast<Eigen::Index>(k)).isZero(0.0)) continue;
+        is_used[columns_a_body * parts.sides[i].body + k] = 1;
       }
     }
   }
@@ -158,20 +157,21 @@ void BodyRows::list_columns() {
   }
 }
 
-void BodyRows::factor_columns() {
+bool BodyRows::factor_columns() {
   list_columns();
   const std::size_t width = used_.size();
+  if (width == 0) return true;
   taken_.assign(placed_.size() * width, 0.0);
   std::vector<double> along(shares(), 0.0);
   for (std::size_t a = 0; a < placed_.size(); ++a) {
     const RowParts& parts = parts_[placed_[a].row];
     for (std::size_t i = 0; i < parts.count; ++i) {
-      Eigen::Map<Shares>(along.data() + columns_a_body * parts.parts[i].body) =
-          parts.parts[i].taken.transpose() * placed_[a].along;
+      Eigen::Map<Shares>(along.data() + columns_a_body * parts.sides[i].body) =
+          parts.sides[i].taken.transpose() * placed_[a].along;
     }
     for (std::size_t k = 0; k < width; ++k) taken_[a * width + k] = along[used_[k]];
     for (std::size_t i = 0; i < parts.count; ++i) {
-      Eigen::Map<Shares>(along.data() + columns_a_body * parts.parts[i].body).setZero();
+      Eigen::Map<Shares>(along.data() + columns_a_body * parts.sides[i].body).setZero();
     }
   }
   answered_ = taken_;
@@ -190,7 +190,8 @@ void BodyRows::factor_columns() {
     const auto at = static_cast<Eigen::Index>(k);
     sum(at, at) += signs_[used_[k] / columns_a_body][static_cast<Eigen::Index>(used_[k] % columns_a_body)];
   }
-  columns_.compute(sum);  // symmetric but for its rounding
+  capacitance_.compute(sum);  // symmetric but for its rounding
+  return sum.allFinite();
 }
 
 void BodyRows::solve(std::span<double> b) {
@@ -202,14 +203,14 @@ void BodyRows::solve(std::span<double> b) {
   for (std::size_t a = 0; a < b.size(); ++a) {
     share_ += b[a] * Eigen::Map<const Eigen::VectorXd>(taken_.data() + a * width, size);
   }
-  share_ = columns_.solve(share_).eval();
+  share_ = capacitance_.solve(share_).eval();
   for (std::size_t a = 0; a < b.size(); ++a) {
     b[a] -= share_.dot(Eigen::Map<const Eigen::VectorXd>(answered_.data() + a * width, size));
   }
 }
 
-// Of `width` right-hand sides, side by side for each direction. Rows that stick come first and last, in the world's
-// axes; between the two, what they leave of those that slide.
+// Solves for `width` right-hand sides, side by side for each direction. Rows that stick come first and last, in the
+// world's axes; between the two, what they leave of those that slide.
 void BodyRows::solve_without_columns(std::span<double> b, std::size_t width) {
   const std::size_t total = leading_ + sliding_.size();
   const std::size_t stride = dense_stride(total);

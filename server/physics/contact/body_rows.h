@@ -1,6 +1,7 @@
 // How rows of few bodies answer to each other's impulses: a number for each two rows, and a few columns for each body.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,7 +20,7 @@ namespace pneuma::physics {
 ///
 /// So directions of rows that stick, three a row, take the factor of a matrix of a third as many unknowns. Those of
 /// rows that slide come after it, by the complement of Schur: its numbers times the cosines between directions. The
-/// columns come last, by Woodbury's identity. Of 50 rows that all takes a sixth of the dense matrix's operations.
+/// columns come last, by Woodbury's identity. With 50 rows this takes a sixth of the dense matrix's operations.
 class BodyRows {
  public:
   /// What impulses make of the rows' velocities: a vector, so that shares of two may be added.
@@ -45,7 +46,8 @@ class BodyRows {
   /// `impulses_n_s`: three a row.
   void push_all(std::span<const double> impulses_n_s, Velocities& velocities) const;
 
-  /// Takes the part of W that the directions span. False where it is not positive definite.
+  /// Takes the part of W that the directions span, which are sorted by `at`. False where the numbers' share in it is
+  /// not positive definite, or has no finite inverse.
   bool factor(std::span<const RowDirection> directions);
   /// x with that part times x = b, in the place of b; one number a direction.
   void solve(std::span<double> b);
@@ -60,7 +62,7 @@ class BodyRows {
     Columns given = Columns::Zero();  // U D
   };
   struct RowParts {
-    Part parts[2];
+    std::array<Part, 2> sides;
     std::size_t count = 0;
   };
   // A direction of the part that was factored.
@@ -78,7 +80,7 @@ class BodyRows {
   void place(std::span<const RowDirection> directions);
   bool factor_numbers();
   bool factor_sliding(std::span<const RowDirection> directions);
-  void factor_columns();
+  bool factor_columns();
   void solve_without_columns(std::span<double> b, std::size_t width);
 
   std::size_t rows_;
@@ -94,11 +96,11 @@ class BodyRows {
   std::vector<double> factor_;                   // of the numbers: of rows that stick, then what is left of the others
   std::vector<std::size_t> slid_;                // directions of rows that slide
   std::vector<double> slid_factor_;
-  std::vector<std::size_t> used_;                 // of the bodies' columns: those that are not zero
-  std::vector<double> taken_, answered_;          // U along the directions, and what they answer to it, by direction
-  Eigen::PartialPivLU<Eigen::MatrixXd> columns_;  // D + U^T (S x 1)^-1 U
-  std::vector<double> by_row_, by_slid_;          // scratch of solve_without_columns
-  Eigen::VectorXd share_;                         // scratch of solve
+  std::vector<std::size_t> used_;         // of the bodies' columns: those that are not zero
+  std::vector<double> taken_, answered_;  // U along the directions, and what they answer to it, by direction
+  Eigen::PartialPivLU<Eigen::MatrixXd> capacitance_;  // D + U^T (S x 1)^-1 U
+  std::vector<double> by_row_, by_slid_;              // scratch of solve_without_columns
+  Eigen::VectorXd share_;                             // scratch of solve
   const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };
 

@@ -36,7 +36,7 @@ struct ContactWorld {
   std::span<ImplicitTables<Real>> tables = {};
   std::span<const std::vector<Vec3<Real>>> start_m_s = {};
   std::optional<StageAccuracy> first_order = {};  // of a method that is not implicit Euler: how to step by that
-  // Likewise: what rows held as the step before ended, by key; then, as this one did.
+  // Of implicit methods: what rows held as the step before ended, sorted by key; then, as this one did.
   std::vector<WarmImpulse>* warm = nullptr;
   std::span<JointState> joints = {};            // those that break are marked
   std::span<ContactNotes> notes = {};           // what was answered is appended; or none

@@ -49,6 +49,7 @@ template <class Real>
 void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
+  list_resting(world);
   (void)take_touching(world, surfaces);
   bool is_settled = false;
   for (int pass = 0; pass < coupled_passes_max; ++pass) {
@@ -136,7 +137,6 @@ void CoupledStep<Real>::load_solids(const CoupledWorld<Real>& world) {
 template <class Real>
 bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   bool any = false;
-  list_resting(world);
   for (const ContactRow& row : passes_.rows) {
     for (const Support* side : {&row.first, &row.second}) {
       if (side->body >= passes_.bodies.size()) continue;
@@ -156,7 +156,7 @@ bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceCo
   return any;
 }
 
-// Not one that bounces: it would be sent off twice.
+// Not those that bounce off all that they touch: their velocities lead away from it. Once, before the first pass.
 template <class Real>
 void CoupledStep<Real>::list_resting(const CoupledWorld<Real>& world) {
   rests_.assign(passes_.bodies.size(), 0);
@@ -348,7 +348,7 @@ template <class Real>
 void CoupledStep<Real>::keep_impulses(std::vector<WarmImpulse>& warm) const {
   warm.clear();
   for (const ContactRow& row : passes_.rows) {
-    if (!row.impulse_n_s.isZero(0.0)) warm.push_back({row.key, row.impulse_n_s});
+    if (row.impulse_n_s.allFinite() && !row.impulse_n_s.isZero(0.0)) warm.push_back({row.key, row.impulse_n_s});
   }
   std::ranges::sort(warm, {}, &WarmImpulse::key);
 }

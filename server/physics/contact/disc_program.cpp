@@ -221,15 +221,17 @@ bool DiscProgram<Rows>::factor_directions() {
   return w_.factor(directions_);
 }
 
-// What was found along the free directions, as a step of all coordinates.
+// What was found along the free directions, as a step of all coordinates. False where it is not finite.
 template <class Rows>
-void DiscProgram<Rows>::spread_found() {
+bool DiscProgram<Rows>::spread_found() {
+  if (!std::ranges::all_of(found_, [](double value) { return std::isfinite(value); })) return false;
   std::ranges::fill(step_, 0.0);
   for (std::size_t a = 0; a < directions_.size(); ++a) {
     const RowDirection& of = directions_[a];
     step_[of.at] += of.share * found_[a];
     if (of.next_share != 0.0) step_[of.at + 1] += of.next_share * found_[a];
   }
+  return true;
 }
 
 // The friction of a row that slides goes with its normal impulse, which makes the matrix unsymmetric. What that adds is
@@ -271,7 +273,7 @@ bool DiscProgram<Rows>::aim_with_friction() {
     }
     w_.solve(found_);
   }
-  spread_found();
+  if (!spread_found()) return false;
   for (std::size_t k = 0; k < slides_.size(); ++k) {
     Vec3d::Map(step_.data() + 3 * slides_[k].row) += normals_n_s_[k] * slides_[k].share;
   }
@@ -350,7 +352,7 @@ template <class Rows>
 bool DiscProgram<Rows>::step_together() {
   if (!factor_directions()) return false;
   w_.solve(found_);
-  spread_found();
+  if (!spread_found()) return false;
   by_step_ = w_.at_rest();
   w_.push_all(step_, by_step_);
   next_velocities_.resize(by_step_.size());

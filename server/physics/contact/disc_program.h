@@ -64,7 +64,7 @@ class DiscProgram {
   bool aim_with_friction();
   void go(double length);
   bool step_with_friction();
-  void spread_found();
+  bool spread_found();
   void project(Vector& f) const;
   void find_velocities();
   void add_differences(const Vector& from, const Vector& to, Velocities& velocities) const;

@@ -27,7 +27,7 @@ constexpr int additions_max = 6;
 // Of a joint's inverse mass: one that two joints hold the same way must not be without bounds.
 constexpr double joint_regularisation = 1e-12;
 
-// Of the largest of the loaded rows: what the springs make of each, for the program by bodies to divide by.
+// The least that a row's own number may be, as a share of the largest inverse mass of a row. BodyRows divides by it.
 constexpr double least_number_share = 1e-6;
 
 class Sweeps {
@@ -104,7 +104,7 @@ class Sweeps {
     loaded_.push_back(row);
   }
 
-  // Where the bodies' columns are fewer than the rows, and what the springs make of each row is not next to nothing.
+  // Where the bodies' columns are no more than the rows, and the springs' share in each row is not next to nothing.
   bool goes_by_bodies() {
     bodies_.clear();
     double most_1_kg = 0.0;
@@ -114,7 +114,7 @@ class Sweeps {
         if (!std::holds_alternative<FixedResponse>(responses_[side->body])) bodies_.push_back(side->body);
       }
       const double own_1_kg = coupling_number_1_kg(responses_, rows_[i], rows_[i]) + rows_[i].softness_1_kg;
-      most_1_kg = std::max(most_1_kg, own_1_kg);
+      most_1_kg = std::max(most_1_kg, blocks_[i].inverse_mass_1_kg.trace() / 3.0 + rows_[i].softness_1_kg);
       least_1_kg = std::min(least_1_kg, own_1_kg);
     }
     std::ranges::sort(bodies_);

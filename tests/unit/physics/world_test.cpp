@@ -106,6 +106,35 @@ TEST(World, SnapshotOfALoadGoesOnWithTheSameBits) {
   EXPECT_FALSE(other.restore(std::string_view(snapshot).substr(0, snapshot.size() - 8)).ok());
 }
 
+// Its last part is a count, and of each row its key (16 bytes) and its impulse.
+TEST(World, SnapshotOfALoadWhoseImpulsesAreDamagedIsRefused) {
+  constexpr std::size_t row_bytes = 16 + 3 * sizeof(double);
+  World world = make(loaded_scene());
+  run(world, 30);
+  const std::string snapshot = world.snapshot();
+  const std::size_t bare = make(world.scene()).snapshot().size();
+  const std::size_t count_at = bare + 8;  // after that of joints
+  ASSERT_EQ((snapshot.size() - count_at - 8) % row_bytes, 0U);
+  ASSERT_GE(snapshot.size(), count_at + 8 + 2 * row_bytes);
+  const auto expect_refused = [&](std::size_t at, const std::string& bytes) {
+    std::string damaged = snapshot;
+    damaged.replace(at, bytes.size(), bytes);
+    EXPECT_FALSE(world.restore(damaged).ok()) << at;
+  };
+  expect_refused(count_at + 7, "\x10");                                         // 2^60 rows
+  expect_refused(snapshot.size() - 8, std::string("\0\0\0\0\0\0\xf8\x7f", 8));  // not a number
+  expect_refused(count_at + 8, std::string(8, '\xff'));                         // a key past the next
+  EXPECT_TRUE(world.restore(snapshot).ok());
+}
+
+TEST(WorldApply, ABodyThatBeginsAnewHasNoImpulsesOfBefore) {
+  World world = make(loaded_scene());
+  run(world, 30);
+  ASSERT_TRUE(world.apply(loaded_scene(), {"ball", "load"}).ok());
+  World fresh = make(loaded_scene());
+  EXPECT_EQ(world.snapshot().size(), fresh.snapshot().size());
+}
+
 TEST(World, SnapshotOfALoadFromBeforeItHeldImpulsesIsRead) {
   World world = make(loaded_scene());
   run(world, 30);

@@ -1,6 +1,6 @@
 // Shows that rows by bodies (body_rows.h) answer as the dense matrix does that they stand for: velocities, diagonals,
-// parts spanned by directions of rows that stick, slide, or only press, and whole programs. And that every response is
-// what body_rows.h takes it for: a number times the identity, and its columns.
+// parts spanned by directions of rows that stick, slide, or only press, and whole programs. And that a rigid body's
+// response is what body_rows.h takes it for: a number times the identity, and its columns.
 #include "physics/contact/body_rows.h"
 
 #include <algorithm>
@@ -208,7 +208,7 @@ TEST(BodyRows, ProgramsEndWhereTheDenseOnesDo) {
   }
 }
 
-// A body that meets itself has both supports of a row; a locked one has rows of zeros in its inertia.
+// A body that meets itself has both supports of a row.
 TEST(BodyRows, AddBothSidesOfABodyThatMeetsItself) {
   RowDraw drawn(3);
   const LowRankColumns first = drawn.columns(1.0);
@@ -222,6 +222,42 @@ TEST(BodyRows, AddBothSidesOfABodyThatMeetsItself) {
   EXPECT_LT((velocities_of(rows, impulse) - w * impulse).norm(), 1e-13);
 }
 
+// Rows that say the same twice are told apart by nothing: any share of the two will do, and what they do together is
+// what one of them would.
+TEST(BodyRows, SolveForRowsThatSayTheSameTwice) {
+  RowDraw drawn(9);
+  const LowRankColumns columns = drawn.columns(0.7);
+  BodyRows rows(2, 1);
+  for (const std::size_t row : {0U, 1U}) {
+    rows.add_part(row, 0, 1.0, columns);
+    for (const std::size_t by : {0U, 1U}) rows.set_number(row, by, 0.5);
+  }
+  const std::vector<RowDirection> directions = directions_of(2, 1);
+  ASSERT_TRUE(rows.factor(directions));
+  std::vector<double> b{1.0, -2.0, 0.5, 1.0, -2.0, 0.5};
+  const std::vector<double> wanted = b;
+  rows.solve(b);
+  EXPECT_LT((velocities_of(rows, Eigen::Map<const Eigen::VectorXd>(b.data(), 6)) -
+             Eigen::Map<const Eigen::VectorXd>(wanted.data(), 6))
+                .norm(),
+            1e-5);
+}
+
+TEST(BodyRows, WithoutColumnsOrDirectionsAreTheirNumbersAlone) {
+  BodyRows rows(9, 1);
+  for (std::size_t row = 0; row < 9; ++row) rows.set_number(row, row, 2.0);
+  EXPECT_TRUE(rows.factor({}));
+  const std::vector<RowDirection> directions = directions_of(9, 2);
+  ASSERT_TRUE(rows.factor(directions));
+  std::vector<double> b(directions.size(), 1.0);
+  rows.solve(b);
+  for (std::size_t a = 0; a < b.size(); ++a) EXPECT_NEAR(b[a], 1.0 / (2.0 + directions[a].bend_1_kg), 1e-8);
+  BodyRows negative(1, 1);
+  negative.set_number(0, 0, -1.0);
+  EXPECT_FALSE(negative.factor(directions_of(1, 1)));
+}
+
+// A locked one has rows of zeros in its inertia.
 TEST(BodyRows, TakeEveryRigidBodyForItsColumns) {
   RowDraw drawn(5);
   for (const bool is_locked : {false, true}) {
