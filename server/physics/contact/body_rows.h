@@ -20,7 +20,7 @@ namespace pneuma::physics {
 ///
 /// So directions of rows that stick, three a row, take the factor of a matrix of a third as many unknowns. Those of
 /// rows that slide come after it, by the complement of Schur: its numbers times the cosines between directions. The
-/// columns come last, by Woodbury's identity. With 50 rows this takes a sixth of the dense matrix's operations.
+/// columns come last, by Woodbury's identity.
 class BodyRows {
  public:
   /// What impulses make of the rows' velocities: a vector, so that shares of two may be added.

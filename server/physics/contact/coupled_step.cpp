@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <ranges>
 
 #include "physics/contact/coupled_rows.h"
 #include "physics/contact/filter.h"
 #include "physics/contact/rebound.h"
+#include "physics/contact/resting_start.h"
 #include "physics/contact/solver.h"
 #include "physics/contact/spins.h"
 #include "physics/forces/force_terms.h"
@@ -31,13 +31,6 @@ constexpr double coupled_enough_early_share = 1e-3;
 constexpr double joints_alone_enough_m_s = 1e-9;
 // What a pass may move vertices by and be the last but one.
 constexpr double pass_settled_share = 1e-3;
-// A body rests on another where the two begin the step nearer than this, and neither close nor part by more in it.
-constexpr double resting_share = 0.05;
-// A body that rests so may begin the passes from where its velocities take it, in place of its free step. It does where
-// that step would bend it by more than this. Without its load a skin springs back within the step. Passes that began
-// there did not come back: a ball of 1e6 N/m under 1,000 kg stood 7 cm too high, and never came to rest. Where the
-// method's own step is taken by first order, the free step stays: the body's vibrations would be kept.
-constexpr double sprung_back_share = 0.1;
 // Of the internal forces' moments: the stress stiffness of a body's rotations, as a bound from above.
 constexpr double stress_share = 2.0;
 // The edges' share of a pressure, as a stiffness that the springs do not have.
@@ -49,7 +42,7 @@ template <class Real>
 void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
-  list_resting(world);
+  list_resting(passes_, world.substep.dt_s, rests_);
   (void)take_touching(world, surfaces);
   bool is_settled = false;
   for (int pass = 0; pass < coupled_passes_max; ++pass) {
@@ -147,55 +140,16 @@ bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceCo
         body.left_out = true;
         continue;
       }
-      if (rests_[side->body] != 0 && !world.first_order) choose_start(world, side->body);
+      // Where the method's own step is taken by first order, the body's vibrations would be kept.
+      if (rests_[side->body] != 0 && !world.first_order && world.soft[side->body].is_awake()) {
+        choose_start(world.soft[side->body], passes_.surface(side->body).spacing_m, world.substep.dt_s, body);
+      }
       body.in_contact = begin_metric(world, side->body);
       body.left_out = !body.in_contact;
       any = any || body.in_contact;
     }
   }
   return any;
-}
-
-// Not those that bounce off all that they touch: their velocities lead away from it. Once, before the first pass.
-template <class Real>
-void CoupledStep<Real>::list_resting(const CoupledWorld<Real>& world) {
-  rests_.assign(passes_.bodies.size(), 0);
-  for (const ContactRow& row : passes_.rows) {
-    if (joint_of(row)) continue;
-    const Vec3d relative_m_s = start_velocity_m_s(row.first) - start_velocity_m_s(row.second);
-    const double parts_m = world.substep.dt_s * std::abs(relative_m_s.dot(row.normal));
-    for (const Support* side : {&row.first, &row.second}) {
-      if (side->body >= passes_.bodies.size()) continue;
-      const double enough_m = resting_share * passes_.surface(side->body).spacing_m;
-      if (row.gap_m <= enough_m && parts_m <= enough_m) rests_[side->body] = 1;
-    }
-  }
-}
-
-template <class Real>
-Vec3d CoupledStep<Real>::start_velocity_m_s(const Support& side) const {
-  const std::size_t soft_count = passes_.bodies.size();
-  if (side.body < soft_count) return mean_of(side, passes_.bodies[side.body].u0);
-  if (side.body - soft_count >= passes_.solids.size()) return Vec3d::Zero();  // the world
-  const SolidPlace& solid = passes_.solids[side.body - soft_count];
-  return solid.velocity + solid.angular_velocity.cross(side.arm);
-}
-
-template <class Real>
-void CoupledStep<Real>::choose_start(const CoupledWorld<Real>& world, std::size_t index) {
-  const SoftState<Real>& state = world.soft[index];
-  if (!state.is_awake()) return;
-  CoupledBody& body = passes_.bodies[index];
-  const auto count = static_cast<double>(body.u.size());
-  Vec3d whole_m_s = Vec3d::Zero();
-  for (std::size_t k = 0; k < body.u.size(); ++k) whole_m_s += (body.u[k] - body.u0[k]) / count;
-  const double enough_m_s = sprung_back_share * passes_.surface(index).spacing_m / world.substep.dt_s;
-  const auto springs_back = [&](std::size_t k) {
-    return (body.u[k] - body.u0[k] - whole_m_s).squaredNorm() > enough_m_s * enough_m_s;
-  };
-  if (std::ranges::none_of(std::views::iota(std::size_t{0}, body.u.size()), springs_back)) return;
-  body.u = body.u0;
-  if (body.is_free) turn_straight_ways(state, body.x0, world.substep.dt_s, body.u);
 }
 
 template <class Real>

@@ -28,9 +28,6 @@ class CoupledStep {
   void load_solids(const CoupledWorld<Real>& world);
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] double least_spacing_m() const;
-  void list_resting(const CoupledWorld<Real>& world);
-  [[nodiscard]] Vec3d start_velocity_m_s(const Support& side) const;
-  void choose_start(const CoupledWorld<Real>& world, std::size_t index);
   [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
                                          SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool begin_metric(const CoupledWorld<Real>& world, std::size_t index);

@@ -127,24 +127,28 @@ void solve_backward_strip(const double* factor, std::size_t leading, std::size_t
   }
 }
 
+// Calls strip<packs>(at) for strips of Wide packs of the width, and then for single ones.
+template <class P, std::size_t Wide, class Strip>
+void for_strips(std::size_t width, const Strip& strip) {
+  std::size_t at = 0;
+  for (; at + Wide * P::width <= width; at += Wide * P::width) strip.template operator()<Wide>(at);
+  for (; at < width; at += P::width) strip.template operator()<1>(at);
+}
+
 template <class P, std::size_t Wide>
 void solve_forward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
                    std::size_t width) {
-  std::size_t at = 0;
-  for (; at + Wide * P::width <= width; at += Wide * P::width) {
-    solve_forward_strip<P, Wide>(factor, leading, count, stride, rows + at, width);
-  }
-  for (; at < width; at += P::width) solve_forward_strip<P, 1>(factor, leading, count, stride, rows + at, width);
+  for_strips<P, Wide>(width, [&]<std::size_t Packs>(std::size_t at) {
+    solve_forward_strip<P, Packs>(factor, leading, count, stride, rows + at, width);
+  });
 }
 
 template <class P, std::size_t Wide>
 void solve_backward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
                     std::size_t width) {
-  std::size_t at = 0;
-  for (; at + Wide * P::width <= width; at += Wide * P::width) {
-    solve_backward_strip<P, Wide>(factor, leading, count, stride, rows + at, width);
-  }
-  for (; at < width; at += P::width) solve_backward_strip<P, 1>(factor, leading, count, stride, rows + at, width);
+  for_strips<P, Wide>(width, [&]<std::size_t Packs>(std::size_t at) {
+    solve_backward_strip<P, Packs>(factor, leading, count, stride, rows + at, width);
+  });
 }
 
 // Forward by columns, then back by rows of the transpose. Each row's sum is eight sums, added in one order on every

@@ -120,8 +120,9 @@ class RigidResponse {
 
 using Response = std::variant<FixedResponse, LumpedResponse, RigidResponse, FactoredResponse>;
 
-/// Every body's inverse mass between two supports is a number times the identity, and the product of their columns:
-/// inverse_mass_1_kg(at, by) = number_1_kg(at, by) 1 + columns(at) D columns(by)^T, where D has the signs.
+/// The two parts of every body's inverse mass between two supports. D has the columns' signs on its diagonal:
+///
+///     inverse_mass_1_kg(at, by) = number_1_kg(at, by) 1 + columns(at) D columns(by)^T
 [[nodiscard]] inline double number_1_kg(const Response& response, const Support& at, const Support& by) {
   return std::visit([&](const auto& body) { return body.number_1_kg(at, by); }, response);
 }

@@ -5,8 +5,8 @@
 
 namespace pneuma::physics {
 
-/// One coordinate of the rows' impulses, three a row (along its normal, and two across it); or two next to each other
-/// across a normal, mixed: the tangent of a disc at its edge.
+/// One coordinate of the rows' impulses. A row has three: along its normal, and two across it. Or it is a mix of the
+/// two across: the tangent of a disc at its edge.
 struct RowDirection {
   std::size_t at = 0;  // the coordinate
   double share = 1.0;

@@ -202,6 +202,25 @@ TEST_P(DenseKernelsOf, HaveTheBitsOfTheBaseline) {
       EXPECT_EQ(std::bit_cast<std::uint64_t>(a), std::bit_cast<std::uint64_t>(b)) << at;
     };
     for (std::size_t i = 0; i < many[0].size(); ++i) expect_same(many[0][i], many[1][i], i);
+    if (count > dense_block) {
+      Numbers parts[2] = {matrix.numbers, matrix.numbers};
+      Numbers sums[2] = {drawn(3 * matrix.stride, 3 * matrix.stride, 14),
+                         drawn(3 * matrix.stride, 3 * matrix.stride, 14)};
+      const double shares[3] = {0.3, -1.7, 2.9};
+      for (std::size_t k = 0; k < 2; ++k) {
+        ASSERT_TRUE(both[k]->factor(parts[k].data(), dense_block, count, matrix.stride));
+        both[k]->solve_forward(parts[k].data(), dense_block, count, matrix.stride, many[k].data(), 40);
+        both[k]->solve_backward(parts[k].data(), dense_block, count, matrix.stride, many[k].data(), 40);
+        both[k]->add_column(matrix.numbers.data(), shares, matrix.stride, sums[k].data());
+      }
+      for (std::size_t i = 0; i < many[0].size(); ++i) expect_same(many[0][i], many[1][i], i);
+      for (std::size_t i = 0; i < sums[0].size(); ++i) expect_same(sums[0][i], sums[1][i], i);
+      for (std::size_t c = 0; c < count; ++c) {
+        for (std::size_t r = c; r < count; ++r) {
+          expect_same(parts[0][c * matrix.stride + r], parts[1][c * matrix.stride + r], r);
+        }
+      }
+    }
     for (std::size_t i = 0; i < matrix.stride; ++i) {
       expect_same(answers[0][i], answers[1][i], i);
       expect_same(products[0][i], products[1][i], i);

@@ -150,6 +150,11 @@ TEST_P(Factored, InverseMassesAreThoseOfTheFormula) {
       const Eigen::Matrix3d wanted = columns_of(at).transpose() * dense_ * columns_of(by);
       const Eigen::Matrix3d found = response_.inverse_mass_1_kg(at, by);
       EXPECT_LT((found - wanted).cwiseAbs().maxCoeff(), factored_tolerance * size);
+      const LowRankColumns of_at = response_.columns(at);
+      const Eigen::Matrix3d of_parts =
+          response_.number_1_kg(at, by) * Eigen::Matrix3d::Identity() +
+          of_at.columns * of_at.signs.asDiagonal() * response_.columns(by).columns.transpose();
+      EXPECT_LT((found - of_parts).cwiseAbs().maxCoeff(), 1e-12 * size);
       EXPECT_LT((found - response_.inverse_mass_1_kg(by, at).transpose()).cwiseAbs().maxCoeff(), 1e-12 * size);
     }
   }
