@@ -28,6 +28,10 @@ constexpr double enough_share = 2e-3;
 constexpr std::size_t large_rows = 256;
 constexpr std::size_t idle_times = 8;
 
+bool moves_by_velocity(Integrator integrator) {
+  return integrator == Integrator::symplectic_euler || !is_explicit(integrator);
+}
+
 }  // namespace
 
 template <class Real>
@@ -239,9 +243,23 @@ bool LumpedGroup<Real>::solve_velocities(const Substep& substep) {
   for (std::size_t i = 0; i < moves_m_.size(); ++i) {
     moves_m_[i] += dt_s * (velocities_m_s_[i] - velocities_before_m_s_[i]);
   }
+  if (!moves_by_velocity(substep.world.substep.integrator)) move_skins_by_velocity(dt_s);
   take_back_pushes(substep.world.substep);
   slide_hits(dt_s);
   return outcome.converged;
+}
+
+// What the impulses hold at rest stays where it is. Moved by the mean of a substep's velocities, which a force still
+// speeds up, it would go back against that force in each substep, and heaps would boil.
+template <class Real>
+void LumpedGroup<Real>::move_skins_by_velocity(double dt_s) {
+  for (const std::uint32_t r : due_.skins) {
+    if (solver_.impulses()[r].pressed_n_s == 0.0) continue;
+    for (const std::uint32_t slot : solver_.pushed_slots(r)) {
+      const std::size_t first = 4 * std::size_t{slot};
+      Vec3d::Map(moves_m_.data() + first) = dt_s * Vec3d::Map(velocities_m_s_.data() + first);
+    }
+  }
 }
 
 // A row that only keeps a skin from going further into a solid says nothing of the move that the skin makes, where the
@@ -249,10 +267,9 @@ bool LumpedGroup<Real>::solve_velocities(const Substep& substep) {
 // a vertex and a rigid body it stays: their angular momentum counts on it.
 template <class Real>
 void LumpedGroup<Real>::take_back_pushes(const SubstepContext& context) {
-  const bool moves_by_velocity = context.integrator == Integrator::symplectic_euler || !is_explicit(context.integrator);
   for (const auto* list : {&due_.rigid, &due_.fixed}) {
     const bool is_rigid = list == &due_.rigid;
-    if (is_rigid && moves_by_velocity) continue;
+    if (is_rigid && moves_by_velocity(context.integrator)) continue;
     auto hit = hits_.begin();
     for (const std::uint32_t r : *list) {
       while (hit != hits_.end() && hit->row < r) ++hit;

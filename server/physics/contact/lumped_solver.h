@@ -95,6 +95,10 @@ class LumpedSolver {
   void take_back(std::size_t row, double dt_s, Values& moves_m) const {
     push_vertices(rows_[row], -dt_s * impulse_n_s(row), moves_m);
   }
+  /// The slots of the vertices that its impulse acts on.
+  [[nodiscard]] std::span<const std::uint32_t> pushed_slots(std::size_t row) const {
+    return std::span(rows_[row].corners).first(rows_[row].pushed_count);
+  }
   /// The slot of the first vertex.
   [[nodiscard]] std::size_t skin_slot(std::size_t row) const { return rows_[row].corners[0]; }
   /// The slot of the point of a moving collider.
