@@ -158,7 +158,9 @@ Scene heap_in_a_shaft(Integrator integrator) {
     ball.name = "ball-" + std::to_string(i);
     ball.mesh = mesh;
     const double askew_m = 0.02 * std::sin(i);
-    ball.position = {0.6 * (i % 2 - 0.5) + askew_m, 0.4 + 0.6 * (i / 4), 0.6 * (i / 2 % 2 - 0.5) - askew_m};
+    const int layer = i / 4;
+    const int row = i / 2 % 2;
+    ball.position = {0.6 * (i % 2 - 0.5) + askew_m, 0.4 + 0.6 * layer, 0.6 * (row - 0.5) - askew_m};
     ball.springs = {.stiffness_n_m = 500.0, .damping_n_s_m = 1.0};
     ball.gas = Gas{.moles = 0.0287};
     ball.surface.friction = 0.5;
