@@ -95,32 +95,34 @@ bool grab_fields(Archive& archive, Grab& grab) {
 }
 
 // One byte a body: what it is about. Most are under way, and have nothing else to keep.
-enum class Standing : std::uint8_t { moving, frozen, asleep, resting };
+enum class Standing : std::uint8_t { moving, frozen, asleep, resting, near, resting_and_near };
 
 template <class Body>
 Standing standing_of(const Body& body) {
   if (body.frozen) return Standing::frozen;
   if (body.rest.asleep) return Standing::asleep;
-  return body.rest.ticks > 0 ? Standing::resting : Standing::moving;
+  if (body.rest.near_ticks == 0) return body.rest.ticks > 0 ? Standing::resting : Standing::moving;
+  return body.rest.ticks > 0 ? Standing::resting_and_near : Standing::near;
 }
 
-// `place_fields` handles the place that a resting body has kept.
-template <class Archive, class Body, class PlaceFields>
-bool standing_fields(Archive& archive, Body& body, const PlaceFields& place_fields) {
+// `place_fields` handles the place that a resting body has kept, `near_fields` the one that a body is near.
+template <class Archive, class Body, class PlaceFields, class NearFields>
+bool standing_fields(Archive& archive, Body& body, const PlaceFields& place_fields, const NearFields& near_fields) {
   Standing standing = standing_of(body);
-  if (!archive.field(standing) || standing > Standing::resting) return false;
+  if (!archive.field(standing) || standing > Standing::resting_and_near) return false;
+  const bool is_resting = standing == Standing::resting || standing == Standing::resting_and_near;
+  const bool is_near = standing == Standing::near || standing == Standing::resting_and_near;
   body.frozen = standing == Standing::frozen;
   body.rest.asleep = standing == Standing::asleep;
-  if (standing != Standing::resting) {
-    body.rest.ticks = 0;
-    return true;
-  }
-  return archive.field(body.rest.ticks) && place_fields();
+  if (!is_resting) body.rest.ticks = 0;
+  if (!is_near) body.rest.near_ticks = 0;
+  return (!is_resting || (archive.field(body.rest.ticks) && place_fields())) &&
+         (!is_near || (archive.field(body.rest.near_ticks) && near_fields()));
 }
 
-template <class Archive, class Real>
-bool points_fields(Archive& archive, std::vector<Vec3<Real>>& points) {
-  for (Vec3<Real>& point : points) {
+template <class Archive, class Points>
+bool points_fields(Archive& archive, Points& points) {
+  for (auto& point : points) {
     for (int axis = 0; axis < 3; ++axis) {
       if (!archive.field(point[axis])) return false;
     }
@@ -137,7 +139,8 @@ bool soft_fields(Archive& archive, SoftState<Real>& body) {
     body.place.resize(body.x.size());
     return points_fields(archive, body.place);
   };
-  if (!standing_fields(archive, body, place_fields)) return false;
+  const auto near_fields = [&] { return points_fields(archive, body.near_place); };
+  if (!standing_fields(archive, body, place_fields, near_fields)) return false;
   if (!archive.field(body.volume_m3) || !archive.field(body.pressure_pa)) return false;
   // A body may have lost the gas that its scene gave it, but not come by one.
   bool has_gas = body.gas.has_value();
@@ -221,8 +224,9 @@ bool state_fields(Archive& archive, Simulation& sim) {
   if (!soft_done || !archive.count(sim.rigid.size())) return false;
   for (RigidState& body : sim.rigid) {
     const auto place_fields = [&] { return pose_fields(archive, body.place, body.place_orientation); };
+    const auto near_fields = [&] { return pose_fields(archive, body.near_place, body.near_orientation); };
     if (!pose_fields(archive, body.position, body.orientation) || !vector_field(archive, body.velocity) ||
-        !vector_field(archive, body.angular_velocity) || !standing_fields(archive, body, place_fields)) {
+        !vector_field(archive, body.angular_velocity) || !standing_fields(archive, body, place_fields, near_fields)) {
       return false;
     }
   }

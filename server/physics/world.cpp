@@ -76,6 +76,8 @@ std::vector<RigidState> applied_rigid_bodies(const std::vector<RigidState>& live
     states.back().rest = before->rest;
     states.back().place = before->place;
     states.back().place_orientation = before->place_orientation;
+    states.back().near_place = before->near_place;
+    states.back().near_orientation = before->near_orientation;
   }
   return states;
 }

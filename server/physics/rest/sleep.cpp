@@ -14,37 +14,89 @@ namespace pneuma::physics {
 
 namespace {
 
-// So many of a body's vertices tell whether it is worth a look. On a floor some tremble at rest, so most must be fast.
-constexpr std::size_t samples = 8;
-
 double length_m(const RigidState& body) {
   return 2.0 * radius_about_centre(body.body.shape);
 }
 
 // What is thrown up stands still at its top. Gravity must move it further than this within the time, wherever in its
 // flight that begins: by 0.086 g t^2 at least.
-double place_tolerance_m(double length_m, const Vec3d& gravity_m_s2) {
-  const double share_m = rest_place_share * length_m;
+double place_tolerance_m(double share, double length_m, const Vec3d& gravity_m_s2) {
+  const double share_m = share * length_m;
   const double fall_m = gravity_m_s2.norm() * rest_time_s * rest_time_s / 16.0;
   return fall_m > 0.0 ? std::min(share_m, fall_m) : share_m;
 }
 
+// On a floor some vertices tremble at rest, so most must be fast.
 template <class Real>
 bool is_mostly_faster(const SoftState<Real>& body, double speed_m_s) {
   std::size_t fast = 0;
-  for (std::size_t k = 0; k < samples; ++k) {
-    const Vec3<Real>& v = body.v[k * body.v.size() / samples];
+  for (std::size_t k = 0; k < sampled_vertices; ++k) {
+    const Vec3<Real>& v = body.v[body.sampled_vertex(k)];
     if (static_cast<double>(v.squaredNorm()) > speed_m_s * speed_m_s) ++fast;
   }
-  return 2 * fast > samples;
+  return 2 * fast > sampled_vertices;
+}
+
+std::uint32_t rest_ticks(double period_s) {
+  return static_cast<std::uint32_t>(std::ceil(rest_time_s / period_s)) + 1;  // a count of one tick is of two looks
+}
+
+double turned_m(const RigidState& body, const Quatd& from) {
+  return 0.5 * length_m(body) * body.orientation.angularDistance(from);
+}
+
+template <class Real>
+void begin_near(SoftState<Real>& body) {
+  for (std::size_t k = 0; k < sampled_vertices; ++k) body.near_place[k] = body.x[body.sampled_vertex(k)];
+}
+
+void begin_near(RigidState& body) {
+  body.near_place = body.position;
+  body.near_orientation = body.orientation;
+}
+
+template <class Real>
+double from_near_m(const SoftState<Real>& body) {
+  Real most_m2 = 0;
+  for (std::size_t k = 0; k < sampled_vertices; ++k) {
+    most_m2 = std::max(most_m2, (body.x[body.sampled_vertex(k)] - body.near_place[k]).squaredNorm());
+  }
+  return std::sqrt(static_cast<double>(most_m2));
+}
+
+double from_near_m(const RigidState& body) {
+  return (body.position - body.near_place).norm() + turned_m(body, body.near_orientation);
+}
+
+// Who rests needs no second place, nor who left the first one fast. What gravity does not hold together drifts. It `left`
+// a place that it had kept for so many ticks; 0: it did not.
+template <class Body>
+void note_near(Body& body, double length_m, std::uint32_t left, const Vec3d& gravity_m_s2, double period_s) {
+  const std::uint32_t needed = rest_ticks(period_s);
+  if (body.rest.ticks >= needed || gravity_m_s2.isZero()) {
+    body.rest.near_ticks = 0;
+  } else if (body.rest.near_ticks == 0) {
+    if (left == 0) return;
+    begin_near(body);
+    body.rest.near_ticks = std::min(left, needed);
+  } else if (from_near_m(body) > place_tolerance_m(near_place_share, length_m, gravity_m_s2)) {
+    body.rest.near_ticks = 0;
+  } else if (++body.rest.near_ticks >= 2 * needed) {
+    begin_near(body);  // it creeps
+    body.rest.near_ticks = needed;
+  }
 }
 
 template <class Real>
 void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double period_s) {
-  const double tolerance_m = place_tolerance_m(static_cast<double>(body.length_m), surroundings.gravity);
   if (is_kept_awake(body, surroundings)) {
-    body.rest = {};
-  } else if (body.rest.ticks == 0) {
+    wake(body);
+    return;
+  }
+  const auto length_m = static_cast<double>(body.length_m);
+  const double tolerance_m = place_tolerance_m(rest_place_share, length_m, surroundings.gravity);
+  std::uint32_t left = 0;
+  if (body.rest.ticks == 0) {
     if (!is_mostly_faster(body, tolerance_m / period_s)) {
       body.place = body.x;
       body.rest.ticks = 1;
@@ -53,21 +105,30 @@ void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double p
     const auto squared_m2 = static_cast<Real>(tolerance_m * tolerance_m);
     std::size_t kept = 0;
     while (kept < body.x.size() && (body.x[kept] - body.place[kept]).squaredNorm() <= squared_m2) ++kept;
-    body.rest.ticks = kept == body.x.size() ? body.rest.ticks + 1 : 0;
+    if (kept == body.x.size()) {
+      ++body.rest.ticks;
+    } else {
+      left = is_mostly_faster(body, tolerance_m / period_s) ? 0 : body.rest.ticks;
+      body.rest.ticks = 0;
+    }
   }
   if (body.rest.ticks == 0) body.place.clear();
+  note_near(body, length_m, left, surroundings.gravity, period_s);
 }
 
-void note_rest(RigidState& body, const Surroundings& surroundings) {
-  const double tolerance_m = place_tolerance_m(length_m(body), surroundings.gravity);
-  const double turned_m = 0.5 * length_m(body) * body.orientation.angularDistance(body.place_orientation);
-  if (body.rest.ticks > 0 && (body.position - body.place).norm() + turned_m <= tolerance_m) {
+void note_rest(RigidState& body, const Surroundings& surroundings, double period_s) {
+  const double tolerance_m = place_tolerance_m(rest_place_share, length_m(body), surroundings.gravity);
+  const double moved_m = (body.position - body.place).norm() + turned_m(body, body.place_orientation);
+  std::uint32_t left = 0;
+  if (body.rest.ticks > 0 && moved_m <= tolerance_m) {
     ++body.rest.ticks;
-    return;
+  } else {
+    left = body.rest.ticks > 1 ? body.rest.ticks : 0;  // a body that moves begins a place at each tick
+    body.rest.ticks = 1;
+    body.place = body.position;
+    body.place_orientation = body.orientation;
   }
-  body.rest.ticks = 1;
-  body.place = body.position;
-  body.place_orientation = body.orientation;
+  note_near(body, length_m(body), left, surroundings.gravity, period_s);
 }
 
 template <class Real>
@@ -123,28 +184,47 @@ void keep_awake_near_moving(std::span<SoftState<Real>> soft, std::span<RigidStat
   }
   if (moves.empty()) return;
   for_each_body(soft, rigid, [&](std::size_t i, const auto& body) {
-    const bool rests = body.rest.asleep || body.rest.ticks > 0;
+    const bool rests = body.rest.asleep || body.rest.ticks > 0 || body.rest.near_ticks > 0;
     if (rests && is_reached(extent_of(body), moves, period_s)) (void)wake_group(soft, rigid, i);
   });
 }
 
+// What a body's rest allows: to sleep with those that it touches, or with more of them than make a small group.
+enum class Rests : std::uint8_t { no, in_a_large_group, in_any };
+
+template <class Body>
+Rests rests_of(const Body& body, std::uint32_t ticks_needed) {
+  if (body.rest.asleep) return Rests::in_any;
+  if (!body.is_awake() || std::max(body.rest.ticks, body.rest.near_ticks) < ticks_needed || !is_slow(body)) {
+    return Rests::no;
+  }
+  return body.rest.ticks >= ticks_needed ? Rests::in_any : Rests::in_a_large_group;
+}
+
+bool is_at_rest(const std::vector<std::size_t>& group, const std::vector<Rests>& rests) {
+  const auto resting = static_cast<std::size_t>(
+      std::ranges::count_if(group, [&](std::size_t body) { return rests[body] == Rests::in_any; }));
+  if (resting == group.size()) return true;
+  return group.size() > small_group_bodies && static_cast<double>(resting) >= large_group_share * static_cast<double>(group.size()) &&
+         std::ranges::all_of(group, [&](std::size_t body) { return rests[body] != Rests::no; });
+}
+
 template <class Real>
 void put_groups_to_sleep(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::uint32_t ticks_needed) {
-  std::vector<std::uint8_t> ready(soft.size() + rigid.size(), 0);
+  std::vector<Rests> rests(soft.size() + rigid.size(), Rests::no);
   bool any = false;
   for_each_body(soft, rigid, [&](std::size_t i, auto& body) {
     if (body.is_awake() && body.rest.ticks >= ticks_needed && !is_slow(body)) wake(body);
-    const bool rests = body.is_awake() && body.rest.ticks >= ticks_needed;
-    ready[i] = rests || body.rest.asleep ? 1 : 0;
-    any |= rests;
+    rests[i] = rests_of(body, ticks_needed);
+    any |= rests[i] != Rests::no && body.is_awake();
   });
   if (!any) return;
   std::vector<Extent> extents = extents_of<Real>(soft, rigid, [](const auto& body) { return !body.frozen; });
-  std::vector<std::uint8_t> falls(ready.size(), 0);
-  for (std::size_t i = 0; i < ready.size(); ++i) {
+  std::vector<std::uint8_t> falls(rests.size(), 0);
+  for (std::size_t i = 0; i < rests.size(); ++i) {
     if (!extents[i].counts) continue;
     const std::vector<std::size_t> group = take_group(extents, i);
-    if (!std::ranges::all_of(group, [&](std::size_t body) { return ready[body] != 0; })) continue;
+    if (!is_at_rest(group, rests)) continue;
     for (const std::size_t body : group) falls[body] = 1;
   }
   for_each_body(soft, rigid, [&](std::size_t i, auto& body) {
@@ -203,11 +283,10 @@ void settle(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::s
     if (body.is_awake()) note_rest(body, surroundings, period_s);
   }
   for (RigidState& body : rigid) {
-    if (body.is_awake()) note_rest(body, surroundings);
+    if (body.is_awake()) note_rest(body, surroundings, period_s);
   }
   keep_awake_near_moving(soft, rigid, colliders, period_s);
-  // A count of one tick is of two looks.
-  put_groups_to_sleep(soft, rigid, static_cast<std::uint32_t>(std::ceil(rest_time_s / period_s)) + 1);
+  put_groups_to_sleep(soft, rigid, rest_ticks(period_s));
 }
 
 template <class Real>

@@ -14,6 +14,11 @@ namespace pneuma::physics {
 inline constexpr double rest_time_s = 0.5;
 /// ...no vertex further from it than this share of the body's length...
 inline constexpr double rest_place_share = 1e-3;
+/// In a group of more than so many bodies, such a share of them must; the others, only have been this near to a place.
+/// In a heap there is always one that rocks, or creeps on by a millimetre in half a second.
+inline constexpr std::size_t small_group_bodies = 10;
+inline constexpr double large_group_share = 0.25;
+inline constexpr double near_place_share = 1e-2;
 /// ...and has no more kinetic energy than at this speed, in its lengths a second: falling asleep takes away no more.
 /// The place decides. Vertices pressed on a floor with restitution go on trembling in place, at up to 0.07.
 inline constexpr double rest_speed_1_s = 0.1;

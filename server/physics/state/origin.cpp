@@ -50,6 +50,7 @@ void recentre(SoftState<Real>& body) {
     body.origin_m += step.template cast<double>();
     for (Vec3<Real>& x : body.x) x -= step;
     for (Vec3<Real>& place : body.place) place -= step;
+    for (Vec3<Real>& place : body.near_place) place -= step;
   }
 }
 

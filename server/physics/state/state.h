@@ -2,6 +2,7 @@
 // solids are few, and double.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -48,10 +49,14 @@ struct NormalSpread {
   std::vector<Real> areas_m2;           // a third of their areas
 };
 
+/// So many vertices of a body tell whether it moves at all, where all would cost too much.
+inline constexpr std::size_t sampled_vertices = 8;
+
 /// Whether a body sleeps, or how long it has kept its place (sleep.h).
 struct Rest {
   bool asleep = false;
   std::uint32_t ticks = 0;
+  std::uint32_t near_ticks = 0;  // for how long it has been near the place that it left last
 };
 
 template <class Real>
@@ -75,11 +80,13 @@ struct SoftState {
   std::vector<Grab> grabs;            // by vertex, those of one vertex side by side
   Rest rest;
   std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
-  bool solve_failed = false;      // the integrator found no finite answer in this substep
+  std::array<Vec3<Real>, sampled_vertices> near_place{};  // of those, when rest.near_ticks began to count
+  bool solve_failed = false;           // the integrator found no finite answer in this substep
   bool frozen = false;
   std::uint32_t tie = 0;  // bodies that joints tie together have the same number; 0: none do
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
+  [[nodiscard]] std::size_t sampled_vertex(std::size_t k) const { return k * x.size() / sampled_vertices; }
   /// Where the vertex is in the world.
   [[nodiscard]] Vec3d position_m(std::size_t vertex) const { return origin_m + x[vertex].template cast<double>(); }
   [[nodiscard]] Real rest_length_m(std::size_t edge) const {
@@ -110,6 +117,8 @@ struct RigidState {
   Rest rest;
   Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
   Quatd place_orientation = Quatd::Identity();
+  Vec3d near_place = Vec3d::Zero();  // likewise, when rest.near_ticks began to count
+  Quatd near_orientation = Quatd::Identity();
   bool has_moved = false;  // in the substep under way, by the contact solver
   bool frozen = false;
   std::uint32_t tie = 0;  // as a soft body's
