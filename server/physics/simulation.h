@@ -37,7 +37,7 @@ struct SoftBodies {
   std::vector<Profile> profiles;       // one a body, so that workers share none; empty while not profiling
   std::vector<Extents<Real>> extents;  // one a body, of those that are awake: as last looked at
   Contacts<Real> contacts;
-  std::vector<ContactNotes> notes;  // one a body, of the last substep that it was awake in; empty unless asked for
+  std::vector<ContactNotes> notes;  // one a body, of the last substep of a tick that it was awake in; empty unless asked for
 };
 
 /// Plain state and the step; World is the door to it.
@@ -131,7 +131,7 @@ class Simulation {
   void run_task(SoftBodies<Real>& bodies, const StepTask& task, const SubstepContext& context,
                 LaneScratch<Real>& scratch);
   template <class Real>
-  void begin_notes(SoftBodies<Real>& bodies) const;
+  void begin_notes(SoftBodies<Real>& bodies, const SubstepContext& context) const;
   template <class Real>
   [[nodiscard]] static std::span<const std::vector<Vec3<Real>>> coupled_start_m_s(const SoftBodies<Real>& bodies);
   [[nodiscard]] std::optional<StageAccuracy> first_order() const;

@@ -112,7 +112,7 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .first_order = first_order(),
                            .warm = &warm,
                            .joints = joints,
-                           .notes = bodies.notes,
+                           .notes = context.is_last_of_tick() ? std::span(bodies.notes) : std::span<ContactNotes>(),
                            .touches = noting ? &touches : nullptr,
                            .extents = bodies.extents});
   collect_broken_joints();
@@ -137,7 +137,7 @@ void Simulation::move(SoftBodies<Real>& bodies, const SubstepContext& context) {
 // Explicit methods: each body by itself, or one that the threads share.
 template <class Real>
 void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& context) {
-  begin_notes(bodies);
+  begin_notes(bodies, context);
   const std::vector<std::uint32_t> active = awake_of(bodies);
   const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
     step_alone(bodies.states[i], lanes_of(bodies, i), context.of_body(shared, profile_of(bodies, i)), scratch);
@@ -156,7 +156,7 @@ void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& conte
 template <class Real>
 bool Simulation::solve_part(SoftBodies<Real>& bodies, const SubstepContext& context) {
   if (bodies.next_awake == 0) {
-    begin_notes(bodies);
+    begin_notes(bodies, context);
     bodies.awake = awake_of(bodies);
     for (std::size_t i = 0; i < bodies.start_m_s.size(); ++i) {
       if (!bodies.states[i].is_awake()) bodies.start_m_s[i].clear();
@@ -257,8 +257,8 @@ void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::
 
 // Who sleeps keeps the contacts it fell asleep with.
 template <class Real>
-void Simulation::begin_notes(SoftBodies<Real>& bodies) const {
-  if (!noting) return;
+void Simulation::begin_notes(SoftBodies<Real>& bodies, const SubstepContext& context) const {
+  if (!noting || !context.is_last_of_tick()) return;
   bodies.notes.resize(bodies.states.size());
   for (std::size_t i = 0; i < bodies.notes.size(); ++i) {
     if (!bodies.states[i].rest.asleep) bodies.notes[i].clear();

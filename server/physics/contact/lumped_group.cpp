@@ -28,6 +28,12 @@ constexpr double enough_share = 2e-3;
 constexpr std::size_t large_rows = 256;
 constexpr std::size_t idle_times = 8;
 
+template <class Real>
+BodyRef skin_of(const Support& of, const SurfaceContacts<Real>& surfaces) {
+  if (!surfaces.is_mesh(of.body)) return {BodyKind::soft, of.body};
+  return {BodyKind::collider, surfaces.mesh(of.body).index};
+}
+
 bool moves_by_velocity(Integrator integrator) {
   return integrator == Integrator::symplectic_euler || !is_explicit(integrator);
 }
@@ -54,8 +60,10 @@ void LumpedGroup<Real>::add(ContactRow& row, const SurfaceContacts<Real>& surfac
   const auto place_m = [&](const Support& of) { return mean_of(of, surfaces.bodies()[of.body].from); };
   rows_.push_back(&row);
   kept_m_.push_back((place_m(row.first) - place_m(row.second)).dot(row.normal) - row.gap_m);
-  brief_.push_back(
-      {.near_m = row_slack_share * kept_m_.back(), .restitution = row.restitution, .first_body = row.first.body});
+  brief_.push_back({.near_m = row_slack_share * kept_m_.back(),
+                    .restitution = row.restitution,
+                    .first = skin_of(row.first, surfaces),
+                    .second = skin_of(row.second, surfaces)});
   ++skin_rows_;
 }
 
@@ -68,7 +76,8 @@ void LumpedGroup<Real>::add(std::span<ContactRow> rows, const typename SpanSolid
     brief_.push_back({.near_m = solid_slack_share * surface.spacing_m,
                       .out_m = out_of_solid_share * surface.spacing_m,
                       .restitution = row.restitution,
-                      .first_body = meeting.soft,
+                      .first = {BodyKind::soft, meeting.soft},
+                      .second = {solid.is_rigid ? BodyKind::rigid : BodyKind::collider, solid.index},
                       .is_vertex_on_solid = row.first.count == 1});
   }
   solids_.add(solid, surface, meeting.border_m, rows);
@@ -91,7 +100,7 @@ RowCounts LumpedGroup<Real>::answer(const Substep& substep, const SurfaceContact
   measure(substep);
   list_due(substep, surfaces);
   const bool converged = solve_velocities(substep);
-  note(substep, surfaces);
+  note(substep);
   add_moments(substep, surfaces, moments);
   solve_moves(substep);
   store(substep);
@@ -182,7 +191,7 @@ double LumpedGroup<Real>::impact_m_s(const Substep& substep, const SurfaceContac
   if (!may_bounce(substep, surfaces, r)) return 0.0;
   const SubstepPhysics physics = substep.world.physics();
   const bool both_fall = is_of_solid(r) && solids_.is_rigid(r - skin_rows_);
-  const double falls = both_fall ? 0.0 : surfaces.is_mesh(brief_[r].first_body) ? -1.0 : 1.0;
+  const double falls = both_fall ? 0.0 : brief_[r].first.kind == BodyKind::collider ? -1.0 : 1.0;
   const double gained_m_s = falls * (1.0 - share) * physics.dt_s * solver_.normal(r).dot(physics.gravity_m_s2);
   return impact_speed(opening_m_s_[r], gained_m_s, physics.resting_m_s);
 }
@@ -371,7 +380,7 @@ void LumpedGroup<Real>::add_moments(const Substep& substep, const SurfaceContact
     if (solver_.impulses()[r].pressed_n_s == 0.0) continue;
     const std::uint32_t rigid = solids_.index(r - skin_rows_);
     const Vec3d apart_m = solver_.at_skin(r, places_m_) - world.rigid[rigid].position - solver_.arm(r);
-    moments.add(brief_[r].first_body, world.soft.size() + rigid, apart_m.cross(solver_.impulse_n_s(r)));
+    moments.add(brief_[r].first.index, world.soft.size() + rigid, apart_m.cross(solver_.impulse_n_s(r)));
   }
   for (const Hit& hit : hits_) {
     if (!solids_.is_rigid(hit.row - skin_rows_)) continue;
@@ -397,25 +406,28 @@ void LumpedGroup<Real>::for_pressed(const Visit& visit) const {
 }
 
 template <class Real>
-void LumpedGroup<Real>::note(const Substep& substep, const SurfaceContacts<Real>& surfaces) const {
-  for_pressed([&](std::uint32_t r) { note_row(substep, surfaces, r); });
+void LumpedGroup<Real>::note(const Substep& substep) const {
+  for_pressed([&](std::uint32_t r) {
+    for (const BodyRef& of : {brief_[r].first, brief_[r].second}) {
+      if (of.kind == BodyKind::soft) substep.soft_touched[of.index] = 1;
+      if (of.kind == BodyKind::rigid) substep.rigid_touched[of.index] = 1;
+    }
+    if (!substep.world.notes.empty()) note_row(substep, r);
+  });
 }
 
 template <class Real>
-void LumpedGroup<Real>::note_row(const Substep& substep, const SurfaceContacts<Real>& surfaces, std::uint32_t r) const {
-  const std::span<ContactNotes> notes = substep.world.notes;
-  const auto [first, second] = bodies_of(surfaces, r);
+void LumpedGroup<Real>::note_row(const Substep& substep, std::uint32_t r) const {
   const auto note_one = [&](const Support& of, BodyRef who, BodyRef other, const Vec3d& normal) {
     if (who.kind != BodyKind::soft) return;
-    substep.soft_touched[who.index] = 1;
-    for (std::uint32_t i = 0; i < of.count && !notes.empty(); ++i) {
-      notes[who.index].push_back({of.vertices[i], other, normal});
+    for (std::uint32_t i = 0; i < of.count; ++i) {
+      substep.world.notes[who.index].push_back({of.vertices[i], other, normal});
     }
   };
   const Vec3d normal = is_of_solid(r) ? solver_.normal(r) : rows_[r]->normal;
-  note_one(rows_[r]->first, first, second, normal);
-  note_one(rows_[r]->second, second, first, -normal);
-  if (second.kind == BodyKind::rigid) substep.rigid_touched[second.index] = 1;
+  const SubstepRow& brief = brief_[r];
+  note_one(rows_[r]->first, brief.first, brief.second, normal);
+  note_one(rows_[r]->second, brief.second, brief.first, -normal);
 }
 
 template <class Real>
@@ -424,21 +436,8 @@ void LumpedGroup<Real>::tally(const Substep& substep, const SurfaceContacts<Real
     const Support& of = rows_[r]->first;
     const Vec3d position =
         is_of_solid(r) ? solver_.at_skin(r, places_m_) : mean_of(of, surfaces.bodies()[of.body].from);
-    const auto [first, second] = bodies_of(surfaces, r);
-    substep.world.touches->add(first, second, solver_.impulse_n_s(r), position, solver_.normal(r));
+    substep.world.touches->add(brief_[r].first, brief_[r].second, solver_.impulse_n_s(r), position, solver_.normal(r));
   });
-}
-
-template <class Real>
-std::pair<BodyRef, BodyRef> LumpedGroup<Real>::bodies_of(const SurfaceContacts<Real>& surfaces, std::uint32_t r) const {
-  const auto skin = [&](const Support& of) {
-    return surfaces.is_mesh(of.body) ? BodyRef{BodyKind::collider, surfaces.mesh(of.body).index}
-                                     : BodyRef{BodyKind::soft, of.body};
-  };
-  const BodyRef first = skin(rows_[r]->first);
-  if (!is_of_solid(r)) return {first, skin(rows_[r]->second)};
-  const std::size_t row = r - skin_rows_;
-  return {first, {solids_.is_rigid(row) ? BodyKind::rigid : BodyKind::collider, solids_.index(row)}};
 }
 
 template <class Real>

@@ -66,7 +66,7 @@ class LumpedGroup {
     double near_m = 0.0;  // what neither begins nor ends nearer than this is idle
     double out_m = 0.0;   // what is too near a solid goes back by this at least
     double restitution = 0.0;
-    std::uint32_t first_body = 0;
+    BodyRef first = {}, second = {};
     bool is_vertex_on_solid = false;
   };
   // A row whose vertex comes to its solid in the substep, and the share of it that passes before.
@@ -97,9 +97,8 @@ class LumpedGroup {
   void keep_out(std::uint32_t row);
   void store(const Substep& substep);
   void add_moments(const Substep& substep, const SurfaceContacts<Real>& surfaces, RowMoments& moments) const;
-  void note(const Substep& substep, const SurfaceContacts<Real>& surfaces) const;
-  void note_row(const Substep& substep, const SurfaceContacts<Real>& surfaces, std::uint32_t row) const;
-  [[nodiscard]] std::pair<BodyRef, BodyRef> bodies_of(const SurfaceContacts<Real>& surfaces, std::uint32_t row) const;
+  void note(const Substep& substep) const;
+  void note_row(const Substep& substep, std::uint32_t row) const;
   // Calls visit(row) for each that presses.
   template <class Visit>
   void for_pressed(const Visit& visit) const;
