@@ -13,4 +13,8 @@ Eigen::MatrixXd inverse(const Eigen::MatrixXd& matrix) {
   return matrix.partialPivLu().inverse();
 }
 
+Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
+}
+
 }  // namespace pneuma::support

@@ -1,7 +1,8 @@
-// Dense matrices for closed forms in tests. Compiled once, as Eigen's solvers take seconds in each file that has one.
+// What tests ask of Eigen's solvers. Compiled once, as those take seconds in each file that has one.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace pneuma::support {
 
@@ -10,5 +11,8 @@ namespace pneuma::support {
 
 /// The inverse of a regular square matrix, by LU with partial pivoting.
 [[nodiscard]] Eigen::MatrixXd inverse(const Eigen::MatrixXd& matrix);
+
+/// The shortest turn that takes one direction to another.
+[[nodiscard]] Eigen::Quaterniond turn_between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace pneuma::support

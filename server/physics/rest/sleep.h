@@ -14,14 +14,14 @@ namespace pneuma::physics {
 inline constexpr double rest_time_s = 0.5;
 /// ...no vertex further from it than this share of the body's length...
 inline constexpr double rest_place_share = 1e-3;
-/// In a group of more than so many bodies, such a share of them must; the others, only have been this near to a place.
-/// In a heap there is always one that rocks, or creeps on by a millimetre in half a second.
-inline constexpr std::size_t small_group_bodies = 10;
-inline constexpr double large_group_share = 0.25;
-inline constexpr double near_place_share = 1e-2;
 /// ...and has no more kinetic energy than at this speed, in its lengths a second: falling asleep takes away no more.
 /// The place decides. Vertices pressed on a floor with restitution go on trembling in place, at up to 0.07.
 inline constexpr double rest_speed_1_s = 0.1;
+/// Of a group of more than so many bodies, only this share must keep their places. The others need only be near a place,
+/// within this share of their lengths: in a heap there is always one that rocks or creeps.
+inline constexpr std::size_t small_group_bodies = 10;
+inline constexpr double large_group_share = 0.25;
+inline constexpr double near_place_share = 1e-2;
 
 /// At the end of a tick: notes which bodies keep their places, lets groups at rest fall asleep, and wakes what a moving
 /// collider may reach in the next tick. A soft body that one of its forces keeps awake (force_term.h) does not rest.

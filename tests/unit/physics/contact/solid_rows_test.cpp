@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/mesh/mesh_builders.h"
+#include "support/dense.h"
 #include "unit/physics/contact/surface_rig.h"
 
 namespace pneuma::physics {
@@ -125,7 +126,7 @@ TEST(SolidRows, PushAFaceBackOverTheCornerThatWentThroughIt) {
   const Shape box = BoxShape{{0.2, 0.2, 0.2}};
   const Surface surface;
   // One corner of it looks straight down, and is over the inside of a face.
-  const Quatd on_corner = Quatd::FromTwoVectors(Vec3d(-1, -1, -1).normalized(), -Vec3d::UnitY());
+  const Quatd on_corner = support::turn_between(Vec3d(-1, -1, -1).normalized(), -Vec3d::UnitY());
   const double corner_m = 0.2 * std::sqrt(3.0);
   for (const double gap_m : {0.05, 0.001, -0.001, -0.05, -0.08}) {
     SolidPlace place;

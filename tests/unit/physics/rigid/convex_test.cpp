@@ -9,6 +9,7 @@
 #include "physics/rigid/rigid_box_box.h"
 #include "physics/rigid/rigid_polyhedron.h"
 #include "physics/world.h"
+#include "support/dense.h"
 #include "unit/physics/contact/contact_rig.h"
 #include "unit/physics/mesh/convex_meshes.h"
 
@@ -21,7 +22,7 @@ const Surface rough_skin = surface(0.0, 0.6);
 
 /// Turned so that the side looks down.
 Quatd with_side_down(const Polyhedron::Side& side) {
-  return Quatd::FromTwoVectors(side.normal, -Vec3d::UnitY());
+  return support::turn_between(side.normal, -Vec3d::UnitY());
 }
 
 MeshShape flat_sheet() {
@@ -386,7 +387,7 @@ TEST_P(ConvexOnBall, IsHeldByItsEdgeAndItsCorner) {
   for (const Vec3d& lowest : down) {
     double height_m = 0.0;
     for (const Vec3d& corner : shape.solid->corners_m) height_m = std::max(height_m, lowest.dot(corner));
-    const Quatd turn = Quatd::FromTwoVectors(lowest, -Vec3d::UnitY());
+    const Quatd turn = support::turn_between(lowest, -Vec3d::UnitY());
     const World world = world_after(stone_on_ball(GetParam(), shape, turn, height_m), 240);
     EXPECT_GT(world.rigid_bodies()[0].position.y(), 0.75) << lowest.transpose();
   }
