@@ -8,7 +8,7 @@
 
 #include "numerics/worlds.h"
 #include "physics/simulation.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
 namespace {

@@ -28,7 +28,8 @@ import { Film } from "./film.js";
 import { frame, type Framed, type Room } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
-import { ShadowGauge, type ShadowQuality } from "./shadow_quality.js";
+import { ShadowGauge, shadowQuality, type ShadowQuality } from "./shadow_quality.js";
+import { recall, remember } from "./storage.js";
 import type { SoftBodyView } from "./soft_body_view.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
 
@@ -57,6 +58,7 @@ const heightPart = 0.85;
 const fogBegin = 2;
 const fogEnd = 8;
 // Of the way to where a new body is in view, with each picture.
+const shadowsKey = "pneuma-shadows";
 const glidePart = 0.12;
 const followPart = 0.1;
 
@@ -86,7 +88,8 @@ export class Picture {
   private toShow = ""; // a body that is to be brought into view once it is there
   private glide: View | undefined;
   private part = 1;
-  private readonly shadowGauge = new ShadowGauge();
+  // As slow as it was before the tab was loaded again: each quality takes seconds of shaders.
+  private readonly shadowGauge = new ShadowGauge(shadowQuality(recall("sessionStorage", shadowsKey)));
   private shadows: ShadowQuality = "soft";
   private readonly isSlow: boolean; // too slow for occlusion
 
@@ -98,9 +101,6 @@ export class Picture {
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.isSlow = drawsInSoftware(this.renderer.getContext());
-    this.world.occlusion.isOn = !this.isSlow;
-    this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
     this.orbit = new OrbitControls(this.camera, canvas);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(1024, 1024);
@@ -116,6 +116,7 @@ export class Picture {
     this.scene.add(new AmbientLight(0xffffff, 0.4), new HemisphereLight(0xffffff, 0x8d8271, 1), this.sun);
     this.scene.add(this.rim, this.rim.target);
     this.scene.add(this.sun.target, this.grid, this.pull, this.world.group);
+    this.turnShadows(this.shadowGauge.quality);
     this.resize();
     for (const part of [canvas, ...covers]) new ResizeObserver(() => this.resize()).observe(part);
   }
@@ -160,7 +161,11 @@ export class Picture {
 
   draw(nowMs: number): void {
     this.shadowGauge.count(nowMs);
-    if (this.shadowGauge.quality !== this.shadows) this.turnShadows(this.shadowGauge.quality);
+    const { quality } = this.shadowGauge;
+    if (quality !== this.shadows) {
+      this.turnShadows(quality);
+      remember("sessionStorage", shadowsKey, quality);
+    }
     this.orbit.update();
     const awayM = this.orbit.getDistance();
     this.fog.near = fogBegin * awayM;

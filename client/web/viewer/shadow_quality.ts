@@ -8,14 +8,23 @@ const fastHz = 50;
 const countMs = 3000;
 const gapMs = 500;
 
+/** As it was written; the best where it was not, or is no quality. */
+export function shadowQuality(text: string | null): ShadowQuality {
+  return qualities.find((quality) => quality === text) ?? "soft";
+}
+
 export class ShadowGauge {
-  private level = qualities.length - 1;
+  private level: number;
   private lastMs = -Infinity;
   private countedFromMs = 0;
   private counted = 0;
   /** Fast counts in a row, and how many make it better: more each time that was too early. */
   private fast = 0;
   private fastWanted = 2;
+
+  constructor(first: ShadowQuality = "soft") {
+    this.level = qualities.indexOf(first);
+  }
 
   get quality(): ShadowQuality {
     return qualities[this.level]!;

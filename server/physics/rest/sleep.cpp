@@ -18,12 +18,20 @@ double length_m(const RigidState& body) {
   return 2.0 * radius_about_centre(body.body.shape);
 }
 
-// What is thrown up stands still at its top. Gravity must move it further than this within the time, wherever in its
-// flight that begins: by 0.086 g t^2 at least.
-double place_tolerance_m(double share, double length_m, const Vec3d& gravity_m_s2) {
-  const double share_m = share * length_m;
-  const double fall_m = gravity_m_s2.norm() * rest_time_s * rest_time_s / 16.0;
-  return fall_m > 0.0 ? std::min(share_m, fall_m) : share_m;
+// What is thrown up stands still at its top. Gravity must move it out of the places that it has within the time, a kept
+// one and one that it is near: by 0.086 g t^2 at least, wherever in its flight that begins.
+double fall_m(const Vec3d& gravity_m_s2) {
+  return gravity_m_s2.norm() * rest_time_s * rest_time_s / 16.0;
+}
+
+double kept_place_m(double length_m, const Vec3d& gravity_m_s2) {
+  const double share_m = rest_place_share * length_m;
+  return gravity_m_s2.isZero() ? share_m : std::min(share_m, fall_m(gravity_m_s2));
+}
+
+// What gravity does not hold together drifts, and is near nothing.
+double near_place_m(double length_m, const Vec3d& gravity_m_s2) {
+  return std::min(near_place_share * length_m, fall_m(gravity_m_s2) / 4.0);
 }
 
 // On a floor some vertices tremble at rest, so most must be fast.
@@ -38,7 +46,7 @@ bool is_mostly_faster(const SoftState<Real>& body, double speed_m_s) {
 }
 
 std::uint32_t rest_ticks(double period_s) {
-  return static_cast<std::uint32_t>(std::ceil(rest_time_s / period_s)) + 1;  // a count of one tick is of two looks
+  return static_cast<std::uint32_t>(std::ceil(rest_time_s / period_s)) + 1;  // a count of 1 spans no time yet
 }
 
 double turned_m(const RigidState& body, const Quatd& from) {
@@ -68,18 +76,18 @@ double from_near_m(const RigidState& body) {
   return (body.position - body.near_place).norm() + turned_m(body, body.near_orientation);
 }
 
-// Who rests needs no second place, nor who left the first one fast. What gravity does not hold together drifts. It `left`
-// a place that it had kept for so many ticks; 0: it did not.
+// A body at rest needs no second place. Another has one from when it leaves a place slowly: `left` is for how many
+// ticks it had kept that, or 0.
 template <class Body>
 void note_near(Body& body, double length_m, std::uint32_t left, const Vec3d& gravity_m_s2, double period_s) {
   const std::uint32_t needed = rest_ticks(period_s);
-  if (body.rest.ticks >= needed || gravity_m_s2.isZero()) {
+  if (body.rest.ticks >= needed) {
     body.rest.near_ticks = 0;
   } else if (body.rest.near_ticks == 0) {
     if (left == 0) return;
     begin_near(body);
-    body.rest.near_ticks = std::min(left, needed);
-  } else if (from_near_m(body) > place_tolerance_m(near_place_share, length_m, gravity_m_s2)) {
+    body.rest.near_ticks = std::min(left, needed - 1);
+  } else if (from_near_m(body) > near_place_m(length_m, gravity_m_s2)) {
     body.rest.near_ticks = 0;
   } else if (++body.rest.near_ticks >= 2 * needed) {
     begin_near(body);  // it creeps
@@ -94,7 +102,7 @@ void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double p
     return;
   }
   const auto length_m = static_cast<double>(body.length_m);
-  const double tolerance_m = place_tolerance_m(rest_place_share, length_m, surroundings.gravity);
+  const double tolerance_m = kept_place_m(length_m, surroundings.gravity);
   std::uint32_t left = 0;
   if (body.rest.ticks == 0) {
     if (!is_mostly_faster(body, tolerance_m / period_s)) {
@@ -117,13 +125,13 @@ void note_rest(SoftState<Real>& body, const Surroundings& surroundings, double p
 }
 
 void note_rest(RigidState& body, const Surroundings& surroundings, double period_s) {
-  const double tolerance_m = place_tolerance_m(rest_place_share, length_m(body), surroundings.gravity);
+  const double tolerance_m = kept_place_m(length_m(body), surroundings.gravity);
   const double moved_m = (body.position - body.place).norm() + turned_m(body, body.place_orientation);
   std::uint32_t left = 0;
   if (body.rest.ticks > 0 && moved_m <= tolerance_m) {
     ++body.rest.ticks;
   } else {
-    left = body.rest.ticks > 1 ? body.rest.ticks : 0;  // a body that moves begins a place at each tick
+    left = body.rest.ticks > 1 ? body.rest.ticks : 0;  // who moves fast begins a place at each tick
     body.rest.ticks = 1;
     body.place = body.position;
     body.place_orientation = body.orientation;
@@ -189,24 +197,28 @@ void keep_awake_near_moving(std::span<SoftState<Real>> soft, std::span<RigidStat
   });
 }
 
-// What a body's rest allows: to sleep with those that it touches, or with more of them than make a small group.
-enum class Rests : std::uint8_t { no, in_a_large_group, in_any };
+enum class Rests : std::uint8_t { no, nearly, yes, asleep };
 
 template <class Body>
 Rests rests_of(const Body& body, std::uint32_t ticks_needed) {
-  if (body.rest.asleep) return Rests::in_any;
-  if (!body.is_awake() || std::max(body.rest.ticks, body.rest.near_ticks) < ticks_needed || !is_slow(body)) {
-    return Rests::no;
-  }
-  return body.rest.ticks >= ticks_needed ? Rests::in_any : Rests::in_a_large_group;
+  if (body.rest.asleep) return Rests::asleep;
+  if (!body.is_awake()) return Rests::no;
+  if (body.rest.ticks >= ticks_needed) return Rests::yes;
+  return body.rest.near_ticks >= ticks_needed && body.tie == 0 ? Rests::nearly : Rests::no;
 }
 
+// Sleepers sleep on, and say nothing of the others.
 bool is_at_rest(const std::vector<std::size_t>& group, const std::vector<Rests>& rests) {
-  const auto resting = static_cast<std::size_t>(
-      std::ranges::count_if(group, [&](std::size_t body) { return rests[body] == Rests::in_any; }));
-  if (resting == group.size()) return true;
-  return group.size() > small_group_bodies && static_cast<double>(resting) >= large_group_share * static_cast<double>(group.size()) &&
-         std::ranges::all_of(group, [&](std::size_t body) { return rests[body] != Rests::no; });
+  const auto count = [&](Rests which) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(group, [&](std::size_t body) { return rests[body] == which; }));
+  };
+  if (count(Rests::no) > 0) return false;
+  const std::size_t resting = count(Rests::yes);
+  const std::size_t awake = resting + count(Rests::nearly);
+  if (resting == awake) return true;
+  return awake > small_group_bodies_max &&
+         static_cast<double>(resting) >= resting_share_min * static_cast<double>(awake);
 }
 
 template <class Real>
@@ -214,9 +226,10 @@ void put_groups_to_sleep(std::span<SoftState<Real>> soft, std::span<RigidState> 
   std::vector<Rests> rests(soft.size() + rigid.size(), Rests::no);
   bool any = false;
   for_each_body(soft, rigid, [&](std::size_t i, auto& body) {
-    if (body.is_awake() && body.rest.ticks >= ticks_needed && !is_slow(body)) wake(body);
+    const bool may_rest = body.is_awake() && std::max(body.rest.ticks, body.rest.near_ticks) >= ticks_needed;
+    if (may_rest && !is_slow(body)) wake(body);
     rests[i] = rests_of(body, ticks_needed);
-    any |= rests[i] != Rests::no && body.is_awake();
+    any |= rests[i] == Rests::yes || rests[i] == Rests::nearly;
   });
   if (!any) return;
   std::vector<Extent> extents = extents_of<Real>(soft, rigid, [](const auto& body) { return !body.frozen; });

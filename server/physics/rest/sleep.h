@@ -17,10 +17,11 @@ inline constexpr double rest_place_share = 1e-3;
 /// ...and has no more kinetic energy than at this speed, in its lengths a second: falling asleep takes away no more.
 /// The place decides. Vertices pressed on a floor with restitution go on trembling in place, at up to 0.07.
 inline constexpr double rest_speed_1_s = 0.1;
-/// Of a group of more than so many bodies, only this share must keep their places. The others need only be near a place,
-/// within this share of their lengths: in a heap there is always one that rocks or creeps.
-inline constexpr std::size_t small_group_bodies = 10;
-inline constexpr double large_group_share = 0.25;
+/// Of a group with more awake bodies than this, such a share must keep their places. The others need only have been
+/// near a place, by a few of their vertices, within this share of their length: in a heap there is always one that
+/// rocks or creeps. Not bodies that joints hold: a load on a chain would stop short of where it comes to rest.
+inline constexpr std::size_t small_group_bodies_max = 10;
+inline constexpr double resting_share_min = 0.25;
 inline constexpr double near_place_share = 1e-2;
 
 /// At the end of a tick: notes which bodies keep their places, lets groups at rest fall asleep, and wakes what a moving

@@ -49,14 +49,14 @@ struct NormalSpread {
   std::vector<Real> areas_m2;           // a third of their areas
 };
 
-/// So many vertices of a body tell whether it moves at all, where all would cost too much.
+/// So many vertices of a body tell about its motion, where all would cost too much.
 inline constexpr std::size_t sampled_vertices = 8;
 
-/// Whether a body sleeps, or how long it has kept its place (sleep.h).
+/// Whether a body sleeps, or for how many ticks it has kept a place or been near one (sleep.h).
 struct Rest {
   bool asleep = false;
   std::uint32_t ticks = 0;
-  std::uint32_t near_ticks = 0;  // for how long it has been near the place that it left last
+  std::uint32_t near_ticks = 0;  // with those in the place that it left before
 };
 
 template <class Real>
@@ -67,7 +67,7 @@ struct SoftState {
   Real length_m = 0;                 // of the mesh: its bounding box's diagonal
   std::vector<Hinge> hinges;         // empty where nothing resists bending
   std::vector<std::uint8_t> pinned;  // one a vertex; empty where none is
-  Vec3d origin_m = Vec3d::Zero();    // that x and place are seen from; 0 in double precision (origin.h)
+  Vec3d origin_m = Vec3d::Zero();    // that x and the places are seen from; 0 in double precision (origin.h)
   std::vector<Vec3<Real>> x;         // positions, m
   std::vector<Vec3<Real>> v;         // velocities, m/s
   std::vector<Vec3<Real>> dr;        // the move of the substep under way, m
@@ -80,8 +80,8 @@ struct SoftState {
   std::vector<Grab> grabs;            // by vertex, those of one vertex side by side
   Rest rest;
   std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
-  std::array<Vec3<Real>, sampled_vertices> near_place{};  // of those, when rest.near_ticks began to count
-  bool solve_failed = false;           // the integrator found no finite answer in this substep
+  std::array<Vec3<Real>, sampled_vertices> near_place{};  // of the sampled vertices, that it is near
+  bool solve_failed = false;                              // the integrator found no finite answer in this substep
   bool frozen = false;
   std::uint32_t tie = 0;  // bodies that joints tie together have the same number; 0: none do
 
@@ -117,7 +117,7 @@ struct RigidState {
   Rest rest;
   Vec3d place = Vec3d::Zero();  // and the orientation there, when rest.ticks began to count
   Quatd place_orientation = Quatd::Identity();
-  Vec3d near_place = Vec3d::Zero();  // likewise, when rest.near_ticks began to count
+  Vec3d near_place = Vec3d::Zero();  // that it is near, and the orientation there
   Quatd near_orientation = Quatd::Identity();
   bool has_moved = false;  // in the substep under way, by the contact solver
   bool frozen = false;

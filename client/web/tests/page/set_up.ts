@@ -46,6 +46,7 @@ export function usePage(): void {
     page.on("pageerror", (error) => complaints.push(error.message));
     page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
     await page.addInitScript(noteWhatIsSaid);
+    await page.addInitScript(beSlow);
     asked = [];
     page.on("websocket", (socket) => {
       socket.on("framesent", ({ payload }) => asked.push(fromBinary(ClientMessageSchema, payload as Buffer).request));
@@ -69,6 +70,15 @@ export async function restartServer(
   await server.kill();
   await meanwhile();
   server = await Server.start(["--scene", world, "--http", http, ...flags], token);
+}
+
+/** In the page: has it know that shadows are slow here. Else each test waits for the shaders of all their qualities. */
+function beSlow(): void {
+  try {
+    sessionStorage.setItem("pneuma-shadows", "none");
+  } catch {
+    // A page that may keep nothing begins with the best.
+  }
 }
 
 /** In the page: notes each message, however soon another takes its place. */

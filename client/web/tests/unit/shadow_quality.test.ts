@@ -1,7 +1,7 @@
 // Shadows follow how many pictures a second there are, down and up again.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ShadowGauge } from "../../viewer/shadow_quality.js";
+import { ShadowGauge, shadowQuality } from "../../viewer/shadow_quality.js";
 
 /** A gauge that counts pictures at a rate from then on. */
 class Pictures {
@@ -43,4 +43,11 @@ test("a page that was not seen for a while is not slow by that", () => {
     pictures.at(0.1, 10);
   }
   assert.equal(pictures.gauge.quality, "soft");
+});
+
+test("a gauge begins with what was kept, and with the best where that is no quality", () => {
+  assert.equal(new ShadowGauge(shadowQuality("none")).quality, "none");
+  assert.equal(new ShadowGauge(shadowQuality("hard")).quality, "hard");
+  assert.equal(new ShadowGauge(shadowQuality("much")).quality, "soft");
+  assert.equal(new ShadowGauge(shadowQuality(null)).quality, "soft");
 });

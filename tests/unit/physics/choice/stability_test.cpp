@@ -10,7 +10,7 @@
 #include "physics/choice/step_choice.h"
 #include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
 namespace {

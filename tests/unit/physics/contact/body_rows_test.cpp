@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/contact/disc_program.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
 namespace {

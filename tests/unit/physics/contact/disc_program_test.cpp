@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 #include "unit/physics/contact/factored_rig.h"
 
 namespace pneuma::physics {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "physics/mesh/mesh_builders.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 #include "unit/physics/contact/surface_rig.h"
 
 namespace pneuma::physics {

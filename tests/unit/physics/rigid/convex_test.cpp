@@ -9,7 +9,7 @@
 #include "physics/rigid/rigid_box_box.h"
 #include "physics/rigid/rigid_polyhedron.h"
 #include "physics/world.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 #include "unit/physics/contact/contact_rig.h"
 #include "unit/physics/mesh/convex_meshes.h"
 

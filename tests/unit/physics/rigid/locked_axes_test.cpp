@@ -12,7 +12,7 @@
 #include "physics/rigid/rigid_mass.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/world.h"
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
 namespace {

@@ -1,4 +1,4 @@
-#include "support/dense.h"
+#include "support/eigen_solvers.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
