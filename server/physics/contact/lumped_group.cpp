@@ -262,30 +262,41 @@ bool LumpedGroup<Real>::solve_velocities(const Substep& substep) {
 // speeds up, it would go back against that force in each substep, and heaps would boil.
 template <class Real>
 void LumpedGroup<Real>::move_skins_by_velocity(double dt_s) {
-  for (const std::uint32_t r : due_.skins) {
-    if (solver_.impulses()[r].pressed_n_s == 0.0) continue;
+  const auto move = [&](std::uint32_t r) {
+    if (solver_.impulses()[r].pressed_n_s == 0.0) return;
     for (const std::uint32_t slot : solver_.pushed_slots(r)) {
       const std::size_t first = 4 * std::size_t{slot};
       Vec3d::Map(moves_m_.data() + first) = dt_s * Vec3d::Map(velocities_m_s_.data() + first);
     }
-  }
+  };
+  for (const std::uint32_t r : due_.skins) move(r);
+  for_held(due_.rigid, [&](std::uint32_t r) {
+    if (brief_[r].is_vertex_on_solid) move(r);
+  });
 }
 
 // A row that only keeps a skin from going further into a solid says nothing of the move that the skin makes, where the
 // method does not move by the velocity that a substep ends with. (Where it does, the moves are solved to the same.) Of
-// a vertex and a rigid body it stays: their angular momentum counts on it.
+// a vertex and a rigid body it does: their angular momentum counts on it.
 template <class Real>
 void LumpedGroup<Real>::take_back_pushes(const SubstepContext& context) {
-  for (const auto* list : {&due_.rigid, &due_.fixed}) {
-    const bool is_rigid = list == &due_.rigid;
-    if (is_rigid && moves_by_velocity(context.integrator)) continue;
-    auto hit = hits_.begin();
-    for (const std::uint32_t r : *list) {
-      while (hit != hits_.end() && hit->row < r) ++hit;
-      const bool hits = hit != hits_.end() && hit->row == r;
-      const bool stays = hits || (is_rigid && brief_[r].is_vertex_on_solid);
-      if (!stays && solver_.impulses()[r].pressed_n_s > 0.0) solver_.take_back(r, context.dt_s, moves_m_);
-    }
+  const auto take_back = [&](std::uint32_t r) {
+    if (solver_.impulses()[r].pressed_n_s > 0.0) solver_.take_back(r, context.dt_s, moves_m_);
+  };
+  for_held(due_.fixed, take_back);
+  if (moves_by_velocity(context.integrator)) return;
+  for_held(due_.rigid, [&](std::uint32_t r) {
+    if (!brief_[r].is_vertex_on_solid) take_back(r);
+  });
+}
+
+template <class Real>
+template <class Visit>
+void LumpedGroup<Real>::for_held(const std::vector<std::uint32_t>& of_solids, const Visit& visit) const {
+  auto hit = hits_.begin();
+  for (const std::uint32_t r : of_solids) {
+    while (hit != hits_.end() && hit->row < r) ++hit;
+    if (hit == hits_.end() || hit->row != r) visit(r);
   }
 }
 

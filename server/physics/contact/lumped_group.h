@@ -92,6 +92,10 @@ class LumpedGroup {
   [[nodiscard]] bool solve_velocities(const Substep& substep);
   void move_skins_by_velocity(double dt_s);
   void take_back_pushes(const SubstepContext& context);
+  // Calls visit(row) for each of these rows whose vertex does not come to its solid in the substep: it was there
+  // before.
+  template <class Visit>
+  void for_held(const std::vector<std::uint32_t>& of_solids, const Visit& visit) const;
   void slide_hits(double dt_s);
   void solve_moves(const Substep& substep);
   void keep_out(std::uint32_t row);
