@@ -37,8 +37,7 @@ struct SoftBodies {
   std::vector<Profile> profiles;       // one a body, so that workers share none; empty while not profiling
   std::vector<Extents<Real>> extents;  // one a body, of those that are awake: as last looked at
   Contacts<Real> contacts;
-  std::vector<ContactNotes>
-      notes;  // one a body, of the last substep of a tick that it was awake in; empty unless asked for
+  std::vector<ContactNotes> notes;  // one a body, as its last tick awake ended; empty unless asked for
 };
 
 /// Plain state and the step; World is the door to it.

@@ -3,6 +3,7 @@
 // methods. And that friction feeds no heap.
 #include "numerics/known_scenes.h"
 #include "numerics/worlds.h"
+#include "support/soft_heap.h"
 
 namespace pneuma::physics {
 namespace {
@@ -146,38 +147,25 @@ INSTANTIATE_TEST_SUITE_P(
       return std::string(name_of(param.param.integrator)).append(param.param.stiffness_n_m > 1e5 ? "Stiff" : "Soft");
     });
 
-/// Two layers of four soft balls in a shaft, each askew; with boxes, every third is one.
-Scene heap_in_a_shaft(Integrator integrator, bool has_boxes) {
-  Scene scene;
-  scene.gravity = {0.0, -9.81, 0.0};
-  scene.stepping.integrator = integrator;
+/// Two layers of four soft balls in a shaft.
+Scene heap_in_a_shaft(Integrator integrator) {
+  Scene scene = support::soft_heap(8, 0.65, integrator);
   scene.stepping.sleep = false;
-  const auto mesh = *make_icosphere(1, 0.25);
-  for (int i = 0; i < 8; ++i) {
-    SoftBody ball;
-    ball.name = "ball-" + std::to_string(i);
-    ball.mesh = mesh;
-    const double askew_m = 0.02 * std::sin(i);
-    const int layer = i / 4;
-    const int row = i / 2 % 2;
-    ball.position = {0.6 * (i % 2 - 0.5) + askew_m, 0.4 + 0.6 * layer, 0.6 * (row - 0.5) - askew_m};
-    ball.springs = {.stiffness_n_m = 500.0, .damping_n_s_m = 1.0};
-    ball.gas = Gas{.moles = 0.0287};
-    ball.surface.friction = 0.5;
-    if (!has_boxes || i % 3 != 1) {
-      scene.soft_bodies.push_back(ball);
-      continue;
-    }
+  return scene;
+}
+
+/// In which every third is a box.
+Scene heap_with_boxes(Integrator integrator) {
+  Scene scene = heap_in_a_shaft(integrator);
+  for (const std::size_t i : {std::size_t{7}, std::size_t{4}, std::size_t{1}}) {
     RigidBody box;
     box.name = "box-" + std::to_string(i);
     box.shape = BoxShape{Vec3d::Constant(0.18)};
-    box.position = ball.position;
+    box.position = scene.soft_bodies[i].position;
     box.surface.friction = 0.5;
     scene.rigid_bodies.push_back(box);
+    scene.soft_bodies.erase(scene.soft_bodies.begin() + static_cast<std::ptrdiff_t>(i));
   }
-  scene.colliders = {floor_with(0.5)};
-  scene.colliders[0].shape = RoomShape{Vec3d(0.65, 5.0, 0.65)};
-  scene.colliders[0].position.y() = 5.0;
   return scene;
 }
 
@@ -203,7 +191,7 @@ class ExplicitHeap : public testing::TestWithParam<Integrator> {};
 // Where a substep moved by its mean velocity what friction held, midpoint and RK4 went on for ever, RK4 by up to 250 mm
 // in half a second.
 TEST_P(ExplicitHeap, ComesToRest) {
-  EXPECT_LT(furthest_at_rest_m(heap_in_a_shaft(GetParam(), false)), 3e-3);
+  EXPECT_LT(furthest_at_rest_m(heap_in_a_shaft(GetParam())), 3e-3);
 }
 INSTANTIATE_TEST_SUITE_P(Methods, ExplicitHeap,
                          testing::Values(Integrator::symplectic_euler, Integrator::midpoint, Integrator::rk4),
@@ -211,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, ExplicitHeap,
 
 // By 5 mm where only rows of two skins moved by the velocity that a substep ends with.
 TEST(ExplicitHeapWithBoxes, ComesToRestByMidpoint) {
-  EXPECT_LT(furthest_at_rest_m(heap_in_a_shaft(Integrator::midpoint, true)), 3e-3);
+  EXPECT_LT(furthest_at_rest_m(heap_with_boxes(Integrator::midpoint)), 3e-3);
 }
 
 }  // namespace

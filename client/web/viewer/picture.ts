@@ -29,8 +29,8 @@ import { frame, type Framed, type Room } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
 import { ShadowGauge, shadowQuality, type ShadowQuality } from "./shadow_quality.js";
-import { recall, remember } from "./storage.js";
 import type { SoftBodyView } from "./soft_body_view.js";
+import { recall, remember } from "./storage.js";
 import { schemes, type Shown, WorldView } from "./world_view.js";
 
 // Where there is no ground: a line each metre.
@@ -58,9 +58,10 @@ const heightPart = 0.85;
 const fogBegin = 2;
 const fogEnd = 8;
 // Of the way to where a new body is in view, with each picture.
-const shadowsKey = "pneuma-shadows";
 const glidePart = 0.12;
 const followPart = 0.1;
+
+const shadowsKey = "pneuma-shadows";
 
 /** Whether a processor draws, in place of a graphics card. */
 function drawsInSoftware(context: WebGLRenderingContext | WebGL2RenderingContext): boolean {
@@ -88,7 +89,7 @@ export class Picture {
   private toShow = ""; // a body that is to be brought into view once it is there
   private glide: View | undefined;
   private part = 1;
-  // As slow as it was before the tab was loaded again: each quality takes seconds of shaders.
+  // As good as they were before the tab was loaded again: to find that out takes seconds.
   private readonly shadowGauge = new ShadowGauge(shadowQuality(recall("sessionStorage", shadowsKey)));
   private shadows: ShadowQuality = "soft";
   private readonly isSlow: boolean; // too slow for occlusion

@@ -2,15 +2,12 @@
 // touches or changes a sleeper wakes it and those it rests on, and others have the same bits whether or not it sleeps.
 #include "physics/rest/sleep.h"
 
-#include <cmath>
-#include <deque>
 #include <functional>
-#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "physics/mesh/mesh_builders.h"
-#include "physics/world.h"
+#include "unit/physics/rest/sleep_rig.h"
 
 namespace pneuma::physics {
 namespace {
@@ -57,30 +54,6 @@ Scene still_life() {
     add(side < 0 ? "north" : "south", BoxShape{thick}, {0.0, 2.0, side * 1.05});
   }
   return scene;
-}
-
-World make_awake(Scene scene) {
-  auto world = World::create(std::move(scene));
-  EXPECT_TRUE(world.ok()) << world.status().message();
-  return std::move(*world);
-}
-
-void run_on(World& world, int ticks, std::size_t threads = 1) {
-  Workers workers(threads);
-  for (int i = 0; i < ticks; ++i) world.step_tick(workers);
-}
-
-std::vector<double> positions_of_body(const World& world, std::size_t body) {
-  std::vector<double> x(3 * world.soft_body(body).mesh->positions_m.size());
-  world.copy_positions(body, x);
-  return x;
-}
-
-std::size_t count_asleep(const World& world) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < world.soft_body_count(); ++i) count += world.is_asleep(i) ? 1 : 0;
-  for (const RigidState& body : world.rigid_bodies()) count += body.rest.asleep ? 1 : 0;
-  return count;
 }
 
 /// Runs until all sleep; the ticks it took.
@@ -222,91 +195,6 @@ TEST(Sleep, APileSleepsTogetherAndWakesTogether) {
   world = asleep();
   ASSERT_TRUE(world.apply_impulse("low", WholeBody{}, {0.0, 0.0, 0.01}).ok());
   expect_awake(world, {low, high});
-}
-
-// Of a ball of the heap: its bounding box's diagonal.
-constexpr double heap_length_m = 0.85;
-
-/// Four layers of four soft balls in a shaft, each askew.
-Scene heap() {
-  Scene scene = still_life();
-  scene.soft_bodies.clear();
-  scene.rigid_bodies.clear();
-  for (int i = 0; i < 16; ++i) {
-    SoftBody ball = resting_ball("ball-" + std::to_string(i), Vec3d::Zero());
-    ball.mesh = *make_icosphere(1, 0.25);
-    const double askew_m = 0.02 * std::sin(i);
-    const int layer = i / 4;
-    const int row = i / 2 % 2;
-    ball.position = {0.6 * (i % 2 - 0.5) + askew_m, 0.4 + 0.6 * layer, 0.6 * (row - 0.5) - askew_m};
-    ball.springs = {.stiffness_n_m = 500.0, .damping_n_s_m = 1.0};
-    ball.gas = Gas{.moles = 0.0287};
-    ball.surface.friction = 0.5;
-    scene.soft_bodies.push_back(ball);
-  }
-  scene.colliders.erase(scene.colliders.begin() + 1, scene.colliders.end());
-  scene.colliders[0].shape = RoomShape{Vec3d(0.6, 5.0, 0.6)};
-  scene.colliders[0].position.y() = 5.0;
-  scene.colliders[0].surface.friction = 0.5;
-  return scene;
-}
-
-/// Of a heap: one a body.
-using Places = std::vector<std::vector<double>>;
-
-Places places_of(const World& heap) {
-  Places places;
-  for (std::size_t i = 0; i < heap.soft_body_count(); ++i) places.push_back(positions_of_body(heap, i));
-  return places;
-}
-
-/// Runs a heap until all of it sleeps: how far, along an axis, its fastest vertex went in the half second before.
-double moved_before_sleep_m(World& heap, std::uint64_t ticks_max) {
-  std::deque<Places> last;
-  while (count_asleep(heap) == 0 && heap.tick() < ticks_max) {
-    last.push_back(places_of(heap));
-    if (last.size() > 30) last.pop_front();
-    run_on(heap, 1);
-  }
-  EXPECT_EQ(count_asleep(heap), heap.soft_body_count()) << "after " << heap.tick() << " ticks";
-  const Places then = last.front();
-  const Places now = places_of(heap);
-  double most_m = 0.0;
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    for (std::size_t k = 0; k < now[i].size(); ++k) most_m = std::max(most_m, std::abs(now[i][k] - then[i][k]));
-  }
-  return most_m;
-}
-
-// There is always one that rocks or creeps: where all had to keep their places, this was awake after 40 s.
-TEST(Sleep, AHeapSleepsThoughSomeOfItCreep) {
-  World world = make_awake(heap());
-  const double moved_m = moved_before_sleep_m(world, 720);
-  EXPECT_GT(moved_m, rest_place_share * heap_length_m);
-  EXPECT_LT(moved_m, near_place_share * heap_length_m);
-}
-
-TEST(Sleep, OfASmallHeapAllMustRest) {
-  Scene scene = heap();
-  scene.soft_bodies.resize(small_group_bodies_max);
-  World world = make_awake(scene);
-  EXPECT_LT(moved_before_sleep_m(world, 3600), 2.0 * rest_place_share * heap_length_m);
-}
-
-TEST(Sleep, ASnapshotOfAHeapGoesOnWithTheSameBits) {
-  World world = make_awake(heap());
-  run_on(world, 360);
-  std::size_t asleep_in_the_end = 0;
-  while (asleep_in_the_end < 16 && world.tick() < 720) {
-    World restored = make_awake(heap());
-    ASSERT_TRUE(restored.restore(world.snapshot()).ok());
-    ASSERT_EQ(restored.state_hash(), world.state_hash());
-    run_on(world, 30);
-    run_on(restored, 30, 2);
-    ASSERT_EQ(restored.state_hash(), world.state_hash()) << world.tick();
-    asleep_in_the_end = count_asleep(restored);
-  }
-  EXPECT_EQ(asleep_in_the_end, 16U);
 }
 
 TEST(Sleep, AnImpulseOrAHandWakes) {
