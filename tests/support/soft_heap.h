@@ -21,10 +21,11 @@ namespace pneuma::support {
     ball.name = "ball-" + std::to_string(i);
     ball.mesh = mesh;
     const double askew_m = 0.02 * std::sin(static_cast<double>(i));
-    const auto layer = static_cast<double>(i / 4);
-    const auto row = static_cast<double>(i / 2 % 2);
-    const auto column = static_cast<double>(i % 2);
-    ball.position = {0.6 * (column - 0.5) + askew_m, 0.4 + 0.6 * layer, 0.6 * (row - 0.5) - askew_m};
+    const std::size_t layer = i / 4;
+    const std::size_t row = i / 2 % 2;
+    const std::size_t column = i % 2;
+    ball.position = {0.6 * (static_cast<double>(column) - 0.5) + askew_m, 0.4 + 0.6 * static_cast<double>(layer),
+                     0.6 * (static_cast<double>(row) - 0.5) - askew_m};
     ball.springs = {.stiffness_n_m = 500.0, .damping_n_s_m = 1.0};
     ball.gas = physics::Gas{.moles = 0.0287};
     ball.surface.friction = 0.5;
