@@ -47,6 +47,7 @@ export function usePage(): void {
     page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
     await page.addInitScript(noteWhatIsSaid);
     await page.addInitScript(beSlow);
+    await page.addInitScript(drawSeldom);
     asked = [];
     page.on("websocket", (socket) => {
       socket.on("framesent", ({ payload }) => asked.push(fromBinary(ClientMessageSchema, payload as Buffer).request));
@@ -79,6 +80,13 @@ function beSlow(): void {
   } catch {
     // A page that may keep nothing begins with the best.
   }
+}
+
+/** In the page: leaves time between two pictures. Drawn in software, they would take every core from the test itself. */
+function drawSeldom(): void {
+  const restMs = 60;
+  const draw = requestAnimationFrame;
+  globalThis.requestAnimationFrame = (callback) => Number(setTimeout(() => draw(callback), restMs));
 }
 
 /** In the page: notes each message, however soon another takes its place. */
