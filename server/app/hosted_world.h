@@ -68,6 +68,7 @@ class HostedWorld {
   void end_tick(TimePoint now, Outbox& outbox);
   /// Where one is due, or `force` is set.
   void checkpoint(TimePoint now, bool force);
+  [[nodiscard]] bool has_budget() const { return time_.is_limited(); }
   /// What the slice that ends has taken of a processor, from its budget.
   void spend(TimePoint now, TimeBudget::Duration used);
   /// When it wants to run next; nothing where it rests.

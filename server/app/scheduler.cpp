@@ -18,6 +18,11 @@ std::chrono::nanoseconds processor_time() {
 // Slices that were taken for brief, and are not: as each may have a thread for long, others take their place.
 constexpr std::size_t surprises_max = 64;
 
+// A slice as short as the last one of its task is not worth calling another thread for: this one goes on with what is
+// due. It would take about as long.
+constexpr auto short_slice = std::chrono::microseconds(100);
+constexpr auto patience_max = std::chrono::milliseconds(1);  // where a slice is longer than it was
+
 }  // namespace
 
 class Scheduler::Task : public ShareQueue::Sharer {
@@ -31,12 +36,10 @@ class Scheduler::Task : public ShareQueue::Sharer {
   Slice slice_;
   // Guarded by the scheduler's mutex:
   State state_ = State::resting;
+  Clock::duration last_used_ = Clock::duration::max();
   bool woken_ = false;  // while running
   bool rests_ = false;  // while waiting: it may be woken before it is due
 };
-
-Scheduler::Turn::Turn(Scheduler& scheduler, const Task& task)
-    : scheduler_(scheduler), task_(task), began_(processor_time()) {}
 
 Scheduler::Clock::duration Scheduler::Turn::used() const {
   return processor_time() - began_;
@@ -63,7 +66,7 @@ std::shared_ptr<Scheduler::Task> Scheduler::add(Slice slice) {
 }
 
 void Scheduler::wake(const std::shared_ptr<Task>& task) {
-  const std::lock_guard lock(mutex_);
+  Lock lock(mutex_);
   if (task->state_ == Task::State::running) task->woken_ = true;
   if (task->state_ == Task::State::waiting && task->rests_) {
     queue_.remove(task);
@@ -71,7 +74,9 @@ void Scheduler::wake(const std::shared_ptr<Task>& task) {
   }
   if (task->state_ != Task::State::resting) return;
   enqueue(task, Clock::now(), false);
-  see_to_next_turn();
+  const Called whom = see_to_next_turn(Clock::duration::zero());
+  lock.unlock();
+  call(whom);
 }
 
 void Scheduler::stop() {
@@ -100,63 +105,79 @@ std::optional<Scheduler::TimePoint> Scheduler::next_turn(TimePoint now) {
   return std::max(*due, began_[slices_max_ - 1] + ShareQueue::brief_max);  // when that one has gone on for long
 }
 
-// Whoever watches the time is told where that comes sooner than it thought; where nobody does, one is called to.
-void Scheduler::see_to_next_turn() {
-  const auto turn_at = next_turn(Clock::now());
-  if (!turn_at) return;
-  if (is_watched_) {
-    if (*turn_at < watched_until_) watch_changed_.notify_one();
-  } else if (waiting_ > 0) {
-    called_.notify_one();
-  } else if (!stopping_ && threads_.size() < threads_max_) {
-    threads_.emplace_back([this] { work(); });
+// Somebody who watches the time is called where it would sleep for too long; where nobody does, one is called to.
+Scheduler::Called Scheduler::see_to_next_turn(Clock::duration patience) {
+  const TimePoint now = Clock::now();
+  const auto turn_at = next_turn(now);
+  if (!turn_at) return Called::nobody;
+  if (!watched_.empty()) {
+    const TimePoint at_latest = std::max(*turn_at <= now ? now : *turn_at + slack, now + patience);
+    return at_latest < *watched_.begin() ? Called::watcher : Called::nobody;
   }
+  if (waiting_ > 0) return Called::waiter;
+  if (!stopping_ && threads_.size() < threads_max_) threads_.emplace_back([this] { work(); });
+  return Called::nobody;
+}
+
+void Scheduler::call(Called whom) {
+  if (whom == Called::watcher) watch_changed_.notify_one();
+  if (whom == Called::waiter) called_.notify_one();
 }
 
 void Scheduler::work() {
+  std::chrono::nanoseconds spent = processor_time();
   Lock lock(mutex_);
   while (!stopping_) {
     const TimePoint now = Clock::now();
     const auto turn_at = next_turn(now);
     if (turn_at && *turn_at <= now) {
-      run_slice(lock, now);
+      run_slice(lock, now, spent);
     } else {
       watch(lock, turn_at);
     }
   }
 }
 
-// With as many threads that wait for the same time, each slice of a world would wake all of them.
-void Scheduler::watch(Lock& lock, std::optional<TimePoint> until) {
-  if (is_watched_) {
-    if (until && *until < watched_until_) watch_changed_.notify_one();
-    ++waiting_;
-    called_.wait(lock);
-    --waiting_;
-    return;
+// With as many threads that wait for the same time, each slice of a world would wake all of them. One that has to wake
+// before those that watch does so itself: calling one of them would take a switch of threads. A second one looks after
+// the first, which will be busy with short slices when it has woken.
+void Scheduler::watch(Lock& lock, std::optional<TimePoint> turn_at) {
+  TimePoint until = turn_at ? *turn_at + slack : TimePoint::max();
+  if (!watched_.empty() && *watched_.begin() <= until) {
+    if (watched_.size() > 1 || queue_.size() < 2 || *watched_.begin() == TimePoint::max()) {
+      ++waiting_;
+      called_.wait(lock);
+      --waiting_;
+      return;
+    }
+    until = *watched_.begin() + patience_max;
   }
-  is_watched_ = true;
-  watched_until_ = until.value_or(TimePoint::max());
-  if (until) {
-    watch_changed_.wait_until(lock, *until);
+  const auto watched = watched_.insert(until);
+  if (until < TimePoint::max()) {
+    watch_changed_.wait_until(lock, until);
   } else {
     watch_changed_.wait(lock);
   }
-  is_watched_ = false;
+  watched_.erase(watched);
 }
 
-void Scheduler::run_slice(Lock& lock, TimePoint now) {
+// `spent` is the thread's processor time up to its last slice. What it took to get to this one is this task's too.
+void Scheduler::run_slice(Lock& lock, TimePoint now, std::chrono::nanoseconds& spent) {
   const bool is_spare = began_.size() >= slices_max_;
   const auto task = std::static_pointer_cast<Task>(is_spare ? queue_.take_brief(now) : queue_.take(now));
   task->state_ = Task::State::running;
   task->woken_ = false;
   began_.push_front(now);
-  see_to_next_turn();
+  const bool is_short = task->last_used_ <= short_slice;
+  const Called whom = see_to_next_turn(is_short ? patience_max : Clock::duration::zero());
   lock.unlock();
-  const Turn turn(*this, *task);
+  call(whom);
+  const Turn turn(*this, *task, spent);
   const Next next = task->slice_(turn);
   const Clock::duration used = turn.used();
+  spent += used;
   lock.lock();
+  task->last_used_ = used;
   // From here on this thread sees to the next turn.
   began_.erase(std::ranges::find(began_, now));
   ShareQueue::used(*task, used, Clock::now());

@@ -4,11 +4,13 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -23,6 +25,10 @@ class Scheduler {
   using Clock = std::chrono::steady_clock;
   using TimePoint = Clock::time_point;
   class Task;
+
+  /// How much later than a task is due its thread may wake, so that it finds more of them. A task that is woken does
+  /// not wait for others.
+  static constexpr Clock::duration slack = std::chrono::microseconds(200);
 
   /// When a task wants to run next: at a time, or when it is woken, or at whichever comes first.
   struct Next {
@@ -41,7 +47,8 @@ class Scheduler {
 
    private:
     friend class Scheduler;
-    Turn(Scheduler& scheduler, const Task& task);
+    Turn(Scheduler& scheduler, const Task& task, std::chrono::nanoseconds began)
+        : scheduler_(scheduler), task_(task), began_(began) {}
 
     Scheduler& scheduler_;
     const Task& task_;
@@ -67,21 +74,25 @@ class Scheduler {
  private:
   using Lock = std::unique_lock<std::mutex>;
 
+  // Whom to call when the mutex is free again: it would meet it locked.
+  enum class Called : std::uint8_t { nobody, watcher, waiter };
+
   void work();
-  void run_slice(Lock& lock, TimePoint now);
-  void watch(Lock& lock, std::optional<TimePoint> until);
-  void see_to_next_turn();
+  void run_slice(Lock& lock, TimePoint now, std::chrono::nanoseconds& spent);
+  void watch(Lock& lock, std::optional<TimePoint> turn_at);
+  /// `patience`: for how long this thread may be busy before another has to look at the time.
+  [[nodiscard]] Called see_to_next_turn(Clock::duration patience);
+  void call(Called whom);
   void enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests);
   [[nodiscard]] std::optional<TimePoint> next_turn(TimePoint now);
 
   const std::size_t slices_max_;  // at once, but for those that go on for long
   const std::size_t threads_max_;
   std::mutex mutex_;
-  // Of the threads without a slice, one watches the time; the others wait until they are called.
+  // Of the threads without a slice one or two watch the time; the others wait until they are called.
   std::condition_variable watch_changed_, called_;
-  bool is_watched_ = false;
-  TimePoint watched_until_{};
-  std::size_t waiting_ = 0;  // until they are called
+  std::multiset<TimePoint> watched_;  // until when each of them sleeps at most
+  std::size_t waiting_ = 0;           // until they are called
   bool stopping_ = false;
   ShareQueue queue_;
   std::deque<TimePoint> began_;  // the slices under way, the last one first

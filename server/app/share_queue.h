@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -40,6 +41,8 @@ class ShareQueue {
   /// Waits until it is due; in the queue once at most.
   void add(const SharerPtr& sharer, TimePoint due);
   void remove(const SharerPtr& sharer);
+
+  [[nodiscard]] std::size_t size() const { return waiting_.size() + brief_.size() + long_.size(); }
 
   /// The next of those due by `now`, which leaves the queue; null where there is none.
   [[nodiscard]] SharerPtr take(TimePoint now);

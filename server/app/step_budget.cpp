@@ -1,7 +1,6 @@
 #include "app/step_budget.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/number_text.h"
 
@@ -13,14 +12,14 @@ double TimeBudget::left_at_s(TimePoint now) const {
 }
 
 void TimeBudget::spend(TimePoint now, Duration used) {
-  if (std::isinf(processors_)) return;
+  if (!is_limited()) return;
   const std::lock_guard lock(mutex_);
   left_s_ = std::max(left_at_s(now) - std::chrono::duration<double>(used).count(), -wait_max_s * processors_);
   spent_at_ = std::max(spent_at_, now);
 }
 
 TimeBudget::TimePoint TimeBudget::ready_at(TimePoint now) const {
-  if (std::isinf(processors_)) return now;
+  if (!is_limited()) return now;
   const std::lock_guard lock(mutex_);
   const double lacking_s = -left_at_s(now);
   if (lacking_s <= 0.0) return now;
@@ -30,7 +29,11 @@ TimeBudget::TimePoint TimeBudget::ready_at(TimePoint now) const {
 
 bool TimeBudget::is_full(TimePoint now) const {
   const std::lock_guard lock(mutex_);
-  return std::isinf(processors_) || left_at_s(now) >= saved_max_s * processors_;
+  return !is_limited() || left_at_s(now) >= saved_max_s * processors_;
+}
+
+bool StepBudget::is_limited() const {
+  return world_->is_limited() || (client_ && client_->is_limited());
 }
 
 void StepBudget::spend(TimePoint now, TimeBudget::Duration used) {

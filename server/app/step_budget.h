@@ -23,6 +23,7 @@ class TimeBudget {
   explicit TimeBudget(double processors) : processors_(processors), left_s_(saved_max_s * processors) {}
 
   [[nodiscard]] double processors() const { return processors_; }
+  [[nodiscard]] bool is_limited() const { return processors_ < unlimited; }
   void spend(TimePoint now, Duration used);
   /// When there is some left: `now`, or later.
   [[nodiscard]] TimePoint ready_at(TimePoint now) const;
@@ -50,6 +51,7 @@ class StepBudget {
   explicit StepBudget(double of_world, TimeBudgetPtr of_client = nullptr)
       : world_(std::make_shared<TimeBudget>(of_world)), client_(std::move(of_client)) {}
 
+  [[nodiscard]] bool is_limited() const;
   void spend(TimePoint now, TimeBudget::Duration used);
   [[nodiscard]] TimePoint ready_at(TimePoint now) const;
   /// For people: which of the two makes the world wait for longer.

@@ -75,7 +75,7 @@ Scheduler::Next WorldHost::run_guarded(HostedWorld& world, const Scheduler::Turn
   try {
     run_slice(world, turn, outbox);
     const TimePoint now = steady_clock::now();
-    world.spend(now, turn.used());
+    if (world.has_budget()) world.spend(now, turn.used());
     return next_of(world, now);
   } catch (const std::exception& error) {
     world.halt(error.what(), outbox);
