@@ -16,6 +16,7 @@
 #include "command/checks.h"
 #include "command/commands.h"
 #include "command/json.h"
+#include "command/output.h"
 #include "command/subcommands.h"
 #include "command/telling.h"
 #include "command/terminal.h"
@@ -46,8 +47,9 @@ struct Flags {
 int fail(const Status& status, bool json, int exit_code) {
   using pneuma::client::Style;
   const Style style = pneuma::client::takes_colour(STDERR_FILENO) ? Style::red : Style::plain;
-  const std::string text = json ? pneuma::client::error_json(status)
-                                : pneuma::client::styled("pneuma: ", style) + pneuma::client::told(status);
+  using pneuma::client::shown;
+  const std::string text = json ? shown(pneuma::client::error_json(status))
+                                : pneuma::client::styled("pneuma: ", style) + shown(pneuma::client::told(status));
   std::fprintf(stderr, "%s\n", text.c_str());
   return exit_code;
 }

@@ -1,6 +1,7 @@
 // The typed requests of Client: each fills one message and takes the reply that belongs to it.
 #include <utility>
 
+#include "base/limits.h"
 #include "pneuma_client/client.h"
 
 namespace pneuma::client {
@@ -162,6 +163,9 @@ base::Result<v1::Snapshot> Client::snapshot(const std::string& world) {
                 &ServerMessage::mutable_snapshot);
   };
   auto whole = ask(std::move(request));
+  if (whole.ok() && whole->bytes_total() > base::world_file_bytes_max) {
+    return base::Status(base::StatusCode::malformed, "a snapshot larger than any");
+  }
   while (whole.ok() && whole->data().size() < whole->bytes_total()) {
     ClientMessage next;
     next.mutable_read_snapshot()->set_snapshot_id(whole->snapshot_id());

@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "app/request_kinds.h"
 #include "app/request_reader.h"
 #include "app/session.h"
 #include "base/limits.h"
@@ -55,6 +56,7 @@ class Inbox {
     const bool is_full =
         waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
     if (request != nullptr && request->message->request_id() != 0 && is_full) return Post::full;
+    if (const auto* ended = std::get_if<SessionEnded>(&command)) drop_questions_of(ended->session);
     bytes_ += bytes;
     waiting_.push_back({std::move(command), bytes});
     return Post::taken;
@@ -96,6 +98,17 @@ class Inbox {
     Command command;
     std::size_t bytes;
   };
+
+  // Nobody is there to hear the answers. What was to be changed is changed all the same.
+  void drop_questions_of(net::SessionId session) {
+    std::erase_if(waiting_, [&](const Waiting& waiting) {
+      const auto* request = std::get_if<Request>(&waiting.command);
+      const bool is_dropped = request != nullptr && request->session != nullptr && request->session->id() == session &&
+                              role_for(request->message->request_case()) == Role::view;
+      if (is_dropped) bytes_ -= waiting.bytes;
+      return is_dropped;
+    });
+  }
 
   std::mutex mutex_;
   std::deque<Waiting> waiting_;

@@ -18,6 +18,9 @@ std::chrono::nanoseconds processor_time() {
 // Slices that were taken for brief, and are not: as each may have a thread for long, others take their place.
 constexpr std::size_t surprises_max = 64;
 
+// A slice that has gone on for so long may have no end, and counts no more: others get its turns.
+constexpr auto endless_after = std::chrono::seconds(1);
+
 // A slice as short as the last one of its task is not worth calling another thread for: this one goes on with what is
 // due. It would take about as long.
 constexpr auto short_slice = std::chrono::microseconds(100);
@@ -99,10 +102,19 @@ void Scheduler::enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool r
 
 // When a thread may take a task; nothing until something changes.
 std::optional<Scheduler::TimePoint> Scheduler::next_turn(TimePoint now) {
-  if (began_.size() < slices_max_) return queue_.next_due();
-  const auto due = queue_.next_brief_due(now);
+  if (is_free(now)) return queue_.next_due();
+  // When the last of those that count has gone on for long, or counts no more.
+  const TimePoint last_began = began_[slices_max_ - 1];
+  const auto due = queue_.next_due();
   if (!due) return std::nullopt;
-  return std::max(*due, began_[slices_max_ - 1] + ShareQueue::brief_max);  // when that one has gone on for long
+  const TimePoint any_at = std::max(*due, last_began + endless_after);
+  const auto brief_due = queue_.next_brief_due(now);
+  return brief_due ? std::min(any_at, std::max(*brief_due, last_began + ShareQueue::brief_max)) : any_at;
+}
+
+// Whether there is a thread for a slice of any length.
+bool Scheduler::is_free(TimePoint now) const {
+  return began_.size() < slices_max_ || began_[slices_max_ - 1] + endless_after <= now;
 }
 
 // Somebody who watches the time is called where it would sleep for too long; where nobody does, one is called to.
@@ -163,8 +175,7 @@ void Scheduler::watch(Lock& lock, std::optional<TimePoint> turn_at) {
 
 // `spent` is the thread's processor time up to its last slice. What it took to get to this one is this task's too.
 void Scheduler::run_slice(Lock& lock, TimePoint now, std::chrono::nanoseconds& spent) {
-  const bool is_spare = began_.size() >= slices_max_;
-  const auto task = std::static_pointer_cast<Task>(is_spare ? queue_.take_brief(now) : queue_.take(now));
+  const auto task = std::static_pointer_cast<Task>(is_free(now) ? queue_.take(now) : queue_.take_brief(now));
   task->state_ = Task::State::running;
   task->woken_ = false;
   began_.push_front(now);

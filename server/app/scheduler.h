@@ -85,6 +85,7 @@ class Scheduler {
   void call(Called whom);
   void enqueue(const std::shared_ptr<Task>& task, TimePoint due, bool rests);
   [[nodiscard]] std::optional<TimePoint> next_turn(TimePoint now);
+  [[nodiscard]] bool is_free(TimePoint now) const;
 
   const std::size_t slices_max_;  // at once, but for those that go on for long
   const std::size_t threads_max_;

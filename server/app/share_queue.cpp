@@ -32,6 +32,14 @@ void ShareQueue::collect(TimePoint now) {
     sharer->is_brief_ = now >= sharer->brief_from_;
     ready_of(*sharer).insert(std::move(sharer));
   }
+  // Who waits for long may come to count as brief meanwhile.
+  for (auto it = long_.begin(); it != long_.end();) {
+    const SharerPtr sharer = *it++;
+    if (now < sharer->brief_from_) continue;
+    long_.erase(sharer);
+    sharer->is_brief_ = true;
+    brief_.insert(sharer);
+  }
 }
 
 ShareQueue::Ready* ShareQueue::first_ready() {

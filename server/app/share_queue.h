@@ -31,7 +31,7 @@ class ShareQueue {
     TimePoint due_{};
     std::uint64_t sequence_ = 0;  // of equal due times, who has waited longer goes first
     bool is_ready_ = false;       // due, and in the order of shares
-    bool is_brief_ = true;        // as it became ready
+    bool is_brief_ = true;        // while it is ready
     TimePoint brief_from_{};
     Duration start_{};  // what it had had when its turn came, on the scale that all share
     Duration had_{};    // with what it has used since

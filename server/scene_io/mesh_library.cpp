@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/hidden_text.h"
 #include "base/limits.h"
 #include "base/number_text.h"
 #include "physics/mesh/mesh_builders.h"
@@ -137,8 +138,7 @@ Status check_name(const std::string& name) {
     return {StatusCode::limit_exceeded,
             "has " + std::to_string(name.size()) + " bytes; at most " + std::to_string(base::name_bytes_max), "name"};
   }
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  if (std::any_of(name.begin(), name.end(), is_control)) return base::invalid("has a control character", "name");
+  if (base::has_hidden(name)) return base::invalid("has a control character, or one that does not show", "name");
   return {};
 }
 

@@ -5,10 +5,13 @@
 #include <cassert>
 #include <cerrno>
 #include <charconv>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 
 #include <unistd.h>
+
+#include "base/hidden_text.h"
 
 namespace pneuma::client {
 
@@ -20,9 +23,46 @@ bool is_number(const std::string& cell) {
   return parsed.ec == std::errc() && parsed.ptr == cell.data() + cell.size();
 }
 
+/// Of one character in UTF-8.
+std::uint32_t code_point(std::string_view bytes) {
+  const auto first = static_cast<unsigned char>(bytes.front());
+  std::uint32_t code = bytes.size() == 1 ? first : first & (0x7fU >> bytes.size());
+  for (const char next : bytes.substr(1)) code = code << 6U | (static_cast<unsigned char>(next) & 0x3fU);
+  return code;
+}
+
+void append_escape(std::string& out, std::uint32_t code) {
+  const auto append = [&out](std::uint32_t unit) {
+    std::array<char, 16> text{};
+    std::snprintf(text.data(), text.size(), "\\u%04x", static_cast<unsigned>(unit));
+    out += text.data();
+  };
+  if (code < 0x10000U) return append(code);
+  append(0xd800U + ((code - 0x10000U) >> 10U));
+  append(0xdc00U + ((code - 0x10000U) & 0x3ffU));
+}
+
 }  // namespace
 
+std::string shown(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t bytes = text[i] == '\n' || text[i] == '\t' ? 0 : base::hidden_bytes(text, i);
+    if (bytes == 0) {
+      out += text[i++];
+      continue;
+    }
+    append_escape(out, code_point(text.substr(i, bytes)));
+    i += bytes;
+  }
+  return out;
+}
+
 base::Status Output::line(std::string_view text) {
+  return drawn(shown(text));
+}
+
+base::Status Output::drawn(std::string_view text) {
   if (!failure_.ok()) return failure_;
   const std::string bytes = std::string(text) + '\n';
   if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() || std::fflush(stdout) != 0) {
@@ -34,6 +74,7 @@ base::Status Output::line(std::string_view text) {
 
 void Table::add(std::vector<std::string> row, Style style) {
   assert(row.size() == rows_.front().size());
+  for (std::string& cell : row) cell = shown(cell);
   rows_.push_back(std::move(row));
   styles_.push_back(style);
 }
@@ -65,7 +106,7 @@ std::vector<std::string> Table::lines(bool with_colour, std::size_t columns_max)
 
 base::Status Table::print(Output& output) const {
   for (const std::string& line : lines(takes_colour(STDOUT_FILENO))) {
-    const base::Status written = output.line(line);
+    const base::Status written = output.drawn(line);
     if (!written.ok()) return written;
   }
   return {};

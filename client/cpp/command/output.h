@@ -10,11 +10,17 @@
 
 namespace pneuma::client {
 
+/// Fit for a terminal, whoever it comes from: what does not show (base/hidden_text.h) is written as JSON would, \u001b.
+/// Ends of lines and tabs stay. JSON means the same then.
+[[nodiscard]] std::string shown(std::string_view text);
+
 /// Lines to standard output, each of them passed on at once.
 class Output {
  public:
-  /// Once a write has failed, every line gives that error.
+  /// Writes it as shown() has it. Once a write has failed, every line gives that error.
   base::Status line(std::string_view text);
+  /// The same of a text with colours and moves of the cursor, in which all that others wrote went through shown().
+  base::Status drawn(std::string_view text);
   /// The reader went away (`pneuma watch W | head`): a reason to end, not a failure.
   [[nodiscard]] bool is_closed() const { return closed_; }
 

@@ -8,6 +8,7 @@
 #include "base/in_file.h"
 #include "base/nearest_word.h"
 #include "command/json.h"
+#include "command/output.h"
 #include "pneuma/v1/session.pb.h"
 
 namespace pneuma::client {
@@ -67,7 +68,7 @@ base::Status with_suggestion(const base::Status& status, std::string_view word, 
 
 void note(const Session& session, const std::string& text) {
   const std::string line = session.json ? JsonObject().add("note", text).text() : "pneuma: " + text;
-  std::fprintf(stderr, "%s\n", line.c_str());
+  std::fprintf(stderr, "%s\n", shown(line).c_str());
 }
 
 void note_rounding(const Session& session, const SubscribeOptions& asked, const v1::Subscribed& got) {

@@ -101,7 +101,7 @@ base::Status top(Session& session, bool once) {
     std::string text = over;
     for (const std::string& line : *lines) text += (&line == &lines->front() ? "" : "\n") + line;
     if (!lines->empty()) {
-      if (base::Status written = session.output.line(text); !written.ok()) return written;
+      if (base::Status written = session.output.drawn(text); !written.ok()) return written;
     }
     if (!is_live) return {};
     over = "\033[" + std::to_string(lines->size()) + "A\r\033[J";

@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "base/hidden_text.h"
 #include "base/limits.h"
 #include "base/number_text.h"
 #include "physics/scene/shape_parts.h"
@@ -160,8 +161,7 @@ class Names {
                   "has " + std::to_string(name.size()) + " bytes; at most " + std::to_string(base::name_bytes_max),
                   base::StatusCode::limit_exceeded);
     }
-    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-    if (std::any_of(name.begin(), name.end(), is_control)) fields.fail("name", "has a control character");
+    if (base::has_hidden(name)) fields.fail("name", "has a control character, or one that does not show");
   }
 
  private:

@@ -1,5 +1,10 @@
 #include "app/inbox.h"
 
+#include <memory>
+#include <utility>
+#include <variant>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "requests.h"
@@ -42,6 +47,31 @@ TEST(Inbox, RequestsComeBeforeReportsAndAreCountedWithoutThem) {
   EXPECT_EQ(inbox.post(get_stats_of(1)), Inbox::Post::full);
   EXPECT_EQ(inbox.post(get_stats_of(0)), Inbox::Post::taken) << "the server's own";
   EXPECT_TRUE(std::holds_alternative<Request>(*inbox.take()));
+}
+
+TEST(Inbox, WhoIsGoneHearsNoAnswersButChangesWhatWasAsked) {
+  Inbox inbox;
+  const auto gone = std::make_shared<Session>(7);
+  const auto other = std::make_shared<Session>(8);
+  v1::ClientMessage question;
+  question.set_request_id(1);
+  question.mutable_nearest_point();
+  v1::ClientMessage impulse;
+  impulse.set_request_id(2);
+  impulse.mutable_impulse();
+  for (const auto& session : {gone, other}) {
+    for (const v1::ClientMessage& message : {question, impulse}) {
+      ASSERT_EQ(inbox.post(request_of(session, message)), Inbox::Post::taken);
+    }
+  }
+  ASSERT_EQ(inbox.post(SessionEnded{7}), Inbox::Post::taken);
+  std::vector<std::pair<net::SessionId, bool>> left;
+  for (auto command = inbox.take(); command; command = inbox.take()) {
+    if (const auto* request = std::get_if<Request>(&*command)) {
+      left.emplace_back(request->session->id(), request->message->has_impulse());
+    }
+  }
+  EXPECT_EQ(left, (std::vector<std::pair<net::SessionId, bool>>{{7, true}, {8, false}, {8, true}}));
 }
 
 }  // namespace

@@ -177,6 +177,34 @@ TEST(Scheduler, ManySlicesWithoutAnEndAtOnceHoldUpNobodyElse) {
   EXPECT_EQ(light_has_run.wait_for(patience), std::future_status::ready);
 }
 
+TEST(Scheduler, SlicesWithoutAnEndHoldUpLongOnesForAWhileOnly) {
+  std::promise<void> known_as_long;
+  std::promise<void> long_ran;
+  const std::shared_future<void> long_has_run = long_ran.get_future().share();
+  std::promise<void> endless_began;
+  Scheduler scheduler(1);
+  const auto lengthy = scheduler.add([&, is_known = false](const Scheduler::Turn& turn) mutable {
+    if (std::exchange(is_known, true)) {
+      long_ran.set_value();
+    } else {
+      while (turn.used() <= ShareQueue::brief_max) {
+      }
+      known_as_long.set_value();
+    }
+    return Scheduler::Next::when_woken();
+  });
+  scheduler.wake(lengthy);
+  known_as_long.get_future().wait();
+  scheduler.wake(scheduler.add([&](const auto&) {
+    endless_began.set_value();
+    long_has_run.wait_for(patience);
+    return Scheduler::Next::when_woken();
+  }));
+  endless_began.get_future().wait();
+  scheduler.wake(lengthy);
+  EXPECT_EQ(long_has_run.wait_for(patience / 2), std::future_status::ready);
+}
+
 // No thread is called at once for what a short slice will leave time for; this one was short until now.
 TEST(Scheduler, ASliceThatIsLongForTheFirstTimeHoldsUpNobodyElse) {
   std::promise<void> light_ran;

@@ -192,5 +192,17 @@ TEST(ShareQueue, WhoHeldAProcessorForLongIsNotBriefForAWhile) {
   EXPECT_EQ(queue.take_brief(now), lengthy);
 }
 
+TEST(ShareQueue, WhoIsBriefAgainWhileItWaitsIsTakenAsSuch) {
+  ShareQueue queue;
+  const auto sharer = std::make_shared<ShareQueue::Sharer>();
+  const TimePoint now{};
+  queue.add(sharer, now);
+  ASSERT_EQ(queue.take(now), sharer);
+  ShareQueue::used(*sharer, milliseconds(6), now);
+  queue.add(sharer, now);
+  EXPECT_EQ(queue.take_brief(now), nullptr);
+  EXPECT_EQ(queue.take_brief(now + ShareQueue::remembered), sharer);
+}
+
 }  // namespace
 }  // namespace pneuma::app
