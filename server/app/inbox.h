@@ -1,6 +1,7 @@
 // What waits for a world's next tick. Network callbacks put in, the tick takes out.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -53,36 +54,41 @@ class Inbox {
       reports_.insert_or_assign({reader->session, reader->report.stream.stream_id}, *reader);
       return Post::taken;
     }
-    const bool is_full =
-        waiting_.size() >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
+    const bool is_full = waiting_ >= base::world_inbox_requests_max || bytes_ + bytes > base::world_inbox_bytes_max;
     if (request != nullptr && request->message->request_id() != 0 && is_full) return Post::full;
-    if (const auto* ended = std::get_if<SessionEnded>(&command)) drop_questions_of(ended->session);
+    Line& line = line_of(session_of(command));
+    if (std::holds_alternative<SessionEnded>(command)) drop_questions(line);
     bytes_ += bytes;
-    waiting_.push_back({std::move(command), bytes});
+    ++waiting_;
+    line.commands.push_back({std::move(command), bytes});
     return Post::taken;
   }
 
-  /// The one that has waited longest, and after all others the reports; nothing where none waits.
+  /// Sessions have their turns, each with what has waited longest of its own; after all others come the reports.
+  /// Nothing where none waits.
   [[nodiscard]] std::optional<Command> take() {
     const std::lock_guard lock(mutex_);
-    if (waiting_.empty() && !reports_.empty()) return reports_.extract(reports_.begin()).mapped();
-    if (waiting_.empty()) return std::nullopt;
-    Waiting next = std::move(waiting_.front());
-    waiting_.pop_front();
-    bytes_ -= next.bytes;
-    return std::move(next.command);
+    if (lines_.empty() && !reports_.empty()) return reports_.extract(reports_.begin()).mapped();
+    if (lines_.empty()) return std::nullopt;
+    Line line = std::move(lines_.front());
+    lines_.pop_front();
+    Command next = take_from(line, line.commands.begin());
+    if (!line.commands.empty()) lines_.push_back(std::move(line));
+    return next;
   }
 
   /// The first request to destroy the world, out of its turn; nothing where there is none.
   [[nodiscard]] std::optional<Request> take_destroy() {
     const std::lock_guard lock(mutex_);
-    for (auto it = waiting_.begin(); it != waiting_.end(); ++it) {
-      auto* request = std::get_if<Request>(&it->command);
-      if (request == nullptr || !request->message->has_destroy_world()) continue;
-      Request found = std::move(*request);
-      bytes_ -= it->bytes;
-      waiting_.erase(it);
-      return found;
+    for (auto line = lines_.begin(); line != lines_.end(); ++line) {
+      const auto found = std::ranges::find_if(line->commands, [](const Waiting& waiting) {
+        const auto* request = std::get_if<Request>(&waiting.command);
+        return request != nullptr && request->message->has_destroy_world();
+      });
+      if (found == line->commands.end()) continue;
+      Command taken = take_from(*line, found);
+      if (line->commands.empty()) lines_.erase(line);
+      return std::get<Request>(std::move(taken));
     }
     return std::nullopt;
   }
@@ -98,21 +104,54 @@ class Inbox {
     Command command;
     std::size_t bytes;
   };
+  // What waits of one session, which is never nothing.
+  struct Line {
+    net::SessionId session;
+    std::deque<Waiting> commands;
+  };
+
+  // 0: nobody's.
+  static net::SessionId id_of(const Request& request) { return request.session ? request.session->id() : 0; }
+  template <class Notice>
+  static net::SessionId id_of(const Notice& notice) {
+    return notice.session;
+  }
+  static net::SessionId session_of(const Command& command) {
+    return std::visit([](const auto& of) { return id_of(of); }, command);
+  }
+
+  // The last in turn where the session has none yet.
+  Line& line_of(net::SessionId session) {
+    const auto found = std::ranges::find(lines_, session, &Line::session);
+    return found != lines_.end() ? *found : lines_.emplace_back(Line{session, {}});
+  }
+
+  Command take_from(Line& line, std::deque<Waiting>::iterator which) {
+    Command taken = std::move(which->command);
+    bytes_ -= which->bytes;
+    --waiting_;
+    line.commands.erase(which);
+    return taken;
+  }
 
   // Nobody is there to hear the answers. What was to be changed is changed all the same.
-  void drop_questions_of(net::SessionId session) {
-    std::erase_if(waiting_, [&](const Waiting& waiting) {
-      const auto* request = std::get_if<Request>(&waiting.command);
-      const bool is_dropped = request != nullptr && request->session != nullptr && request->session->id() == session &&
-                              role_for(request->message->request_case()) == Role::view;
-      if (is_dropped) bytes_ -= waiting.bytes;
-      return is_dropped;
-    });
+  void drop_questions(Line& line) {
+    for (auto it = line.commands.begin(); it != line.commands.end();) {
+      const auto* request = std::get_if<Request>(&it->command);
+      if (request == nullptr || role_for(request->message->request_case()) != Role::view) {
+        ++it;
+        continue;
+      }
+      bytes_ -= it->bytes;
+      --waiting_;
+      it = line.commands.erase(it);
+    }
   }
 
   std::mutex mutex_;
-  std::deque<Waiting> waiting_;
+  std::deque<Line> lines_;                                                      // in the order of their turns
   std::map<std::pair<net::SessionId, std::uint32_t>, ReaderReported> reports_;  // by session and stream
+  std::size_t waiting_ = 0;                                                     // commands in all lines
   std::size_t bytes_ = 0;                                                       // of all that waits
   bool closed_ = false;
 };

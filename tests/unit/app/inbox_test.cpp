@@ -74,5 +74,39 @@ TEST(Inbox, WhoIsGoneHearsNoAnswersButChangesWhatWasAsked) {
   EXPECT_EQ(left, (std::vector<std::pair<net::SessionId, bool>>{{7, true}, {8, false}, {8, true}}));
 }
 
+TEST(Inbox, SessionsHaveTheirTurnsAndEachItsOrder) {
+  Inbox inbox;
+  const auto many = std::make_shared<Session>(7);
+  const auto one = std::make_shared<Session>(8);
+  const auto post = [&](const std::shared_ptr<Session>& session, std::uint64_t id) {
+    v1::ClientMessage message;
+    message.set_request_id(id);
+    message.mutable_get_stats();
+    ASSERT_EQ(inbox.post(request_of(session, message)), Inbox::Post::taken);
+  };
+  for (const std::uint64_t id : {1U, 2U, 3U}) post(many, id);
+  post(one, 4);
+  std::vector<std::uint64_t> taken;
+  for (auto command = inbox.take(); command; command = inbox.take()) {
+    taken.push_back(std::get<Request>(*command).message->request_id());
+  }
+  EXPECT_EQ(taken, (std::vector<std::uint64_t>{1, 4, 2, 3}));
+}
+
+TEST(Inbox, TheEndOfAWorldIsTakenOutOfTurn) {
+  Inbox inbox;
+  ASSERT_EQ(inbox.post(get_stats_of(1)), Inbox::Post::taken);
+  v1::ClientMessage message;
+  message.set_request_id(2);
+  message.mutable_destroy_world();
+  ASSERT_EQ(inbox.post(request_of(std::make_shared<Session>(7), message)), Inbox::Post::taken);
+  const auto destroy = inbox.take_destroy();
+  ASSERT_TRUE(destroy);
+  EXPECT_EQ(destroy->message->request_id(), 2U);
+  EXPECT_FALSE(inbox.take_destroy());
+  EXPECT_TRUE(inbox.take());
+  EXPECT_FALSE(inbox.take());
+}
+
 }  // namespace
 }  // namespace pneuma::app
