@@ -20,6 +20,7 @@ namespace pneuma::app {
 
 /// Tasks that are due go in the order of what they have had (app/share_queue.h), on so many threads. A slice that goes
 /// on for long does not hold up tasks whose slices are brief: spare threads run them beside it, as many at a time.
+/// After a second it holds up nobody.
 class Scheduler {
  public:
   using Clock = std::chrono::steady_clock;

@@ -6,8 +6,8 @@
 
 namespace pneuma::base {
 
-/// How many bytes, from byte `i` of a text in UTF-8 on, are of a character that does not show as itself: a control, or
-/// one that is not seen, ends a line or turns the text around it. 0: it shows.
+/// The length in bytes of the character at byte `i` of a text in UTF-8, where it does not show as itself; else 0. Such
+/// are controls, and what is not seen, ends a line or turns the text around it.
 [[nodiscard]] std::size_t hidden_bytes(std::string_view text, std::size_t i);
 
 /// Whether any character of it does not show as itself.
