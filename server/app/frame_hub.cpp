@@ -75,13 +75,20 @@ base::Result<v1::Subscribed> FrameHub::subscribe(const std::shared_ptr<Session>&
           "a session has at most " + std::to_string(base::session_streams_per_world_max) + " streams of a world",
           "subscribe");
     }
-    if (!classes_.contains(quality) && classes_.size() >= base::world_quality_classes_max) {
+    const bool is_new = !classes_.contains(quality);
+    if (is_new && classes_of_client(session->client()) >= base::client_quality_classes_max) {
+      return base::Status(base::StatusCode::limit_exceeded,
+                          "the client has " + std::to_string(base::client_quality_classes_max) +
+                              " qualities (of rate, error, layers and contents) of the world to itself already",
+                          "subscribe");
+    }
+    if (is_new && classes_.size() >= base::world_quality_classes_max) {
       return base::Status(base::StatusCode::limit_exceeded,
                           "the world has its " + std::to_string(base::world_quality_classes_max) +
                               " qualities (of rate, error, layers and contents) already",
                           "subscribe");
     }
-    if (!classes_.contains(quality)) {
+    if (is_new) {
       if (base::Status no_room = admit(quality.bytes_per_vertex()); !no_room.ok()) return no_room.inside("subscribe");
     }
     found = class_of(quality, world_rate_hz);
@@ -192,21 +199,28 @@ void FrameHub::session_ended(net::SessionId session) {
 }
 
 void FrameHub::key_wanted(net::SessionId session, std::uint32_t stream_id) {
-  for (auto& [quality, quality_class] : classes_) {
-    const auto found = quality_class.subscribers.find(session);
-    if (quality_class.stream_id == stream_id && found != quality_class.subscribers.end())
-      found->second.wants_key = true;
+  if (Subscriber* subscriber = find(session, stream_id)) {
+    subscriber->wants_key = true;
+    subscriber->is_stalled = false;
   }
 }
 
+void FrameHub::stream_stalled(net::SessionId session, std::uint32_t stream_id) {
+  if (Subscriber* subscriber = find(session, stream_id)) subscriber->is_stalled = true;
+}
+
 bool FrameHub::request_key(net::SessionId session, std::uint32_t stream_id) {
+  Subscriber* subscriber = find(session, stream_id);
+  if (subscriber != nullptr) subscriber->wants_key = subscriber->takes_no_delta = true;
+  return subscriber != nullptr;
+}
+
+FrameHub::Subscriber* FrameHub::find(net::SessionId session, std::uint32_t stream_id) {
   for (auto& [quality, quality_class] : classes_) {
     const auto found = quality_class.subscribers.find(session);
-    if (quality_class.stream_id != stream_id || found == quality_class.subscribers.end()) continue;
-    found->second.wants_key = found->second.takes_no_delta = true;
-    return true;
+    if (quality_class.stream_id == stream_id && found != quality_class.subscribers.end()) return &found->second;
   }
-  return false;
+  return nullptr;
 }
 
 void FrameHub::close(Outbox& outbox) {
@@ -233,6 +247,13 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
   }
 }
 
+// What of a change it then misses comes with its next frame, which is for everyone.
+bool FrameHub::is_left_out(QualityClass& quality_class) {
+  if (quality_class.is_taken()) return false;
+  quality_class.was_left_out = true;
+  return true;
+}
+
 void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool all, Outbox& outbox) {
   if (classes_.empty()) return;
   move_readers(tick, 1.0 / source.tick_period_s(), outbox);
@@ -241,10 +262,12 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
     const WorldLayout::Update came = *update++;
-    if (came == WorldLayout::Update::waits) continue;
+    if (came == WorldLayout::Update::waits || is_left_out(quality_class)) continue;
     introduce(quality_class, outbox);
     const bool due = tick % quality_class.rate_divisor == 0;
-    const bool out_of_turn = all || came == WorldLayout::Update::changed || !quality_class.encoder.key_tick();
+    const bool is_back = std::exchange(quality_class.was_left_out, false);
+    const bool out_of_turn =
+        all || is_back || came == WorldLayout::Update::changed || !quality_class.encoder.key_tick();
     if (due || out_of_turn) {
       // What comes out of its turn is for everyone, and so is what can build on nothing: of a recording, the same tick
       // once more or an earlier one.
@@ -266,10 +289,11 @@ void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
     const WorldLayout::Update came = *update++;
-    if (came == WorldLayout::Update::waits) continue;
+    if (came == WorldLayout::Update::waits || is_left_out(quality_class)) continue;
     introduce(quality_class, outbox);
+    const bool is_back = std::exchange(quality_class.was_left_out, false);
     // Where the last frame was of a higher layer, readers who shed it would not see where the world came to rest.
-    if (came != WorldLayout::Update::none || quality_class.encoder.key_tick() != tick) {
+    if (is_back || came != WorldLayout::Update::none || quality_class.encoder.key_tick() != tick) {
       publish_new(quality, quality_class, source, scalars, tick, 0, outbox);
     } else {
       publish_last(quality_class, outbox);
@@ -463,6 +487,12 @@ void FrameHub::describe_streams(net::SessionId session, const net::ReaderStats& 
 std::size_t FrameHub::streams_of(net::SessionId session) const {
   return static_cast<std::size_t>(std::count_if(
       classes_.begin(), classes_.end(), [&](const auto& entry) { return entry.second.subscribers.contains(session); }));
+}
+
+std::size_t FrameHub::classes_of_client(const std::string& client) const {
+  const auto is_of_client = [&](const auto& entry) { return entry.second.session->client() == client; };
+  return static_cast<std::size_t>(std::ranges::count_if(
+      classes_, [&](const auto& entry) { return std::ranges::all_of(entry.second.subscribers, is_of_client); }));
 }
 
 bool FrameHub::wants_touches() const {

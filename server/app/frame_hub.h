@@ -2,6 +2,7 @@
 // Called by the thread that steps the world.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -52,6 +53,8 @@ class FrameHub {
   void session_ended(net::SessionId session);
   /// The session waits for a key frame of the stream.
   void key_wanted(net::SessionId session, std::uint32_t stream_id);
+  /// The session takes no frames of the stream until it waits for a key. What nobody takes is not encoded.
+  void stream_stalled(net::SessionId session, std::uint32_t stream_id);
   /// The session asks for one although it could use a delta. False where it has no such stream.
   [[nodiscard]] bool request_key(net::SessionId session, std::uint32_t stream_id);
   /// How an adaptive reader does: where it should have another quality, it is moved by the next encode_tick or
@@ -144,6 +147,7 @@ class FrameHub {
     std::optional<Adaptive> adaptive{};
     std::uint32_t layout_id = 0;  // the last one sent; 0: none
     bool wants_key = true;
+    bool is_stalled = false;
     bool takes_no_delta = false;  // the next frame that can be a key is one for it
     bool wants_commands = false;
     std::optional<TouchNews> touches{};
@@ -158,10 +162,22 @@ class FrameHub {
     std::map<net::SessionId, Subscriber> subscribers;
     SessionIds sessions;          // of all subscribers; null where they changed
     double encode_time_us = 0.0;  // of the last frame
+    bool was_left_out = false;    // since nobody took its frames
+
+    /// An adaptive reader is found out by what it is offered.
+    [[nodiscard]] bool is_taken() const {
+      return std::ranges::any_of(
+          subscribers, [](const auto& entry) { return !entry.second.is_stalled || entry.second.adaptive.has_value(); });
+    }
   };
   using Classes = std::map<Quality, QualityClass>;
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
+  /// Those that have its readers alone.
+  [[nodiscard]] std::size_t classes_of_client(const std::string& client) const;
+  /// Null where the session has no such stream.
+  [[nodiscard]] Subscriber* find(net::SessionId session, std::uint32_t stream_id);
+  [[nodiscard]] static bool is_left_out(QualityClass& quality_class);
   /// Brings the layouts up to date, and tells of each class, in order, what came of it.
   [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source, std::uint64_t tick);
   [[nodiscard]] v1::Subscribed describe(const Classes::value_type& entry, const std::string& world,

@@ -31,6 +31,7 @@ class Host {
   /// Answers with the next piece of a snapshot that the session took.
   virtual void read_snapshot(Request request) = 0;
   virtual void key_wanted(net::SessionId session, std::uint32_t stream_id) = 0;
+  virtual void stream_stalled(net::SessionId session, std::uint32_t stream_id) = 0;
   virtual void reader_report(net::SessionId session, const net::ReaderReport& report) = 0;
   virtual void session_ended(net::SessionId session, const std::string& world) = 0;
   /// Destroys a world that is the session's own; nothing where it is not, or gone.

@@ -55,9 +55,10 @@ class HostedWorld {
 
   // The stepping thread, in the order of a tick:
 
-  /// Carries out what came since the last tick. Nothing where a tick is under way or the world has used up its budget
-  /// of processor time, but that a request to destroy the world need not wait for long. What is not done at `until`, or
-  /// makes too many replies at once, waits for the next slice.
+  /// Carries out what came since the last tick. While the world runs, looks at bodies get a share of its time. Nothing
+  /// where a tick is under way or the world has used up its budget of processor time, but that a request to destroy the
+  /// world need not wait for long. What is not done at `until`, or makes too many replies at once, waits for the next
+  /// slice.
   void drain(TimePoint now, TimePoint until, Outbox& outbox);
   /// A tick is under way, asked for, or due by its clock, and there is processor time left for it.
   [[nodiscard]] bool tick_due(TimePoint now) const;
@@ -137,6 +138,8 @@ class HostedWorld {
   /// What is kept of the world, or not.
   void describe_keeping(WorldStatus& status) const;
   [[nodiscard]] std::uint64_t next_tick() const { return live_.tick() + 1; }
+  /// It is paused, and no tick of it is asked for.
+  [[nodiscard]] bool is_idle() const { return paused_ && pending_steps_.empty(); }
   /// Whether the step under way waits for what only contacts tell.
   [[nodiscard]] bool awaits_touch() const;
   /// The reply to a step that has ended with the tick just done.
@@ -160,6 +163,8 @@ class HostedWorld {
   TimePoint last_held_back_{};
   std::string held_back_by_;    // which budget last did
   bool had_its_share_ = false;  // of a slice, before all that waited was carried out
+  TimeBudget looks_;            // what requests that look at bodies may take while the world runs
+  bool looks_wait_ = false;
   std::deque<PendingStep> pending_steps_;
   std::optional<Request> destroyed_by_;
   bool halted_ = false;

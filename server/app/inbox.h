@@ -29,6 +29,11 @@ struct KeyWanted {
   net::SessionId session;
   std::uint32_t stream_id;
 };
+/// Until its key is wanted.
+struct StreamStalled {
+  net::SessionId session;
+  std::uint32_t stream_id;
+};
 struct SessionEnded {
   net::SessionId session;
 };
@@ -36,7 +41,7 @@ struct ReaderReported {
   net::SessionId session;
   net::ReaderReport report;
 };
-using Command = std::variant<Request, KeyWanted, SessionEnded, ReaderReported>;
+using Command = std::variant<Request, KeyWanted, StreamStalled, SessionEnded, ReaderReported>;
 
 class Inbox {
  public:
@@ -64,17 +69,32 @@ class Inbox {
     return Post::taken;
   }
 
+  /// What to leave where it waits. A session's requests stay in order, so what is behind one waits too.
+  enum class Leave { nothing, looks_at_bodies };
+
   /// Sessions have their turns, each with what has waited longest of its own; after all others come the reports.
-  /// Nothing where none waits.
-  [[nodiscard]] std::optional<Command> take() {
+  /// Nothing where none waits that may be taken.
+  [[nodiscard]] std::optional<Command> take(Leave leave = Leave::nothing) {
     const std::lock_guard lock(mutex_);
-    if (lines_.empty() && !reports_.empty()) return reports_.extract(reports_.begin()).mapped();
-    if (lines_.empty()) return std::nullopt;
-    Line line = std::move(lines_.front());
-    lines_.pop_front();
-    Command next = take_from(line, line.commands.begin());
+    const auto may_go = [leave](const Line& of) {
+      return leave == Leave::nothing || !is_look_at_bodies(of.commands.front().command);
+    };
+    const auto next = std::ranges::find_if(lines_, may_go);
+    if (next == lines_.end()) {
+      if (reports_.empty()) return std::nullopt;
+      return reports_.extract(reports_.begin()).mapped();
+    }
+    Line line = std::move(*next);
+    lines_.erase(next);
+    Command taken = take_from(line, line.commands.begin());
     if (!line.commands.empty()) lines_.push_back(std::move(line));
-    return next;
+    return taken;
+  }
+
+  /// Whether no command waits, reports left out.
+  [[nodiscard]] bool is_empty() const {
+    const std::lock_guard lock(mutex_);
+    return lines_.empty();
   }
 
   /// The first request to destroy the world, out of its turn; nothing where there is none.
@@ -116,6 +136,10 @@ class Inbox {
   static net::SessionId id_of(const Notice& notice) {
     return notice.session;
   }
+  static bool is_look_at_bodies(const Command& command) {
+    const auto* request = std::get_if<Request>(&command);
+    return request != nullptr && looks_at_bodies(request->message->request_case());
+  }
   static net::SessionId session_of(const Command& command) {
     return std::visit([](const auto& of) { return id_of(of); }, command);
   }
@@ -148,7 +172,7 @@ class Inbox {
     }
   }
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::deque<Line> lines_;                                                      // in the order of their turns
   std::map<std::pair<net::SessionId, std::uint32_t>, ReaderReported> reports_;  // by session and stream
   std::size_t waiting_ = 0;                                                     // commands in all lines

@@ -15,6 +15,7 @@ struct Kind {
   Message::RequestCase request;
   Role role;                                    // the least that may ask it
   const std::string* (*world)(const Message&);  // that it names; null: none
+  bool looks_at_bodies = false;
 };
 
 template <auto get>
@@ -36,10 +37,10 @@ constexpr std::array kinds{
     Kind{Message::kRequestKey, Role::view, nullptr},
     Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>},
     Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>},
-    Kind{Message::kGetState, Role::view, named_in<&Message::get_state>},
-    Kind{Message::kRaycast, Role::view, named_in<&Message::raycast>},
-    Kind{Message::kNearestPoint, Role::view, named_in<&Message::nearest_point>},
-    Kind{Message::kBodiesInBox, Role::view, named_in<&Message::bodies_in_box>},
+    Kind{Message::kGetState, Role::view, named_in<&Message::get_state>, true},
+    Kind{Message::kRaycast, Role::view, named_in<&Message::raycast>, true},
+    Kind{Message::kNearestPoint, Role::view, named_in<&Message::nearest_point>, true},
+    Kind{Message::kBodiesInBox, Role::view, named_in<&Message::bodies_in_box>, true},
     Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>},
     // Of one that the session took.
     Kind{Message::kReadSnapshot, Role::view, nullptr},
@@ -72,6 +73,11 @@ const Kind* find_kind(Message::RequestCase request) {
 Role role_for(Message::RequestCase request) {
   const Kind* kind = find_kind(request);
   return kind == nullptr ? Role::admin : kind->role;
+}
+
+bool looks_at_bodies(Message::RequestCase request) {
+  const Kind* kind = find_kind(request);
+  return kind != nullptr && kind->looks_at_bodies;
 }
 
 const std::string* world_of(const Message& request) {

@@ -11,6 +11,9 @@ namespace pneuma::app {
 /// The least role that may ask it; admin for what is in no table.
 [[nodiscard]] Role role_for(v1::ClientMessage::RequestCase request);
 
+/// Whether it asks for the places of a world's bodies: what may take a long time, and changes nothing.
+[[nodiscard]] bool looks_at_bodies(v1::ClientMessage::RequestCase request);
+
 /// The world that the request names; null for requests that name none.
 [[nodiscard]] const std::string* world_of(const v1::ClientMessage& request);
 

@@ -1,6 +1,7 @@
 #include "app/service.h"
 
 #include <algorithm>
+#include <chrono>
 #include <optional>
 #include <utility>
 
@@ -24,6 +25,9 @@ namespace {
 
 // Of the memory that requests may take together, the part that those of one client may: a largest message, by default.
 constexpr std::size_t client_requests_share = 4;
+
+/// After each message past its rate a connection is not read for so long: refusing costs a thousandth of a core then.
+constexpr std::chrono::milliseconds over_rate_pause{20};
 
 /// Those that were named, and the one that the server listens at.
 std::vector<std::string> host_names(const Config& config) {
@@ -199,6 +203,9 @@ net::Callbacks Service::callbacks() {
   callbacks.received = [this](net::SessionId id, net::ReceivedMessage message) { received(id, std::move(message)); };
   callbacks.closed = [this](net::SessionId id, const Status& why) { closed(id, why); };
   callbacks.key_wanted = [this](net::SessionId id, std::uint32_t stream_id) { host_->key_wanted(id, stream_id); };
+  callbacks.stream_stalled = [this](net::SessionId id, std::uint32_t stream_id) {
+    host_->stream_stalled(id, stream_id);
+  };
   callbacks.reader_report = [this](net::SessionId id, const net::ReaderReport& report) {
     host_->reader_report(id, report);
   };
@@ -274,6 +281,7 @@ void Service::act_on(Guest& guest, SessionGate::Verdict verdict) {
     spdlog::info("session={} client={} said hello token={} role={}", id, log_name(guest.gate.client_name()),
                  grant->token_id.empty() ? "none" : grant->token_id, name_of(grant->role));
   }
+  if (verdict.is_over_rate) server_.pause_reading(id, over_rate_pause);
   if (verdict.pong_nonce) server_.pong(id, *verdict.pong_nonce);
   if (verdict.reply) {
     if (verdict.reply->has_error()) {

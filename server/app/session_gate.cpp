@@ -15,6 +15,9 @@ namespace {
 
 // A nonce, and room for what newer clients may add.
 constexpr std::size_t pong_bytes_max = 64;
+// Twice as many as the server asks for: more are commands.
+constexpr double pongs_a_ping = 2.0;
+constexpr double pongs_burst = 8.0;
 
 /// Takes an address as it is counted.
 bool is_loopback(const std::string& address) {
@@ -35,7 +38,10 @@ SessionGate::Verdict refuse(std::uint64_t request_id, const v1::Error& why) {
 }
 
 SessionGate::Verdict refuse_by_rate(std::uint64_t request_id, double wait_s) {
-  return refuse(request_id, {StatusCode::limit_exceeded, "more commands than the server takes of a client"}, wait_s);
+  const Status why(StatusCode::limit_exceeded, "more commands than the server takes of a client");
+  SessionGate::Verdict verdict = refuse(request_id, why, wait_s);
+  verdict.is_over_rate = true;
+  return verdict;
 }
 
 SessionGate::Verdict shut(Status why) {
@@ -59,7 +65,8 @@ SessionGate::SessionGate(std::uint64_t session_id, std::string address, Gatekeep
       gatekeeper_(gatekeeper),
       message_bytes_max_(limits.message_bytes_max),
       is_counted_(limits.limits_loopback || !is_loopback(address_)),
-      parts_(parts) {}
+      parts_(parts),
+      pongs_(pongs_a_ping / std::chrono::duration<double>(limits.ping_interval).count(), pongs_burst) {}
 
 SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoint now) {
   const std::optional<Envelope> envelope = read_envelope(message.bytes);
@@ -69,11 +76,12 @@ SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoin
     return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(envelope->request)) + " came before hello"});
   }
   // The server asked for a pong, so it is no command. A hello counts once its client is known.
-  const bool is_command = envelope->request != v1::ClientMessage::kPong || message.bytes.size() > pong_bytes_max;
+  const bool is_pong = envelope->request == v1::ClientMessage::kPong && message.bytes.size() <= pong_bytes_max;
+  const bool is_command = !is_pong || pongs_.take(now) > 0.0;
   const double wait_s = is_command && commands_ != nullptr ? commands_->take(now) : 0.0;
   if (envelope->request == v1::ClientMessage::kPart) return take_part(*envelope, wait_s, now);
   if (wait_s > 0.0) return refuse_by_rate(id, wait_s);
-  if (is_command && id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
+  if (!is_pong && id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
   if (envelope->request == v1::ClientMessage::REQUEST_NOT_SET) {
     return refuse(id, {StatusCode::unsupported, "no request that this server knows"});
   }
@@ -90,7 +98,11 @@ SessionGate::Verdict SessionGate::take_part(const Envelope& envelope, double wai
   const std::uint64_t id = envelope.request_id;
   const std::optional<PartView> part = read_part(envelope.body);
   if (!part) return shut({StatusCode::malformed, "not a Part"});
-  if (parts_.passes_over(session_id_, id, part->last)) return {};
+  if (parts_.passes_over(session_id_, id, part->last)) {
+    Verdict verdict;
+    verdict.is_over_rate = wait_s > 0.0;
+    return verdict;
+  }
   if (wait_s > 0.0) {
     parts_.give_up(session_id_, id, part->last);
     return refuse_by_rate(id, wait_s);

@@ -30,6 +30,7 @@ class SessionGate {
     std::optional<ReadMessage> request;       // to be carried out
     std::optional<std::uint64_t> pong_nonce;  // the client answered a ping
     bool authenticated = false;               // this message was a good hello
+    bool is_over_rate = false;                // the client sends more than the server takes of it
     std::optional<base::Status> close;        // say goodbye with this reason, after `reply`
   };
 
@@ -60,6 +61,7 @@ class SessionGate {
   bool is_counted_;  // its commands are
   MessageParts& parts_;
   std::shared_ptr<TokenBucket> commands_;  // its client's; null until a good hello came
+  TokenBucket pongs_;                      // those that the server may have asked for
   GrantPtr grant_;
   std::string client_;
   std::string client_name_;

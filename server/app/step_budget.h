@@ -18,7 +18,7 @@ class TimeBudget {
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
   /// What may be saved up, and how long an overdraft makes wait at most: in seconds of the budget.
   static constexpr double saved_max_s = 0.25;
-  static constexpr double wait_max_s = 5.0;
+  static constexpr double wait_max_s = 60.0;
 
   explicit TimeBudget(double processors) : processors_(processors), left_s_(saved_max_s * processors) {}
 

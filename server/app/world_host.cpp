@@ -382,6 +382,12 @@ void WorldHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
   if (entry.world->post(KeyWanted{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(entry.task);
 }
 
+void WorldHost::stream_stalled(net::SessionId session, std::uint32_t stream_id) {
+  const auto entry = registry_.find_stream(stream_id);
+  if (entry.world == nullptr) return;
+  if (entry.world->post(StreamStalled{session, stream_id}) == Inbox::Post::taken) scheduler_.wake(entry.task);
+}
+
 // The world's next tick acts on it.
 void WorldHost::reader_report(net::SessionId session, const net::ReaderReport& report) {
   const auto world = registry_.find_stream(report.stream.stream_id).world;

@@ -57,6 +57,7 @@ class WorldHost final : public Host {
   bool ask_stream(std::uint32_t stream_id, Request request) override;
   void read_snapshot(Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
+  void stream_stalled(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
   void end_owned(const std::shared_ptr<Session>& session, const std::string& world) override;

@@ -51,7 +51,8 @@ void OutputQueue::offer(const StreamFrame& frame, TimePoint now) {
   // What a stream's own unsent frames took is free again; where others fill the queue, the key has to wait too.
   if (frame.key != nullptr && has_room()) {
     if (stream.missing_from && *stream.missing_from < frame.tick && stream.was_sent) {
-      const std::uint64_t to_tick = std::min(stream.missing_to, frame.tick - 1);  // the key may be of a frame skipped
+      // The key may be of a frame skipped; and of what a stream that stalled has missed, the last was not even offered.
+      const std::uint64_t to_tick = stream.has_stalled ? frame.tick - 1 : std::min(stream.missing_to, frame.tick - 1);
       push({.message = std::make_shared<const std::string>(make_gap_(frame.stream_id, *stream.missing_from, to_tick)),
             .stream_id = frame.stream_id,
             .tick = *stream.missing_from});
@@ -74,9 +75,20 @@ std::vector<std::uint32_t> OutputQueue::keys_to_ask_for() {
   if (writing_bytes_ > 0 || !has_room()) return wanted;
   for (auto& [stream_id, stream] : streams_) {
     if (stream.last_tick || std::exchange(stream.key_asked_for, true)) continue;
+    stream.is_stalled = false;
     wanted.push_back(stream_id);
   }
   return wanted;
+}
+
+OutputQueue::Flow OutputQueue::change_of_flow(std::uint32_t stream_id) {
+  const auto found = streams_.find(stream_id);
+  if (found == streams_.end()) return Flow::same;
+  Stream& stream = found->second;
+  const bool is_stalled = !stream.last_tick && !stream.key_asked_for;
+  stream.has_stalled = stream.has_stalled || is_stalled;
+  if (std::exchange(stream.is_stalled, is_stalled) == is_stalled) return Flow::same;
+  return is_stalled ? Flow::stalled : Flow::resumed;
 }
 
 void OutputQueue::end_stream(std::uint32_t stream_id) {
@@ -140,6 +152,7 @@ void OutputQueue::push_frame(const SharedBytes& message, const StreamFrame& fram
   if (frame.layer == 1) stream.middle_tick = frame.tick;
   stream.missing_from.reset();
   stream.missing_to = 0;
+  stream.has_stalled = false;
   stream.was_queued = true;
   ++stream.unsent;
 }

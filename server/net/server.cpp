@@ -317,6 +317,10 @@ void Server::hold(SessionId session) {
   impl_->with_session(session, [](Session& s) { s.hold(); });
 }
 
+void Server::pause_reading(SessionId session, std::chrono::milliseconds pause) {
+  impl_->with_session(session, [pause](Session& s) { s.pause_reading(pause); });
+}
+
 void Server::resume(SessionId session) {
   impl_->post_to_session(session, [](Session& s) { s.resume(); });
 }

@@ -90,6 +90,8 @@ struct Callbacks {
   std::function<void()> refused;
   /// The session cannot use this stream's deltas any more and waits for a key frame.
   std::function<void(SessionId, std::uint32_t stream_id)> key_wanted;
+  /// The session takes no frames of the stream for now, keys neither, until it wants a key. May be left out.
+  std::function<void(SessionId, std::uint32_t stream_id)> stream_stalled;
   /// How a stream is read of which reports were asked for: while frames of it come, a few times a second.
   std::function<void(SessionId, const ReaderReport&)> reader_report;
   std::function<HttpReply(const PageRequest&)> http;
@@ -147,6 +149,9 @@ class Server {
   /// thread, from received().
   void hold(SessionId session);
   void resume(SessionId session);
+  /// Reads no further message of the session for so long: what it sends meanwhile waits in its own socket. On the
+  /// network thread, from received().
+  void pause_reading(SessionId session, std::chrono::milliseconds pause);
   /// Calls `work` on the network thread.
   void post(std::function<void()> work);
   /// Forgets the stream's place in the session's queue and drops its unsent frames.

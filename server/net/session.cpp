@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <boost/asio/co_spawn.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/redirect_error.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
@@ -27,6 +28,9 @@ constexpr std::chrono::milliseconds time_resolution_min{5};
 // For the client to take its goodbye out of the socket and close; a close with bytes unread would reset the connection
 // under it.
 constexpr std::chrono::milliseconds linger_timeout{1'000};
+
+// Of one session, where they lie ready: then others have their turn.
+constexpr int messages_in_a_row = 16;
 
 // Soon enough to act within a second of trouble, rarely enough that it costs nothing.
 constexpr std::chrono::milliseconds report_interval{250};
@@ -87,6 +91,7 @@ void Session::offer(const StreamFrame& frame, bool memory_is_full) {
   queue_.set_memory_full(memory_is_full);
   queue_.offer(frame, now());
   ask_for_keys();
+  tell_flow(frame.stream_id);
   report_readers();
   wake_writer();
 }
@@ -104,6 +109,13 @@ void Session::report_readers() {
   for (const StreamStats& stream : queue_.stream_stats(time)) {
     if (reported_.contains(stream.stream_id)) callbacks_.reader_report(id_, {time, drain_.bytes_s(time), stream});
   }
+}
+
+// One that stalled and has a frame again says so by asking for a key, which it needs no more.
+void Session::tell_flow(std::uint32_t stream_id) {
+  const OutputQueue::Flow flow = queue_.change_of_flow(stream_id);
+  if (flow == OutputQueue::Flow::stalled && callbacks_.stream_stalled) callbacks_.stream_stalled(id_, stream_id);
+  if (flow == OutputQueue::Flow::resumed) callbacks_.key_wanted(id_, stream_id);
 }
 
 void Session::ask_for_keys() {
@@ -178,7 +190,8 @@ asio::awaitable<void> Session::open() {
 }
 
 asio::awaitable<void> Session::read_messages() {
-  while (reading_) {
+  for (int in_a_row = 1; reading_; ++in_a_row) {
+    if (in_a_row % messages_in_a_row == 0) co_await asio::post(reader_wake_.get_executor(), asio::use_awaitable);
     auto message = co_await transport_->read([this](bool in_message) { timers_.received(now(), in_message); });
     if (!reading_) break;
     if (!message.ok()) {
@@ -197,12 +210,18 @@ asio::awaitable<void> Session::read_messages() {
 
 // A client that sends faster than it reads its replies is not read either: what it sends waits in its own socket.
 bool Session::may_read() const {
-  return !held_ && queue_.reply_bytes() < unread_replies_bytes_max;
+  return !held_ && now() >= paused_until_ && queue_.reply_bytes() < unread_replies_bytes_max;
 }
 
 asio::awaitable<void> Session::await_turn_to_read() {
   timers_.reading_paused();
   while (reading_ && !may_read()) {
+    const TimePoint time = now();
+    if (paused_until_ > time) {
+      clock_.set(reader_wake_, paused_until_ - time);
+    } else {
+      reader_wake_.expires_at(asio::steady_timer::time_point::max());
+    }
     error_code woken;
     co_await reader_wake_.async_wait(asio::redirect_error(asio::use_awaitable, woken));
   }

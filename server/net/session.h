@@ -35,6 +35,8 @@ class Session : public std::enable_shared_from_this<Session> {
   /// Reads no further message until resume().
   void hold() { held_ = true; }
   void resume();
+  /// Reads no further message for so long.
+  void pause_reading(Clock::Duration pause) { paused_until_ = now() + pause; }
   /// Takes no more messages.
   void stop_reading();
   /// Takes no more messages; writes what is queued and a goodbye, then ends. The first reason counts.
@@ -54,6 +56,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void spawn(asio::awaitable<void> (Session::*coroutine)());
   void say_closed(const base::Status& why);
   void ask_for_keys();
+  void tell_flow(std::uint32_t stream_id);
   void report_readers();
   asio::awaitable<void> open();
   asio::awaitable<void> read_messages();
@@ -82,6 +85,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool opened_ = false;  // the owner was told, and not yet of its end
   bool reading_ = true;
   bool held_ = false;  // by the owner
+  TimePoint paused_until_{};
   bool closing_ = false;
   bool over_ = false;
   std::uint64_t bytes_sent_ = 0;

@@ -134,6 +134,7 @@ void Simulation::end_tick() {
   substep_index = 0;
   ++tick;
   visit([](auto& bodies) {
+    bodies.contacts.end_tick();
     for (auto& body : bodies.states) {
       if (!body.is_awake()) continue;
       note_recovery(body);

@@ -304,8 +304,9 @@ void Simulation::freeze_runaways(SoftBodies<Real>& bodies, const SubstepContext&
   }
   for (std::size_t i = 0; i < bodies.states.size(); ++i) {
     SoftState<Real>& body = bodies.states[i];
-    if (!body.is_awake()) continue;
-    if (body.solve_failed || !is_well(body, bodies.extents[i])) frozen.push_back({body.body.name, freeze(body)});
+    if (!body.is_awake() && !body.is_crowded) continue;
+    const bool is_out = body.solve_failed || body.is_crowded;
+    if (is_out || !is_well(body, bodies.extents[i])) frozen.push_back({body.body.name, freeze(body)});
   }
 }
 

@@ -96,6 +96,10 @@ void ReplayHost::key_wanted(net::SessionId session, std::uint32_t stream_id) {
   if (world_.post(app::KeyWanted{session, stream_id}) == app::Inbox::Post::taken) wake();
 }
 
+void ReplayHost::stream_stalled(net::SessionId session, std::uint32_t stream_id) {
+  if (world_.post(app::StreamStalled{session, stream_id}) == app::Inbox::Post::taken) wake();
+}
+
 void ReplayHost::reader_report(net::SessionId session, const net::ReaderReport& report) {
   (void)world_.post(app::ReaderReported{session, report});
 }

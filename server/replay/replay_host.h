@@ -33,6 +33,7 @@ class ReplayHost final : public app::Host {
   bool ask_stream(std::uint32_t stream_id, app::Request request) override;
   void read_snapshot(app::Request request) override;
   void key_wanted(net::SessionId session, std::uint32_t stream_id) override;
+  void stream_stalled(net::SessionId session, std::uint32_t stream_id) override;
   void reader_report(net::SessionId session, const net::ReaderReport& report) override;
   void session_ended(net::SessionId session, const std::string& world) override;
   void end_owned(const std::shared_ptr<app::Session>&, const std::string&) override {}  // nobody makes worlds here

@@ -78,6 +78,9 @@ void ReplayedWorld::drain(TimePoint now, app::Outbox& outbox) {
     if (const auto* wanted = std::get_if<app::KeyWanted>(&*command)) {
       hub_.key_wanted(wanted->session, wanted->stream_id);
     }
+    if (const auto* stalled = std::get_if<app::StreamStalled>(&*command)) {
+      hub_.stream_stalled(stalled->session, stalled->stream_id);
+    }
     if (const auto* read = std::get_if<app::ReaderReported>(&*command)) {
       hub_.reader_report(read->session, read->report);
     }

@@ -41,8 +41,22 @@ double highest_m(std::span<const Vec3d> from, std::span<const Vec3d> to, const V
 constexpr double agreeing_share = 0.5;
 constexpr double apart_share = 0.02;
 
+// So many boxes take as long as a pair of features.
+constexpr std::size_t box_looks = 32;
+
+// Of the vertices' spacing: boxes of ways that are longer have much in them that comes near nothing.
+constexpr double long_way_share = 2.0;
+// The slack is along each of the world's axes. Along others it is larger by up to the root of 3.
+constexpr double turned_slack_share = 0.75;
+
 // From so many boxes on, sorting them costs less than it saves.
 constexpr std::size_t sorted_boxes_min = 512;
+
+Vec3d mean_move_m(const SurfaceBody& body) {
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t i = 0; i < body.from.size(); ++i) sum += body.to[i] - body.from[i];
+  return sum / static_cast<double>(std::max<std::size_t>(body.from.size(), 1));
+}
 
 }  // namespace
 
@@ -96,7 +110,7 @@ template <class Visit>
 void CandidateFinder::for_near_faces(const Visit& visit) {
   for (std::vector<FaceBox>* near : {&near_a_, &near_b_}) sort_by_low(*near);
   const auto sweep = [&](const std::vector<FaceBox>& firsts, const std::vector<FaceBox>& seconds, bool with_equal,
-                         const auto& meet) {
+                         const auto& meet) -> bool {
     std::size_t begin = 0;
     for (const FaceBox& first : firsts) {
       const double low = first.box.low.x();
@@ -104,23 +118,59 @@ void CandidateFinder::for_near_faces(const Visit& visit) {
              (with_equal ? seconds[begin].box.low.x() < low : seconds[begin].box.low.x() <= low)) {
         ++begin;
       }
-      for (std::size_t k = begin; k < seconds.size() && seconds[k].box.low.x() <= first.box.high.x(); ++k) {
-        if (first.box.overlaps(seconds[k].box)) meet(first, seconds[k]);
+      std::size_t k = begin;
+      for (; k < seconds.size() && seconds[k].box.low.x() <= first.box.high.x(); ++k) {
+        if (first.box.overlaps(seconds[k].box) && !meet(first, seconds[k])) return false;
       }
+      if (!take_looks((k - begin) / box_looks)) return false;
     }
+    return true;
   };
-  sweep(near_a_, near_b_, true, visit);
-  sweep(near_b_, near_a_, false, [&](const FaceBox& g, const FaceBox& f) { visit(f, g); });
+  if (!sweep(near_a_, near_b_, true, visit)) return;
+  (void)sweep(near_b_, near_a_, false, [&](const FaceBox& g, const FaceBox& f) { return visit(f, g); });
 }
 
-void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
-  find(pair, bodies, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
+// Where one moves far, as they are seen from the second body, which is almost still there, with the way of the first
+// along x. A box about a way has no more in it then than what lies on it.
+std::pair<CandidateFinder::Ways, CandidateFinder::Ways> CandidateFinder::ways_of(const SurfacePair& pair,
+                                                                                 std::span<const SurfaceBody> bodies) {
+  const SurfaceBody& a = bodies[pair.first];
+  const SurfaceBody& b = bodies[pair.second];
+  const Vec3d with_m = mean_move_m(b);
+  const Vec3d way_m = pair.first == pair.second ? Vec3d(Vec3d::Zero()) : Vec3d(mean_move_m(a) - with_m);
+  const double long_m = long_way_share * std::max(a.spacing_m, b.spacing_m);
+  if (!(std::max(with_m.norm(), way_m.norm()) > long_m)) return {ways_of(a), ways_of(b)};
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+  if (way_m.norm() > long_m) {
+    const Vec3d along = way_m.normalized();
+    const Vec3d across = along.unitOrthogonal();
+    axes << along.transpose(), across.transpose(), along.cross(across).transpose();
+  }
+  const Vec3d origin = a.from.front();
+  const auto see = [&](const SurfaceBody& body, SeenWays& seen) -> Ways {
+    const std::size_t count = body.from.size();
+    seen.from.resize(count);
+    seen.to.resize(count);
+    Box all;
+    for (std::size_t i = 0; i < count; ++i) {
+      seen.from[i] = axes * (body.from[i] - origin);
+      seen.to[i] = axes * (body.to[i] - origin - with_m);
+      all.include(seen.from[i]);
+      all.include(seen.to[i]);
+    }
+    const double margin_m = body.margin_m + turned_slack_share * body.slack_m;
+    const Vec3d margin = Vec3d::Constant(margin_m);
+    return {&body, seen.from, seen.to, {all.low - margin, all.high + margin}, margin_m};
+  };
+  const Ways seen_a = see(a, seen_a_);
+  return {seen_a, pair.first == pair.second ? seen_a : see(b, seen_b_)};
 }
 
 void CandidateFinder::add_astray(SurfacePair& pair, std::span<const SurfaceBody> bodies) {
   const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
-  take_near_faces(ways_of(a), ways_of(b));
+  const auto [ways_a, ways_b] = ways_of(pair, bodies);
+  take_near_faces(ways_a, ways_b);
   const auto take_astray = [this](const SurfaceBody& body, std::span<const FaceBox> near) {
     astray_.clear();
     for (const FaceBox& face : near) {
@@ -129,8 +179,8 @@ void CandidateFinder::add_astray(SurfacePair& pair, std::span<const SurfaceBody>
     }
     return !astray_.empty();
   };
-  if (a.any_astray && take_astray(a, near_a_)) add_near_faces(pair, ways_of(a), astray_, ways_of(b), near_b_);
-  if (b.any_astray && take_astray(b, near_b_)) add_near_faces(pair, ways_of(a), near_a_, ways_of(b), astray_);
+  if (a.any_astray && take_astray(a, near_a_)) add_near_faces(pair, ways_a, astray_, ways_b, near_b_);
+  if (b.any_astray && take_astray(b, near_b_)) add_near_faces(pair, ways_a, near_a_, ways_b, astray_);
 }
 
 void CandidateFinder::BoxList::clear() {
@@ -194,7 +244,7 @@ std::size_t CandidateFinder::bytes() const {
   return heights_m_.capacity() * sizeof(double) +
          (near_a_.capacity() + near_b_.capacity() + astray_.capacity()) * sizeof(FaceBox) +
          (boxes_.vertices.capacity() + boxes_.edges.capacity()) * sizeof(Box) + features_a_.bytes() +
-         features_b_.bytes() + overlapping_.capacity() * sizeof(std::uint32_t);
+         features_b_.bytes() + seen_a_.bytes() + seen_b_.bytes() + overlapping_.capacity() * sizeof(std::uint32_t);
 }
 
 void CandidateFinder::NearFeatures::take(const Ways& ways, std::span<const FaceBox> near) {
@@ -221,13 +271,16 @@ void CandidateFinder::for_overlapping(const BoxList& firsts, const BoxList& seco
     const std::array<double, 6> box = firsts.box(i);
     const auto [first, count] = seconds.window(box[0], box[3]);
     const std::size_t found = kernels_->overlapping(box, seconds.rows(first, count), overlapping_.data());
-    for (std::size_t k = 0; k < found; ++k) add(firsts.features[i], seconds.features[first + overlapping_[k]]);
+    for (std::size_t k = 0; k < found; ++k) {
+      if (!take_looks(1)) return;
+      add(firsts.features[i], seconds.features[first + overlapping_[k]]);
+    }
   }
 }
 
 // Of one face of a body and another of its faces, what their owned features name.
 void CandidateFinder::meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body,
-                                std::vector<Candidate>& candidates) const {
+                                std::vector<Candidate>& candidates) {
   const Mesh& mesh = *body.topology->mesh;
   const auto meet_vertices = [&](std::uint32_t owner, std::uint32_t face) {
     const SurfaceTopology::OwnedFeatures& owned = body.topology->owned[owner];
@@ -257,7 +310,8 @@ void CandidateFinder::meet_self(std::uint32_t f, std::uint32_t g, const SurfaceB
   }
 }
 
-void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& ways_a, const Ways& ways_b) {
+void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies) {
+  const auto [ways_a, ways_b] = ways_of(pair, bodies);
   if (pair.first != pair.second) {
     take_near_faces(ways_a, ways_b);
     meet_near_faces(pair, ways_a, ways_b);
@@ -267,15 +321,29 @@ void CandidateFinder::find(SurfacePair& pair, std::span<SurfaceBody> bodies, con
   pair.candidates.clear();
   body.boxes.fit(*body.topology, ways_a.from, ways_a.to, ways_a.margin_m);
   boxes_.fit(ways_a);
-  body.boxes.for_pairs(*body.topology,
-                       [&](std::uint32_t f, std::uint32_t g) { meet_self(f, g, body, pair.candidates); });
+  body.boxes.for_pairs(*body.topology, [&](std::uint32_t f, std::uint32_t g) {
+    const std::size_t before = pair.candidates.size();
+    meet_self(f, g, body, pair.candidates);
+    return take_looks(1 + pair.candidates.size() - before);
+  });
 }
 
 void CandidateFinder::find_among(SurfacePair& pair, std::span<const SurfaceBody> bodies,
                                  std::vector<FaceBox>& near_first, std::vector<FaceBox>& near_second) {
   near_a_.swap(near_first);
   near_b_.swap(near_second);
-  meet_near_faces(pair, ways_of(bodies[pair.first]), ways_of(bodies[pair.second]));
+  const auto [ways_a, ways_b] = ways_of(pair, bodies);
+  if (ways_a.from.data() != bodies[pair.first].from.data()) {
+    see_faces(ways_a, near_a_);
+    see_faces(ways_b, near_b_);
+  }
+  meet_near_faces(pair, ways_a, ways_b);
+}
+
+// Their boxes anew, for ways in another frame.
+void CandidateFinder::see_faces(const Ways& ways, std::span<FaceBox> near) {
+  const std::vector<Face>& faces = ways.body->topology->mesh->faces;
+  for (FaceBox& face : near) face.box = way_box(faces[face.face], ways.from, ways.to, ways.margin_m);
 }
 
 void CandidateFinder::meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b) {
@@ -309,7 +377,7 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
   const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
   bool crossed = false;
-  take_near_faces(ways_of(a), ways_of(b));
+  take_near_faces(start_of(a), start_of(b));
   for_near_faces([&](const FaceBox& face_a, const FaceBox& face_b) {
     const std::uint32_t f = face_a.face;
     const std::uint32_t g = face_b.face;
@@ -317,6 +385,7 @@ bool CandidateFinder::are_crossed(const SurfacePair& pair, std::span<const Surfa
     const SurfaceTopology::OwnedFeatures& of_g = b.topology->owned[g];
     for (std::uint8_t i = 0; i < of_f.edge_count && !crossed; ++i) crossed = runs_through(a, of_f.edges[i], b, g);
     for (std::uint8_t i = 0; i < of_g.edge_count && !crossed; ++i) crossed = runs_through(b, of_g.edges[i], a, f);
+    return !crossed && take_looks(1);
   });
   return crossed;
 }
@@ -346,6 +415,7 @@ Vec3d CandidateFinder::way_apart(const SurfacePair& pair, std::span<const Surfac
     for (std::uint8_t i = 0; i < of_g.edge_count; ++i) {
       if (runs_through(b, of_g.edges[i], a, f)) take(-normal_of(a, f));
     }
+    return take_looks(1);
   });
   const Vec3d between = (a.way.low + a.way.high) - (b.way.low + b.way.high);
   const bool both_closed = a.topology->mesh->closed && b.topology->mesh->closed;

@@ -1,8 +1,11 @@
 // The features of two surfaces, or of one, that may meet in a substep.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -21,6 +24,13 @@ class CandidateFinder {
     std::uint32_t face = 0;
     Box box;  // about its way, grown by the body's margin
   };
+
+  /// From here on it looks at so many pairs of features at most: faces that may be crossed, and those that become
+  /// candidates. What it finds after that lacks some.
+  void allow(std::size_t looks) { looks_left_ = looks; }
+  [[nodiscard]] std::size_t looks_left() const { return looks_left_; }
+  /// Whether it would have looked at more.
+  [[nodiscard]] bool is_exhausted() const { return looks_left_ == 0; }
 
   /// Sets the pair's candidates: the features of faces whose ways, grown by the bodies' margins, overlap. Of a body
   /// with itself, those that share no vertex.
@@ -51,6 +61,12 @@ class CandidateFinder {
     double margin_m = 0.0;
 
     [[nodiscard]] Box box(std::uint32_t start, std::uint32_t end) const;
+  };
+  // Ways as they are in another frame.
+  struct SeenWays {
+    std::vector<Vec3d> from, to;
+
+    [[nodiscard]] std::size_t bytes() const { return (from.capacity() + to.capacity()) * sizeof(Vec3d); }
   };
   // Of all features of a body that meets itself.
   struct FeatureBoxes {
@@ -83,20 +99,30 @@ class CandidateFinder {
     [[nodiscard]] std::size_t bytes() const { return vertices.bytes() + edges.bytes() + faces.bytes(); }
   };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
-  void find(SurfacePair& pair, std::span<SurfaceBody> bodies, const Ways& a, const Ways& b);
+  static Ways start_of(const SurfaceBody& body) { return {&body, body.from, body.from, body.at, 0.0}; }
+  [[nodiscard]] std::pair<Ways, Ways> ways_of(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
   void take_near_faces(const Ways& a, const Ways& b);
+  static void see_faces(const Ways& ways, std::span<FaceBox> near);
   static void sort_by_low(std::vector<FaceBox>& faces);
-  void meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body, std::vector<Candidate>& candidates) const;
+  void meet_self(std::uint32_t f, std::uint32_t g, const SurfaceBody& body, std::vector<Candidate>& candidates);
   void meet_near_faces(SurfacePair& pair, const Ways& ways_a, const Ways& ways_b);
   void add_near_faces(SurfacePair& pair, const Ways& ways_a, std::span<const FaceBox> near_a, const Ways& ways_b,
                       std::span<const FaceBox> near_b);
+  /// False where none is left.
+  [[nodiscard]] bool take_looks(std::size_t count) {
+    looks_left_ -= std::min(looks_left_, count);
+    return looks_left_ > 0;
+  }
   template <class Add>
   void for_overlapping(const BoxList& firsts, const BoxList& seconds, const Add& add);
+  /// Until one visit returns false.
   template <class Visit>
   void for_near_faces(const Visit& visit);
   static void take_near_faces(const Ways& ways, const Vec3d& towards, double least_m, const Box& region,
                               std::vector<double>& heights_m, std::vector<FaceBox>& near);
 
+  SeenWays seen_a_, seen_b_;
+  std::size_t looks_left_ = std::numeric_limits<std::size_t>::max();
   std::vector<double> heights_m_;
   std::vector<FaceBox> near_a_, near_b_, astray_;
   FeatureBoxes boxes_;

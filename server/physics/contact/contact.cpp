@@ -68,8 +68,11 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
   meet_rigid_bodies(world);
   if (is_lumped) filter_moves(world);
   if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
-  if (!world.substep.is_last_of_tick()) return;
-  lumped_.give_back();
+}
+
+template <class Real>
+void Contacts<Real>::end_tick() {
+  lumped_.give_back(surfaces_.kept_bytes_max());
   surfaces_.give_back_room();
 }
 

@@ -23,8 +23,7 @@
 namespace pneuma::physics {
 
 /// Finds and answers the contacts of one world. Between ticks it holds nothing but scratch, and little of that: most of
-/// it worlds use in turns. So a steady world allocates nothing; a fresh one gives the same bits, and is needed where
-/// bodies come, go or are put elsewhere.
+/// it worlds use in turns. A fresh one gives the same bits, and is needed where bodies come, go or are put elsewhere.
 template <class Real>
 class Contacts {
  public:
@@ -34,6 +33,9 @@ class Contacts {
   /// left out. Those asleep stay where they are, and wake when they are touched. With one soft body and no solid, or
   /// with nobody awake, nothing is computed.
   void resolve(const ContactWorld<Real>& world);
+
+  /// Gives back what worlds use in turns.
+  void end_tick();
 
   /// What the rows of all substeps so far came to.
   [[nodiscard]] RowCounts row_counts() const {

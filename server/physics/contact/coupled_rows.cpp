@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "physics/contact/crowding.h"
 #include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
@@ -114,6 +115,29 @@ void aim_surface_rows(const CoupledWorld<Real>& world, std::span<const MeshColli
   }
 }
 
+template <class Real>
+void find_solid_rows(const CoupledWorld<Real>& world, std::span<const SurfaceBody> surfaces, CoupledPasses& passes) {
+  std::size_t vertices = 0;
+  for (std::size_t i = 0; i < passes.bodies.size(); ++i) vertices += surfaces[i].from.size();
+  const auto find = [&](const auto& is_full) {
+    for (std::uint32_t i = 0; i < passes.bodies.size(); ++i) {
+      if (!world.bounds[i].active || world.soft[i].is_crowded) continue;
+      const SurfaceBody& body = surfaces[i];
+      const Box way = body.box_of_moves();
+      for (std::size_t k = 0; k < passes.solids.size() && !is_full(); ++k) {
+        const bool is_rigid = k < world.rigid.size();
+        if (is_rigid ? !is_active(world.rigid[k]) : !world.soft[i].is_awake()) continue;
+        if (is_rigid && !world.soft[i].is_awake() && !world.rigid[k].is_awake()) continue;
+        if (!may_meet(body, way, passes.solids[k])) continue;
+        passes.solid_rows.find(skin_move_of(body, passes.bodies[i].start), i, passes.solids[k], world.substep.dt_s, 0.0,
+                               passes.rows);
+      }
+    }
+  };
+  leave_out_crowds(world.soft, skin_rows_max(vertices), passes.rows, find,
+                   [](const ContactRow& row, Takings& rows_of) { rows_of.add(row.first.body, 1); });
+}
+
 // Adds the rows of each group of rigid bodies that a row of soft bodies or a joint touches.
 template <class Real>
 void add_rigid_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
@@ -146,23 +170,11 @@ void add_rigid_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
 template <class Real>
 void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces, CoupledPasses& passes) {
   passes.rows.clear();
-  surfaces.find_rows(passes.rows);
+  surfaces.find_rows(world.soft, passes.rows);
   surfaces.add_ways_out(passes.rows);
   aim_surface_rows(world, surfaces.meshes(), passes);
   for (SolidPlace& solid : passes.solids) set_way(solid, world.substep.dt_s);
-  for (std::uint32_t i = 0; i < passes.bodies.size(); ++i) {
-    if (!world.bounds[i].active) continue;
-    const SurfaceBody& body = surfaces.bodies()[i];
-    const Box way = body.box_of_moves();
-    for (std::size_t k = 0; k < passes.solids.size(); ++k) {
-      const bool is_rigid = k < world.rigid.size();
-      if (is_rigid ? !is_active(world.rigid[k]) : !world.soft[i].is_awake()) continue;
-      if (is_rigid && !world.soft[i].is_awake() && !world.rigid[k].is_awake()) continue;
-      if (!may_meet(body, way, passes.solids[k])) continue;
-      passes.solid_rows.find(skin_move_of(body, passes.bodies[i].start), i, passes.solids[k], world.substep.dt_s, 0.0,
-                             passes.rows);
-    }
-  }
+  find_solid_rows(world, surfaces.bodies(), passes);
   find_joint_rows(world, passes);
   add_rigid_rows(world, passes);
 }

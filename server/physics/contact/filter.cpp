@@ -51,16 +51,13 @@ class MoveFilter {
  public:
   MoveFilter(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) : pairs_(pairs), bodies_(bodies) {}
 
-  FilterOutcome run() {
-    FilterOutcome outcome;
+  void run() {
     bool cut = true;
-    while (cut) {
-      ++outcome.rounds;
+    for (std::uint32_t round = 1; cut; ++round) {
       cuts_.clear();
-      for (const SurfacePair& pair : pairs_) find_cuts(pair, outcome.rounds);
-      cut = apply(outcome.rounds);
+      for (const SurfacePair& pair : pairs_) find_cuts(pair, round);
+      cut = apply(round);
     }
-    return outcome;
   }
 
  private:
@@ -152,8 +149,8 @@ class MoveFilter {
 
 }  // namespace
 
-FilterOutcome cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) {
-  return MoveFilter(pairs, bodies).run();
+void cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) {
+  MoveFilter(pairs, bodies).run();
 }
 
 }  // namespace pneuma::physics

@@ -7,13 +7,9 @@
 
 namespace pneuma::physics {
 
-struct FilterOutcome {
-  std::uint32_t rounds = 0;
-};
-
 /// Lowers the bodies' `cuts`, from those that they have, so that no two features of the pairs come nearer than a share
 /// of the distance that they keep, or of the one that they have. A vertex takes the smallest cut of all its pairs,
 /// which depends on no order. The pairs' candidates are of these moves, and know how far apart they are.
-FilterOutcome cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies);
+void cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies);
 
 }  // namespace pneuma::physics

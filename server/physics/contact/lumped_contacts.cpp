@@ -89,7 +89,7 @@ void LumpedContacts<Real>::keep_impulses(bool of_this_tick) {
 template <class Real>
 void LumpedContacts<Real>::find_rows(const Substep& substep, SurfaceContacts<Real>& surfaces) {
   rows_.clear();
-  surfaces.find_rows(rows_);
+  surfaces.find_rows(substep.world.soft, rows_);
   surfaces.add_ways_out(rows_);
   turns_.sort(rows_, surfaces.bodies());
   skin_rows_ = rows_.size();

@@ -51,13 +51,14 @@ void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopolog
   } else if (!mesh.moves) {
     return;
   }
-  Box way;
+  body.at = {};
   for (std::size_t k = 0; k < count; ++k) {
     body.from[k] = mesh.start.to_world(positions_m[k]);
     body.to[k] = mesh.moves ? mesh.end.to_world(positions_m[k]) : body.from[k];
-    way.include(body.from[k]);
-    way.include(body.to[k]);
+    body.at.include(body.from[k]);
   }
+  Box way = body.at;
+  if (mesh.moves) way.include(body.box_of_moves());
   const Vec3d margin = Vec3d::Constant(body.margin_m);
   body.way = {way.low - margin, way.high + margin};
 }

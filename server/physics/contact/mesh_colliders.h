@@ -37,6 +37,10 @@ void load_surface(const MeshCollider& mesh, std::shared_ptr<const SurfaceTopolog
 /// Finds the candidates of a soft body, first in the pair, and a mesh collider, by the mesh's own tree.
 class MeshCandidateFinder {
  public:
+  /// See CandidateFinder.
+  void allow(std::size_t looks) { finder_.allow(looks); }
+  [[nodiscard]] std::size_t looks_left() const { return finder_.looks_left(); }
+
   void find(const MeshCollider& mesh, SurfacePair& pair, std::span<const SurfaceBody> bodies);
   [[nodiscard]] std::size_t bytes() const {
     return finder_.bytes() + (near_soft_.capacity() + near_mesh_.capacity()) * sizeof(CandidateFinder::FaceBox);

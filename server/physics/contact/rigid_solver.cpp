@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "physics/contact/bounce_limit.h"
+#include "physics/contact/crowding.h"
 #include "physics/contact/solver.h"
 #include "physics/rigid/rigid_contacts.h"
 #include "physics/rigid/rigid_mass.h"
@@ -37,6 +38,8 @@ constexpr double bend_share = 0.5;
 // A slab of 2 x 2 m and 1 cm may then turn more than twice in a substep. One that turns further, while it may touch
 // something, loses spin.
 constexpr int pieces_max = 256;
+// Contacts solved in all pieces of a substep, about: a second's work. What is left of the substep is one piece then.
+constexpr std::size_t piece_rows_max = 400'000;
 // Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
 constexpr int piece_halvings_max = 8;
 // Of the length that would just do: the spin may be faster than the last one.
@@ -153,7 +156,7 @@ void RigidSolver::leave_out_met(std::span<const RigidState> rigid, std::span<con
   for (RigidContact& c : contacts_) c.is_met = is_open[groups_[c.a]] == 0;
 }
 
-void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+void RigidSolver::append_rows(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                               const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first,
                               std::vector<ContactRow>& rows) {
   begin(rigid, colliders, gravity_m_s2, dt_s);
@@ -178,7 +181,7 @@ void RigidSolver::append_rows(std::span<const RigidState> rigid, std::span<const
 }
 
 // As bodies and colliders are now.
-void RigidSolver::begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
+void RigidSolver::begin(std::span<RigidState> rigid, std::span<const ColliderState> colliders,
                         const Vec3d& gravity_m_s2, double dt_s) {
   pressed_.assign(rigid.size(), 0);
   before_.clear();
@@ -188,17 +191,24 @@ void RigidSolver::begin(std::span<const RigidState> rigid, std::span<const Colli
   prepare(rigid, gravity_m_s2, resting_substeps * gravity_m_s2.norm() * dt_s, dt_s, false);
 }
 
-void RigidSolver::find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
-                                double dt_s) {
+void RigidSolver::find_contacts(std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s) {
   find_rigid_pairs(rigid, dt_s, order_, pairs_);
   const auto takes_part = [&](std::uint32_t i) { return rigid[i].is_awake() && is_active(rigid[i]); };
   contacts_.clear();
-  auto pair = pairs_.begin();
-  for (std::uint32_t a = 0; a < rigid.size(); ++a) {
-    if (!takes_part(a)) continue;
-    find_contacts_of(rigid, a, colliders, dt_s);
-    for (; pair != pairs_.end() && pair->a == a; ++pair) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
-  }
+  const auto find = [&](const auto& is_full) {
+    auto pair = pairs_.begin();
+    for (std::uint32_t a = 0; a < rigid.size() && !is_full(); ++a) {
+      if (takes_part(a)) find_contacts_of(rigid, a, colliders, dt_s);
+      for (; pair != pairs_.end() && pair->a == a && !is_full(); ++pair) {
+        if (takes_part(a) && takes_part(pair->b)) find_rigid_contacts(rigid, a, pair->b, dt_s, contacts_);
+      }
+    }
+  };
+  leave_out_crowds(rigid, rigid_contacts_max(rigid.size()), contacts_, find,
+                   [](const RigidContact& c, Takings& contacts_of) {
+                     contacts_of.add(c.a, 1);
+                     if (c.b != no_body) contacts_of.add(c.b, 1);
+                   });
 }
 
 void RigidSolver::find_contacts_of(std::span<const RigidState> rigid, std::uint32_t a,
@@ -213,6 +223,7 @@ void RigidSolver::find_contacts_of(std::span<const RigidState> rigid, std::uint3
 void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, double dt_s) {
   contacts_.clear();
   for (const std::uint32_t a : members_) {
+    if (contacts_.size() > rigid_contacts_max(rigid.size())) return;
     find_contacts_of(rigid, a, colliders_, dt_s);
     auto pair = std::ranges::lower_bound(pairs_, a, {}, &RigidPair::a);
     for (; pair != pairs_.end() && pair->a == a; ++pair) {
@@ -434,7 +445,9 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
   colliders_.assign(colliders.begin(), colliders.end());
   for (const std::uint32_t i : members_) rigid[i].velocity -= dt_s * pull_m_s2(rigid[i], gravity_m_s2);
   double left_s = dt_s;
+  std::size_t rows_solved = 0;
   for (int pieces_left = pieces_max; pieces_left > 0 && left_s > 0.0; --pieces_left) {
+    if (rows_solved > piece_rows_max) pieces_left = 1;
     const double least_s = left_s / pieces_left;
     for (const std::uint32_t i : members_) {
       before_[i] = {rigid[i].velocity, rigid[i].angular_velocity};
@@ -448,9 +461,11 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
     for (int shortening = 0;; ++shortening) {
       begin_piece(piece_s);
       solve_velocities(rigid, piece_s);
+      rows_solved += contacts_.size();
       double over = 0.0;
       for (const RigidContact& c : contacts_) over = std::max(over, bend_over(rigid, c, piece_s));
-      if (over <= 1.0 || piece_s <= least_s || shortening == piece_halvings_max) break;
+      const bool is_short = over <= 1.0 || piece_s <= least_s || rows_solved > piece_rows_max;
+      if (is_short || shortening == piece_halvings_max) break;
       piece_s = std::max(least_s, shortened * piece_s / std::sqrt(over));
     }
     for (const std::uint32_t i : members_) pressed_[i] = 0;

@@ -17,13 +17,14 @@ namespace pneuma::physics {
 /// Contacts among rigid bodies that are awake and between them and colliders. Overlaps are undone apart from the
 /// velocities, so that undoing adds no energy. Points are taken to move straight within a substep; bodies that turn too
 /// far for that, while they may touch something, go through the substep in pieces, each with its own look for contacts.
+/// Whoever is crowded (crowding.h) is marked, and takes no part.
 class RigidSolver {
  public:
   /// Appends the rows of contacts that the substep may bring about, for a step that solves them together with those of
   /// soft bodies: as its rigid bodies would go without contact. Bodies have the responses from `first` on, then
   /// colliders. Groups that go in pieces or bounce have none.
-  void append_rows(std::span<const RigidState> rigid, std::span<const ColliderState> colliders,
-                   const Vec3d& gravity_m_s2, double dt_s, std::uint32_t first, std::vector<ContactRow>& rows);
+  void append_rows(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
+                   double dt_s, std::uint32_t first, std::vector<ContactRow>& rows);
   /// Of the last look for contacts, one a body: the first of those that it is in contact with, itself included.
   [[nodiscard]] std::span<const std::uint32_t> groups() const { return groups_; }
 
@@ -45,9 +46,9 @@ class RigidSolver {
     Vec3d angular_velocity = Vec3d::Zero();
   };
   void leave_out_met(std::span<const RigidState> rigid, std::span<const std::uint8_t> solved, double dt_s);
-  void begin(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
+  void begin(std::span<RigidState> rigid, std::span<const ColliderState> colliders, const Vec3d& gravity_m_s2,
              double dt_s);
-  void find_contacts(std::span<const RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
+  void find_contacts(std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void find_contacts_of(std::span<const RigidState> rigid, std::uint32_t a, std::span<const ColliderState> colliders,
                         double dt_s);
   void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);

@@ -4,6 +4,7 @@
 #include <utility>
 #include <variant>
 
+#include "physics/contact/crowding.h"
 #include "physics/rigid/rigid_motion.h"
 #include "physics/scene/shape_entry.h"
 #include "physics/scene/shape_parts.h"
@@ -86,9 +87,6 @@ template <class Real>
 void SpanSolids<Real>::find_rows(const ContactWorld<Real>& world, std::span<const SurfaceBody> surfaces,
                                  std::span<const std::uint32_t> soft, std::uint32_t first, double substeps,
                                  std::vector<ContactRow>& rows) {
-  meetings_.clear();
-  marks_.clear();
-  marks_end_.clear();
   take_solids(world);
   const double span_s = substeps * world.substep.dt_s;
   places_.clear();
@@ -104,17 +102,32 @@ void SpanSolids<Real>::find_rows(const ContactWorld<Real>& world, std::span<cons
     place.angular_velocity = place.ahead_turning = solid.angular_velocity;
     set_way(place, span_s);
   }
-  for (const std::uint32_t i : soft) {
-    for (std::uint32_t k = 0; k < solids_.size(); ++k) {
-      const SpanSolid& solid = solids_[k];
-      if (solid.is_rigid && !is_active(world.rigid[solid.index])) continue;
-      const bool is_awake = world.soft[i].is_awake() || (solid.is_rigid && world.rigid[solid.index].is_awake());
-      if (!is_awake || !may_meet(surfaces[i], surfaces[i].way, places_[k])) continue;
-      const std::size_t before = rows.size();
-      finder_.find(skin_move_of(surfaces[i], surfaces[i].from), i, places_[k], span_s, reach_share, rows);
-      if (rows.size() > before) note_meeting(i, k, before, rows);
+  std::size_t vertices = 0;
+  for (const std::uint32_t i : soft) vertices += surfaces[i].from.size();
+  const auto find = [&](const auto& is_full) {
+    meetings_.clear();
+    marks_.clear();
+    marks_end_.clear();
+    for (const std::uint32_t i : soft) {
+      for (std::uint32_t k = 0; k < solids_.size() && !is_full(); ++k) {
+        if (!meets(world, surfaces[i], i, k)) continue;
+        const std::size_t before = rows.size();
+        finder_.find(skin_move_of(surfaces[i], surfaces[i].from), i, places_[k], span_s, reach_share, rows);
+        if (rows.size() > before) note_meeting(i, k, before, rows);
+      }
     }
-  }
+  };
+  leave_out_crowds(world.soft, skin_rows_max(vertices), rows, find,
+                   [](const ContactRow& row, Takings& rows_of) { rows_of.add(row.first.body, 1); });
+}
+
+template <class Real>
+bool SpanSolids<Real>::meets(const ContactWorld<Real>& world, const SurfaceBody& surface, std::uint32_t soft,
+                             std::uint32_t index) const {
+  const SpanSolid& solid = solids_[index];
+  if (world.soft[soft].is_crowded || (solid.is_rigid && !is_active(world.rigid[solid.index]))) return false;
+  const bool is_awake = world.soft[soft].is_awake() || (solid.is_rigid && world.rigid[solid.index].is_awake());
+  return is_awake && may_meet(surface, surface.way, places_[index]);
 }
 
 template <class Real>

@@ -47,6 +47,7 @@ class SpanSolids {
 
   /// Appends the rows of a span of so many substeps, meeting after meeting. The surfaces of `soft` are loaded with
   /// where they are and where they would end. Responses of solids begin at `first`: rigid bodies, then colliders.
+  /// Whoever is crowded (crowding.h) is marked, and has no rows.
   void find_rows(const ContactWorld<Real>& world, std::span<const SurfaceBody> surfaces,
                  std::span<const std::uint32_t> soft, std::uint32_t first, double substeps,
                  std::vector<ContactRow>& rows);
@@ -77,6 +78,8 @@ class SpanSolids {
   };
 
   void take_solids(const ContactWorld<Real>& world);
+  [[nodiscard]] bool meets(const ContactWorld<Real>& world, const SurfaceBody& surface, std::uint32_t soft,
+                           std::uint32_t index) const;
   void note_meeting(std::uint32_t soft, std::uint32_t solid, std::size_t first_row, std::span<const ContactRow> rows);
   [[nodiscard]] bool stop_missed(SoftState<Real>& state, const SurfaceBody& surface, const SpanSolid& solid) const;
 

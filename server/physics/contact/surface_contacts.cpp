@@ -17,6 +17,8 @@ constexpr double move_slack_share = 0.1;
 constexpr double shell_slack_share = 0.5;
 // Of the shell: what moves that must not cross keep to each side (filter.h keeps a tenth).
 constexpr double crossing_share = 0.25;
+// What bodies that touch everywhere need from tick to tick.
+constexpr std::size_t kept_bytes_per_vertex = 8'000;
 // In which bodies that were put into each other move by the smaller one's length.
 constexpr double parting_time_s = 0.3;
 
@@ -112,6 +114,8 @@ void SurfaceContacts<Real>::load(std::span<const SoftState<Real>> soft, std::spa
     if (meets_others) meeting_.push_back(i);
   }
   list_selves(soft);
+  vertices_ = 0;
+  for (const SurfaceBody& body : bodies_) vertices_ += body.from.size();
 }
 
 template <class Real>
@@ -153,51 +157,124 @@ void SurfaceContacts<Real>::list_near(std::span<const SoftState<Real>> soft) {
   std::ranges::sort(near_);
 }
 
+// What there is already took its share.
+template <class Real>
+void SurfaceContacts<Real>::begin_looks() {
+  std::size_t taken = 0;
+  for (const auto* list : {&room_->pairs, &room_->next_pairs}) {
+    for (const SurfacePair& pair : *list) taken += pair.candidates.size();
+  }
+  const std::size_t most = feature_looks_max(vertices_);
+  looks_left_ = most - std::min(taken, most - 1);
+}
+
+template <class Real>
+bool SurfaceContacts<Real>::is_crowded(std::span<const SoftState<Real>> soft, const SurfacePair& pair) {
+  const auto is_out = [&](std::uint32_t body) { return body < soft.size() && soft[body].is_crowded; };
+  return is_out(pair.first) || is_out(pair.second);
+}
+
+// Their pairs stay in the lists, as the loops over these go on, without what they found.
+template <class Real>
+void SurfaceContacts<Real>::leave_out(std::span<const std::uint32_t> crowd, std::span<SoftState<Real>> soft) {
+  for (const std::uint32_t body : crowd) {
+    soft[body].is_crowded = true;
+    looks_.forget(body);
+    for (auto* list : {&loaded_, &meeting_, &selves_}) std::erase(*list, body);
+  }
+  for (auto* list : {&room_->pairs, &room_->next_pairs}) {
+    for (SurfacePair& pair : *list) {
+      if (is_crowded(soft, pair)) pair.candidates = {};
+    }
+  }
+}
+
+template <class Real>
+void SurfaceContacts<Real>::erase_crowded(std::span<const SoftState<Real>> soft) {
+  std::erase_if(room_->pairs, [&](const SurfacePair& pair) { return is_crowded(soft, pair); });
+  std::erase_if(crossed_, [&](const BodyPair& pair) { return is_crowded(soft, {pair.first, pair.second}); });
+}
+
+// Calls look(), and again without those that took most where it took more than is left. False where a body of the pair
+// was among them. Meshes are not asked: they were there before.
+template <class Real>
+template <class Finder, class Look>
+bool SurfaceContacts<Real>::take_looks(std::span<SoftState<Real>> soft, const SurfacePair& pair, Finder& finder,
+                                       const Look& look) {
+  while (!is_crowded(soft, pair)) {
+    finder.allow(looks_left_);
+    look();
+    const std::size_t taken = looks_left_ - finder.looks_left();
+    const auto count = [&](Takings& takings) {
+      takings.add(pair.first, taken);
+      if (pair.second != pair.first && !is_mesh(pair.second)) takings.add(pair.second, taken);
+    };
+    looks_left_ = finder.looks_left();
+    if (looks_left_ > 0) {
+      count(looks_);
+      return true;
+    }
+    Takings asked = looks_;
+    count(asked);
+    leave_out(asked.greatest(), soft);
+    begin_looks();
+  }
+  return false;
+}
+
 // A pair that does not cross never will; so each is looked at when it first comes near, and while it is crossed.
 template <class Real>
-bool SurfaceContacts<Real>::is_crossed(const SurfacePair& pair) {
+bool SurfaceContacts<Real>::is_crossed(std::span<SoftState<Real>> soft, const SurfacePair& pair) {
   if (pair.first == pair.second) return false;
   const BodyPair key(pair.first, pair.second);
   const auto known = std::ranges::lower_bound(clear_, key);
   if (known != clear_.end() && *known == key) return false;
-  if (room_->finder.are_crossed(pair, bodies_)) return true;
+  bool is_crossed = false;
+  if (!take_looks(soft, pair, room_->finder, [&] { is_crossed = room_->finder.are_crossed(pair, bodies_); })) {
+    return false;
+  }
+  if (is_crossed) return true;
   // A mesh that moves may run over a body between it and another one.
   if (!is_mesh(pair.second) || !mesh(pair.second).moves) clear_.insert(known, key);
   return false;
 }
 
+// False where a body of the pair is crowded.
 template <class Real>
-void SurfaceContacts<Real>::find_candidates(SurfacePair& pair) {
+bool SurfaceContacts<Real>::find_candidates(std::span<SoftState<Real>> soft, SurfacePair& pair) {
   if (is_mesh(pair.second)) {
-    room_->mesh_finder.find(mesh(pair.second), pair, bodies_);
-  } else {
-    room_->finder.find(pair, bodies_);
+    MeshCandidateFinder& finder = room_->mesh_finder;
+    return take_looks(soft, pair, finder, [&] { finder.find(mesh(pair.second), pair, bodies_); });
   }
+  return take_looks(soft, pair, room_->finder, [&] { room_->finder.find(pair, bodies_); });
 }
 
 template <class Real>
-void SurfaceContacts<Real>::find_pairs(std::span<const SoftState<Real>> soft) {
+void SurfaceContacts<Real>::find_pairs(std::span<SoftState<Real>> soft) {
   list_near(soft);
   crossed_.clear();
+  for (SurfacePair& pair : room_->pairs) pair.candidates.clear();
+  looks_.begin(bodies_.size());
+  begin_looks();
   std::size_t count = 0;
   for (const auto& [first, second] : near_) {
     if (room_->pairs.size() == count) room_->pairs.emplace_back();
     SurfacePair& pair = room_->pairs[count];
     pair.first = first;
     pair.second = second;
-    if (is_crossed(pair)) {
+    if (is_crossed(soft, pair)) {
       crossed_.emplace_back(first, second);
-    } else {
-      find_candidates(pair);
+    } else if (find_candidates(soft, pair)) {
       ++count;
     }
   }
   room_->pairs.resize(count);
+  erase_crowded(soft);
 }
 
 // The boxes hold all ways from where the bodies were loaded to near where they went then.
 template <class Real>
-void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> soft) {
+void SurfaceContacts<Real>::update_candidates(std::span<SoftState<Real>> soft) {
   if (std::ranges::all_of(loaded_, [&](std::uint32_t i) { return keeps_to_boxes(bodies_[i]); })) return;
   for (const std::uint32_t i : loaded_) {
     fit_way(bodies_[i]);
@@ -208,7 +285,7 @@ void SurfaceContacts<Real>::update_candidates(std::span<const SoftState<Real>> s
 
 // Candidates hold where no vertex that strayed belongs to a face that may meet the other body.
 template <class Real>
-void SurfaceContacts<Real>::update_crossing_candidates(std::span<const SoftState<Real>> soft, bool any_woken) {
+void SurfaceContacts<Real>::update_crossing_candidates(std::span<SoftState<Real>> soft, bool any_woken) {
   for (const std::uint32_t i : loaded_) {
     mark_astray(bodies_[i]);
     fit_way(bodies_[i]);
@@ -218,6 +295,8 @@ void SurfaceContacts<Real>::update_crossing_candidates(std::span<const SoftState
   if (any_woken) list_selves(soft);
   list_near(soft);
   room_->next_pairs.clear();
+  looks_.begin(bodies_.size());
+  begin_looks();
   auto old = room_->pairs.begin();
   for (const BodyPair& near : near_) {
     const auto key = [](const SurfacePair& pair) { return BodyPair(pair.first, pair.second); };
@@ -226,30 +305,42 @@ void SurfaceContacts<Real>::update_crossing_candidates(std::span<const SoftState
       SurfacePair& pair = room_->next_pairs.emplace_back(std::move(*old));
       if (!bodies_[near.first].any_astray && !bodies_[near.second].any_astray) continue;
       const bool is_whole = is_mesh(near.second) || near.first == near.second;
+      if (is_whole) looks_left_ += pair.candidates.size();
       const std::size_t known = is_whole ? 0 : pair.candidates.size();
-      if (is_whole) {
-        find_candidates(pair);
-      } else {
+      const auto add_astray = [&] {
+        pair.candidates.resize(known);
         room_->finder.add_astray(pair, bodies_);
-      }
-      room_->measures.measure(pair, bodies_, known);
+      };
+      const bool is_in = is_whole ? find_candidates(soft, pair) : take_looks(soft, pair, room_->finder, add_astray);
+      if (is_in) room_->measures.measure(pair, bodies_, known);
     } else if (std::ranges::binary_search(crossed_, near)) {
       continue;
     } else {
       SurfacePair pair{near.first, near.second};
-      if (is_crossed(pair)) continue;
-      find_candidates(pair);
+      if (is_crossed(soft, pair) || !find_candidates(soft, pair)) continue;
       room_->measures.measure(pair, bodies_);
       room_->next_pairs.push_back(std::move(pair));
     }
   }
   room_->pairs.swap(room_->next_pairs);
+  erase_crowded(soft);
 }
 
 template <class Real>
-void SurfaceContacts<Real>::find_rows(std::vector<ContactRow>& rows) {
+void SurfaceContacts<Real>::find_rows(std::span<SoftState<Real>> soft, std::vector<ContactRow>& rows) {
   for (SurfacePair& pair : room_->pairs) room_->measures.measure(pair, bodies_);
-  room_->row_finder.find(room_->pairs, bodies_, rows);
+  RowFinder& finder = room_->row_finder;
+  while (finder.find(room_->pairs, bodies_) > skin_rows_max(vertices_)) {
+    looks_.begin(bodies_.size());
+    for (std::size_t i = 0; i < room_->pairs.size(); ++i) {
+      const SurfacePair& pair = room_->pairs[i];
+      looks_.add(pair.first, finder.count_of(i));
+      if (!is_mesh(pair.second)) looks_.add(pair.second, finder.count_of(i));
+    }
+    leave_out(looks_.greatest(), soft);
+    erase_crowded(soft);
+  }
+  finder.append(room_->pairs, bodies_, rows);
 }
 
 template <class Real>
@@ -296,6 +387,11 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
       return pair.first == first || pair.second == first || pair.first == second || pair.second == second;
     });
   }
+}
+
+template <class Real>
+std::size_t SurfaceContacts<Real>::kept_bytes_max() const {
+  return vertices_ * kept_bytes_per_vertex;
 }
 
 std::size_t SurfaceRoom::bytes() const {

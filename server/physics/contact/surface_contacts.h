@@ -11,6 +11,7 @@
 
 #include "physics/contact/candidates.h"
 #include "physics/contact/contact_bounds.h"
+#include "physics/contact/crowding.h"
 #include "physics/contact/feature_measures.h"
 #include "physics/contact/mesh_colliders.h"
 #include "physics/contact/row.h"
@@ -59,17 +60,18 @@ class SurfaceContacts {
   /// too. Not in any order.
   template <class Visit>
   void for_near(std::span<const SoftState<Real>> soft, const Visit& visit);
-  /// Sets the near pairs with their candidates, sorted.
-  void find_pairs(std::span<const SoftState<Real>> soft);
+  /// Sets the near pairs with their candidates, sorted. Here and below, whoever is crowded (crowding.h) is marked, and
+  /// no longer loaded.
+  void find_pairs(std::span<SoftState<Real>> soft);
 
   /// After the bodies' `to` have changed, and their `from` along their ways: the candidates of what may meet now.
-  void update_candidates(std::span<const SoftState<Real>> soft);
+  void update_candidates(std::span<SoftState<Real>> soft);
   /// After the bodies' `to` alone have changed, and not for rows: the candidates of what may cross on its way. Say if
   /// bodies have been woken since they were loaded: their pairs are looked for.
-  void update_crossing_candidates(std::span<const SoftState<Real>> soft, bool any_woken);
+  void update_crossing_candidates(std::span<SoftState<Real>> soft, bool any_woken);
 
   /// Measures the pairs' candidates and appends their rows.
-  void find_rows(std::vector<ContactRow>& rows);
+  void find_rows(std::span<SoftState<Real>> soft, std::vector<ContactRow>& rows);
   /// Appends the rows by which bodies that were put across a mesh leave it.
   void add_ways_out(std::vector<ContactRow>& rows) const;
   /// Once, before moves are cut: see carry_with_meshes.
@@ -84,7 +86,10 @@ class SurfaceContacts {
   [[nodiscard]] std::span<const std::uint32_t> loaded() const { return loaded_; }
 
   /// At a tick's end.
-  void give_back_room() { room_.give_back(); }
+  void give_back_room() { room_.give_back(kept_bytes_max()); }
+  /// Of what is used in turns: what bodies of this size may keep, where they need more than a pool lends. Past it the
+  /// world would have more than it was taken in for.
+  [[nodiscard]] std::size_t kept_bytes_max() const;
 
   [[nodiscard]] std::size_t bytes() const;
 
@@ -94,8 +99,15 @@ class SurfaceContacts {
   void load_vertices(const SoftState<Real>& state, double moves, SurfaceBody& body);
   void list_selves(std::span<const SoftState<Real>> soft);
   void list_near(std::span<const SoftState<Real>> soft);
-  [[nodiscard]] bool is_crossed(const SurfacePair& pair);
-  void find_candidates(SurfacePair& pair);
+  void begin_looks();
+  [[nodiscard]] static bool is_crowded(std::span<const SoftState<Real>> soft, const SurfacePair& pair);
+  void leave_out(std::span<const std::uint32_t> crowd, std::span<SoftState<Real>> soft);
+  void erase_crowded(std::span<const SoftState<Real>> soft);
+  template <class Finder, class Look>
+  [[nodiscard]] bool take_looks(std::span<SoftState<Real>> soft, const SurfacePair& pair, Finder& finder,
+                                const Look& look);
+  [[nodiscard]] bool is_crossed(std::span<SoftState<Real>> soft, const SurfacePair& pair);
+  [[nodiscard]] bool find_candidates(std::span<SoftState<Real>> soft, SurfacePair& pair);
   [[nodiscard]] std::shared_ptr<const SurfaceTopology> topology_of(const std::shared_ptr<const Mesh>& mesh);
 
   using BodyPair = std::pair<std::uint32_t, std::uint32_t>;
@@ -112,6 +124,9 @@ class SurfaceContacts {
   std::vector<BodyPair> clear_;                                     // pairs known not to cross, sorted
   std::vector<BodyPair> crossed_;                                   // near ones that do, sorted
   std::vector<std::uint8_t> carried_;                               // scratch of carry()
+  std::size_t vertices_ = 0;                                        // of the loaded bodies and the meshes
+  std::size_t looks_left_ = 0;                                      // that pairs may take yet
+  Takings looks_;                                                   // by body
   Borrowed<SurfaceRoom> room_;                                      // within a tick
 };
 

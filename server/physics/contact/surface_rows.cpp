@@ -110,8 +110,7 @@ void RowFinder::look(std::uint32_t index, std::span<const SurfacePair> pairs, st
   }
 }
 
-void RowFinder::find(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies,
-                     std::vector<ContactRow>& rows) {
+std::size_t RowFinder::find(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies) {
   found_.clear();
   for (std::uint32_t i = 0; i < pairs.size(); ++i) look(i, pairs, bodies);
   // Of those of one key the nearest comes first. Two that are as near differ in what they call first, or by a last
@@ -125,10 +124,19 @@ void RowFinder::find(std::span<const SurfacePair> pairs, std::span<const Surface
     if (a.gap_m != b.gap_m) return a.gap_m < b.gap_m;
     return features(a) < features(b);
   });
-  const Found* last = nullptr;
+  const auto repeated = std::ranges::unique(found_, {}, &Found::key);
+  found_.erase(repeated.begin(), repeated.end());
+  return found_.size();
+}
+
+std::size_t RowFinder::count_of(std::size_t pair) const {
+  const auto is_of = [pair](const Found& found) { return found.pair == pair; };
+  return static_cast<std::size_t>(std::ranges::count_if(found_, is_of));
+}
+
+void RowFinder::append(std::span<const SurfacePair> pairs, std::span<const SurfaceBody> bodies,
+                       std::vector<ContactRow>& rows) const {
   for (const Found& found : found_) {
-    if (last != nullptr && last->key == found.key) continue;
-    last = &found;
     const SurfacePair& pair = pairs[found.pair];
     const Candidate& candidate = pair.candidates[found.candidate];
     const FeatureCorners corners = corners_of(pair, candidate);

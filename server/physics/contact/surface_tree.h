@@ -67,50 +67,53 @@ struct SurfaceBoxes {
   std::vector<Box> faces;  // by face of the mesh
 
   void fit(const SurfaceTopology& topology, std::span<const Vec3d> from, std::span<const Vec3d> to, double margin_m);
-  /// Calls visit(f, g) once for each two faces whose boxes overlap.
+  /// Calls visit(f, g) once for each two faces whose boxes overlap, until one call returns false.
   template <class Visit>
   void for_pairs(const SurfaceTopology& topology, const Visit& visit) const {
-    pairs_within(topology, 0, visit);
+    (void)pairs_within(topology, 0, visit);
   }
 
  private:
+  // Each returns false once a visit has.
   template <class Visit>
-  void pairs_within(const SurfaceTopology& topology, std::uint32_t i, const Visit& visit) const {
+  bool pairs_within(const SurfaceTopology& topology, std::uint32_t i, const Visit& visit) const {
     const SurfaceTopology::Node& node = topology.nodes[i];
     if (node.count == 0) {
-      pairs_within(topology, node.first, visit);
-      pairs_within(topology, node.first + 1, visit);
-      pairs_between(topology, node.first, node.first + 1, visit);
-      return;
+      return pairs_within(topology, node.first, visit) && pairs_within(topology, node.first + 1, visit) &&
+             pairs_between(topology, node.first, node.first + 1, visit);
     }
     for (std::uint32_t k = node.first; k < node.first + node.count; ++k) {
-      for (std::uint32_t l = k + 1; l < node.first + node.count; ++l) meet(topology, k, l, visit);
+      for (std::uint32_t l = k + 1; l < node.first + node.count; ++l) {
+        if (!meet(topology, k, l, visit)) return false;
+      }
     }
+    return true;
   }
 
   template <class Visit>
-  void pairs_between(const SurfaceTopology& topology, std::uint32_t i, std::uint32_t j, const Visit& visit) const {
-    if (!nodes[i].overlaps(nodes[j])) return;
+  bool pairs_between(const SurfaceTopology& topology, std::uint32_t i, std::uint32_t j, const Visit& visit) const {
+    if (!nodes[i].overlaps(nodes[j])) return true;
     const SurfaceTopology::Node& a = topology.nodes[i];
     const SurfaceTopology::Node& b = topology.nodes[j];
     if (a.count == 0) {
-      pairs_between(topology, a.first, j, visit);
-      pairs_between(topology, a.first + 1, j, visit);
-    } else if (b.count == 0) {
-      pairs_between(topology, i, b.first, visit);
-      pairs_between(topology, i, b.first + 1, visit);
-    } else {
-      for (std::uint32_t k = a.first; k < a.first + a.count; ++k) {
-        for (std::uint32_t l = b.first; l < b.first + b.count; ++l) meet(topology, k, l, visit);
+      return pairs_between(topology, a.first, j, visit) && pairs_between(topology, a.first + 1, j, visit);
+    }
+    if (b.count == 0) {
+      return pairs_between(topology, i, b.first, visit) && pairs_between(topology, i, b.first + 1, visit);
+    }
+    for (std::uint32_t k = a.first; k < a.first + a.count; ++k) {
+      for (std::uint32_t l = b.first; l < b.first + b.count; ++l) {
+        if (!meet(topology, k, l, visit)) return false;
       }
     }
+    return true;
   }
 
   template <class Visit>
-  void meet(const SurfaceTopology& topology, std::uint32_t k, std::uint32_t l, const Visit& visit) const {
+  bool meet(const SurfaceTopology& topology, std::uint32_t k, std::uint32_t l, const Visit& visit) const {
     const std::uint32_t f = topology.faces[k];
     const std::uint32_t g = topology.faces[l];
-    if (faces[f].overlaps(faces[g])) visit(f, g);
+    return !faces[f].overlaps(faces[g]) || visit(f, g);
   }
 };
 

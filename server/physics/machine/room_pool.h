@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <utility>
@@ -40,11 +41,13 @@ class Borrowed {
   /// Null where none is held.
   [[nodiscard]] const Room* held() const { return room_.get(); }
 
-  /// At a tick's end. A room that has grown too large for the pool is the world's own from here on; a smaller one that
-  /// was not lent is freed.
-  void give_back() {
+  /// At a tick's end. A room that has grown too large for the pool is the world's own from here on, unless it has more
+  /// bytes than the world may keep; a smaller one that was not lent is freed.
+  void give_back(std::size_t kept_bytes_max = std::numeric_limits<std::size_t>::max()) {
     if (room_ == nullptr) return;
-    const bool is_large = room_->bytes() > pooled_room_bytes_max;
+    const std::size_t bytes = room_->bytes();
+    const bool is_large = bytes > pooled_room_bytes_max && bytes <= kept_bytes_max;
+    if (bytes > pooled_room_bytes_max && !is_large) *room_ = Room();
     if (std::exchange(is_lent_, false)) {
       if (is_large) return Pool::of_process().forget();
       room_->clear();

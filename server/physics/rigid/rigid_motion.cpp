@@ -35,7 +35,7 @@ void turn_freely(RigidState& body, double dt_s) {
 }  // namespace
 
 bool is_active(const RigidState& body) {
-  return !body.frozen && body.velocity.norm() <= base::speed_max_m_s &&
+  return !body.frozen && !body.is_crowded && body.velocity.norm() <= base::speed_max_m_s &&
          body.angular_velocity.norm() <= base::speed_max_m_s &&
          (body.position.array().abs() <= base::coordinate_max_m).all();
 }

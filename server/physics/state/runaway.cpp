@@ -13,6 +13,7 @@ constexpr const char* not_finite = "its motion was no longer finite";
 constexpr const char* torn_apart = "it was torn apart: a particle moved past its own body in one step";
 constexpr const char* too_fast = "it went past the limit of speed";
 constexpr const char* too_far = "it went past the limit of place";
+constexpr const char* crowded = "more came near it at once than contact can look at";
 constexpr const char* failed_reason = "its integrator found no finite answer";
 
 // What every particle's place, move and velocity are to be within.
@@ -97,22 +98,24 @@ bool is_well(const SoftState<Real>& body, const Extents<Real>& extents) {
 
 template <class Real>
 const char* freeze(SoftState<Real>& body) {
-  const char* reason = body.solve_failed ? failed_reason : runaway_reason(body);
+  const char* reason = body.solve_failed ? failed_reason : body.is_crowded ? crowded : runaway_reason(body);
   std::ranges::fill(body.v, Vec3<Real>::Zero());
   std::ranges::fill(body.dr, Vec3<Real>::Zero());
   body.frozen = true;
+  body.is_crowded = false;
   body.rest = {};
   body.place.clear();
   return reason;
 }
 
 const char* freeze(RigidState& body, const Vec3d& position, const Quatd& orientation) {
-  const char* reason = runaway_reason(body);
+  const char* reason = body.is_crowded ? crowded : runaway_reason(body);
   body.position = position;
   body.orientation = orientation;
   body.velocity.setZero();
   body.angular_velocity.setZero();
   body.frozen = true;
+  body.is_crowded = false;
   body.rest = {};
   return reason;
 }

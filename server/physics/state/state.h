@@ -82,6 +82,7 @@ struct SoftState {
   std::vector<Vec3<Real>> place;  // of the vertices when rest.ticks began to count; empty while they do not
   std::array<Vec3<Real>, sampled_vertices> near_place{};  // of the sampled vertices, that it is near
   bool solve_failed = false;                              // the integrator found no finite answer in this substep
+  bool is_crowded = false;  // contact left it out of this substep: too much came near (contact/crowding.h)
   bool frozen = false;
   std::uint32_t tie = 0;  // bodies that joints tie together have the same number; 0: none do
 
@@ -119,9 +120,10 @@ struct RigidState {
   Quatd place_orientation = Quatd::Identity();
   Vec3d near_place = Vec3d::Zero();  // that it is near, and the orientation there
   Quatd near_orientation = Quatd::Identity();
-  bool has_moved = false;  // in the substep under way, by the contact solver
+  bool has_moved = false;   // in the substep under way, by the contact solver
+  bool is_crowded = false;  // as a soft body's
   bool frozen = false;
-  std::uint32_t tie = 0;  // as a soft body's
+  std::uint32_t tie = 0;  // likewise
 
   [[nodiscard]] bool is_awake() const { return !frozen && !rest.asleep; }
 };

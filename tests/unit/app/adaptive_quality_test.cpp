@@ -205,7 +205,8 @@ TEST_F(AdaptiveQuality, NoQualityMoreThanAWorldMayHaveIsMade) {
   ASSERT_TRUE(subscribe(ann_, 1e-3).ok());
   ASSERT_TRUE(subscribe(bob_, 1e-3, false).ok());
   for (net::SessionId id = 3; hub_.class_count() < base::world_quality_classes_max; ++id) {
-    ASSERT_TRUE(subscribe(std::make_shared<Session>(id), 1e-2 + 1e-4 * static_cast<double>(id), false).ok());
+    const auto reader = std::make_shared<Session>(id, "client " + std::to_string(id));
+    ASSERT_TRUE(subscribe(reader, 1e-2 + 1e-4 * static_cast<double>(id), false).ok());
   }
   tick();
   strain(1, 1);

@@ -85,6 +85,51 @@ TEST_F(FrameHubTest, TopologyAndLayoutGoBeforeTheFirstFrameAndOnce) {
   EXPECT_EQ(kinds(tick(), 1), "frame ");
 }
 
+TEST_F(FrameHubTest, WhatNobodyTakesIsNotEncoded) {
+  const std::uint32_t stream = subscribe(ann_).stream_id();
+  ASSERT_EQ(subscribe(bob_).stream_id(), stream);
+  tick();
+  hub_.stream_stalled(1, stream);
+  EXPECT_EQ(frames(tick()).size(), 1U) << "the other takes it";
+  hub_.stream_stalled(2, stream);
+  EXPECT_TRUE(frames(tick()).empty());
+  EXPECT_TRUE(frames(tick()).empty());
+  hub_.key_wanted(2, stream);
+  const auto again = frames(tick());
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_NE(again[0].key, nullptr);
+}
+
+// A layout that came meanwhile goes before the first frame that it is of, at a rate that is not due then too.
+TEST_F(FrameHubTest, WhatStalledGoesOnWithTheWorldAsItIs) {
+  const std::uint32_t stream = subscribe(ann_, 1.0).stream_id();
+  ASSERT_EQ(kinds(tick(), 1), "topology layout frame ");
+  hub_.stream_stalled(1, stream);
+  auto scene = world_.physics().scene();
+  scene.soft_bodies.push_back(scene.soft_bodies.front());
+  scene.soft_bodies.back().name = "new";
+  scene.soft_bodies.back().position.x() += 5.0;
+  ASSERT_TRUE(world_.physics().apply(scene).ok());
+  hub_.edited();
+  EXPECT_EQ(kinds(tick(), 1), "");
+  hub_.key_wanted(1, stream);
+  EXPECT_EQ(kinds(tick(), 1), "layout frame ");
+}
+
+TEST_F(FrameHubTest, OneClientLeavesQualitiesForOthers) {
+  const auto ask = [&](const std::string& client, std::size_t i) {
+    v1::Subscribe request;
+    request.set_max_error_m(1e-3 * static_cast<double>(i + 1));
+    const auto id = static_cast<net::SessionId>(100 + i / base::session_streams_per_world_max);
+    return hub_.subscribe(std::make_shared<Session>(id, client), request, 60.0).status();
+  };
+  for (std::size_t i = 0; i < base::client_quality_classes_max; ++i) ASSERT_TRUE(ask("one", i).ok()) << i;
+  const base::Status refused = ask("one", base::client_quality_classes_max);
+  EXPECT_EQ(refused.code(), base::StatusCode::limit_exceeded);
+  EXPECT_EQ(refused.where(), "subscribe");
+  EXPECT_TRUE(ask("other", base::client_quality_classes_max).ok());
+}
+
 TEST_F(FrameHubTest, AKnownTopologyIsNotSentAgain) {
   subscribe(ann_);
   const Outbox first = tick();

@@ -107,6 +107,40 @@ TEST_F(HostedWorldTest, WhatADrainLeavesIsCarriedOutAfterTheTickUnderWay) {
   EXPECT_EQ(drain().size(), 1U);
 }
 
+TEST_F(HostedWorldTest, WhileItRunsLooksAtBodiesTakeAShareOfItsTimeAndOthersAreAnswered) {
+  constexpr int looks = 500;
+  v1::ClientMessage look;
+  look.mutable_nearest_point()->set_world("w");
+  for (std::size_t i = 0; i < base::query_points_max; ++i) look.mutable_nearest_point()->add_points()->set_x(1.0);
+  const auto looker = std::make_shared<Session>(8);
+  for (int i = 0; i < looks; ++i) {
+    look.set_request_id(static_cast<std::uint64_t>(i) + 10);
+    ASSERT_EQ(world_->post(request_of(looker, look)), Inbox::Post::taken);
+  }
+  post(resume(1));
+  post(get_stats(2));
+  const auto count_looks = [](const std::vector<v1::ServerMessage>& replies) {
+    return std::ranges::count_if(replies, &v1::ServerMessage::has_surface_points);
+  };
+  auto replies = drain();
+  EXPECT_TRUE(std::ranges::any_of(replies, &v1::ServerMessage::has_stats));
+  auto answered = count_looks(replies);
+  EXPECT_GT(answered, 0);
+  EXPECT_LT(answered, looks);
+  tick();
+  post(pause(3));
+  while (answered < looks) {
+    const TimePoint now = std::chrono::steady_clock::now();
+    replies = drain();
+    ASSERT_FALSE(replies.empty()) << "a paused world has time for them";
+    answered += count_looks(replies);
+    if (answered < looks) {
+      EXPECT_EQ(world_->next_due(now), now);
+    }
+  }
+  EXPECT_EQ(answered, looks);
+}
+
 class HostedWorldOnABudget : public HostedWorldTest {
  protected:
   HostedWorldOnABudget() : HostedWorldTest(ball_scene(), {WorldMemory::unlimited(), StepBudget(0.5)}) {}

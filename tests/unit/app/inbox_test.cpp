@@ -93,6 +93,31 @@ TEST(Inbox, SessionsHaveTheirTurnsAndEachItsOrder) {
   EXPECT_EQ(taken, (std::vector<std::uint64_t>{1, 4, 2, 3}));
 }
 
+TEST(Inbox, LooksAtBodiesCanBeLeftWithWhatIsBehindThem) {
+  Inbox inbox;
+  v1::ClientMessage look;
+  look.set_request_id(1);
+  look.mutable_nearest_point();
+  const auto looker = std::make_shared<Session>(7);
+  ASSERT_EQ(inbox.post(request_of(looker, look)), Inbox::Post::taken);
+  v1::ClientMessage impulse;
+  impulse.mutable_impulse();
+  for (const std::uint64_t id : {2U, 3U}) {
+    impulse.set_request_id(id);
+    ASSERT_EQ(inbox.post(request_of(id == 2 ? looker : std::make_shared<Session>(8), impulse)), Inbox::Post::taken);
+  }
+  const auto next_id = [&](Inbox::Leave leave) {
+    const auto command = inbox.take(leave);
+    return command ? std::get<Request>(*command).message->request_id() : 0;
+  };
+  EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 3U);
+  EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 0U);
+  EXPECT_FALSE(inbox.is_empty());
+  EXPECT_EQ(next_id(Inbox::Leave::nothing), 1U);
+  EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 2U);
+  EXPECT_TRUE(inbox.is_empty());
+}
+
 TEST(Inbox, TheEndOfAWorldIsTakenOutOfTurn) {
   Inbox inbox;
   ASSERT_EQ(inbox.post(get_stats_of(1)), Inbox::Post::taken);

@@ -155,6 +155,7 @@ TEST(SessionGate, PastItsRateASessionIsToldWhenToComeBack) {
   EXPECT_EQ(verdict.reply->request_id(), 4U);
   EXPECT_EQ(verdict.reply->error().code(), v1::Error::LIMIT_EXCEEDED);
   EXPECT_NEAR(verdict.reply->error().retry_after_s(), 0.1, 1e-9);
+  EXPECT_TRUE(verdict.is_over_rate);
   EXPECT_TRUE(say(gate, list_worlds(5), start + std::chrono::milliseconds(101)).request);
 }
 
@@ -189,6 +190,25 @@ TEST(SessionGate, PingIsAnsweredAndPongHandedOn) {
   const auto verdict = say(gate, pong.SerializeAsString(), start);
   EXPECT_EQ(verdict.pong_nonce, 42U);
   EXPECT_FALSE(verdict.reply);
+}
+
+TEST(SessionGate, PongsThatNobodyAskedForAreCommands) {
+  base::Limits limits;
+  limits.commands_per_s = 10.0;
+  limits.commands_burst = 3.0;
+  SessionGate gate = opened(limits);
+  v1::ClientMessage pong;
+  pong.mutable_pong()->set_nonce(42);
+  int taken = 0;
+  SessionGate::Verdict last;
+  for (; taken < 100; ++taken) {
+    last = say(gate, pong.SerializeAsString(), start);
+    if (!last.pong_nonce) break;
+  }
+  EXPECT_LT(taken, 20);
+  EXPECT_TRUE(last.is_over_rate);
+  EXPECT_EQ(last.reply->error().code(), v1::Error::LIMIT_EXCEEDED);
+  EXPECT_TRUE(say(gate, pong.SerializeAsString(), start + limits.ping_interval).pong_nonce);
 }
 
 }  // namespace

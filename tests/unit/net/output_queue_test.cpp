@@ -127,6 +127,37 @@ TEST(OutputQueue, NothingIsAskedForWhileTheClientTakesNothing) {
   EXPECT_EQ(take_words(queue), (Words{"gap 1 2 2", "key 1 3"}));
 }
 
+TEST(OutputQueue, TellsOnceThatAStreamStallsAndWhenItGoesOn) {
+  using Flow = OutputQueue::Flow;
+  OutputQueue queue(100, gap);
+  queue.offer(frame(1, 1, 0, true, 150), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::same);
+  const auto writing = queue.take(1, TimePoint());  // and the write does not end
+  queue.offer(frame(1, 2, 1, true), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::stalled);
+  queue.offer(frame(1, 3, 2, false), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::same);
+  queue.written();
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+  EXPECT_EQ(queue.change_of_flow(1), Flow::same) << "that it wants a key says it";
+  queue.offer(frame(1, 9, 8, true), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::same);
+  EXPECT_EQ(take_words(queue), (Words{"gap 1 2 8", "key 1 9"})) << "what was not offered is missing too";
+}
+
+// As where others' bytes leave, and a key is on its way that was not asked for.
+TEST(OutputQueue, TellsThatAStreamGoesOnByAKeyOfItself) {
+  using Flow = OutputQueue::Flow;
+  OutputQueue queue(100, gap);
+  ASSERT_TRUE(queue.push_reply(text("reply", 300)));
+  queue.offer(frame(1, 1, 0, true), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::stalled);
+  take_words(queue);
+  queue.offer(frame(1, 2, 1, true), TimePoint());
+  EXPECT_EQ(queue.change_of_flow(1), Flow::resumed);
+  EXPECT_EQ(queue.change_of_flow(2), Flow::same) << "no such stream";
+}
+
 TEST(OutputQueue, RepliesAreRefusedPastTheLimitAlone) {
   OutputQueue queue(100 + queued_message_overhead_bytes, gap);
   EXPECT_TRUE(queue.push_reply(text("a", 99)));
@@ -345,6 +376,7 @@ TEST(OutputQueue, EveryInterleavingIsDecodable) {
     Client client;
     std::map<std::uint32_t, std::uint64_t> ticks;
     std::set<std::uint32_t> wanted;
+    std::set<std::uint32_t> stalled;  // of which no frame is offered, in every other round
     int replies = 0;
     std::vector<SharedBytes> writing;
     const auto finish_write = [&] {
@@ -357,17 +389,26 @@ TEST(OutputQueue, EveryInterleavingIsDecodable) {
       if (chance(50)) {
         const std::uint32_t stream = 1 + below(3);
         const std::uint64_t tick = ++ticks[stream];
+        if (round % 2 == 0 && stalled.contains(stream)) continue;
         const bool with_key = wanted.erase(stream) > 0 || tick == 1 || chance(3);
         queue.offer(frame(stream, tick, tick - 1, with_key, 20 + below(400)), TimePoint());
         keys += with_key ? 1U : 0U;
+        const OutputQueue::Flow flow = queue.change_of_flow(stream);
+        if (flow == OutputQueue::Flow::stalled) {
+          EXPECT_TRUE(stalled.insert(stream).second);
+        } else if (flow == OutputQueue::Flow::resumed) {
+          EXPECT_EQ(stalled.erase(stream), 1U);
+        }
       } else if (chance(20)) {
         if (queue.push_reply(text("reply " + std::to_string(replies + 1), below(200)))) ++replies;
       } else if (chance(drain_percent)) {
         finish_write();
         writing = queue.take(1 + below(600), TimePoint());
       }
-      for (const std::uint32_t stream : queue.keys_to_ask_for())
+      for (const std::uint32_t stream : queue.keys_to_ask_for()) {
         EXPECT_TRUE(wanted.insert(stream).second) << "asked for once";
+        stalled.erase(stream);
+      }
       ASSERT_LE(queue.bytes(), 3 * bytes_max);
     }
     do {

@@ -64,6 +64,43 @@ TEST(Candidates, OfABallInAFoldedSheetHaveAllThatComesNear) {
   EXPECT_GT(near, 1000U);
 }
 
+// Ways of many times the bodies' sizes, in any direction.
+TEST(Candidates, OfFastBodiesHaveAllThatComesNearAndLittleElse) {
+  std::mt19937 random(6);
+  const auto mesh = *make_icosphere(1, 0.5);
+  std::size_t near = 0;
+  std::size_t most = 0;
+  for (unsigned i = 0; i < 4 * ways; ++i) {
+    const Vec3d way_m = 8.0 * random_vector(random, 1.0).normalized();
+    const Vec3d with_m = i % 2 == 0 ? random_vector(random, 20.0) : Vec3d(Vec3d::Zero());
+    std::vector<SurfaceBody> bodies{
+        askew_surface(mesh, random_vector(random, 0.1), i, 0.2 * shell_of_candidates_m),
+        askew_surface(mesh, 4.0 * way_m.normalized(), i + 100, 0.2 * shell_of_candidates_m)};
+    shake_ends(bodies[0], way_m + with_m, 0.02, random);
+    shake_ends(bodies[1], with_m, 0.02, random);
+    for (SurfaceBody& body : bodies) body.spacing_m = 0.1;
+    const std::vector<SurfacePair> pairs = all_pairs(bodies, false);
+    near += expect_all_near_ones(pairs.front(), bodies);
+    most = std::max(most, pairs.front().candidates.size());
+  }
+  EXPECT_GT(near, 1000U);
+  EXPECT_LT(most, mesh->edges.size() * mesh->edges.size() / 3);
+}
+
+TEST(Candidates, OfAFastCrumpledBodyWithItselfHaveAllThatComesNear) {
+  std::mt19937 random(7);
+  std::size_t near = 0;
+  for (unsigned i = 0; i < ways; ++i) {
+    std::vector<SurfaceBody> bodies{
+        askew_surface(*make_grid(6, 5, 1.0, 1.0), Vec3d::Zero(), i, 0.5 * shell_of_candidates_m)};
+    for (Vec3d& x : bodies[0].from) x += random_vector(random, 0.15);
+    shake_ends(bodies[0], random_vector(random, 30.0), 0.05, random);
+    bodies[0].spacing_m = 0.1;
+    near += expect_all_near_ones(all_pairs(bodies, true).front(), bodies);
+  }
+  EXPECT_GT(near, 300U);
+}
+
 // So many that their boxes are sorted.
 TEST(Candidates, OfTwoSheetsThatLieOnEachOtherHaveAllThatComesNear) {
   std::mt19937 random(5);
