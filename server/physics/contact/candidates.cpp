@@ -46,6 +46,8 @@ constexpr std::size_t box_looks = 32;
 
 // Of the vertices' spacing: boxes of ways that are longer have much in them that comes near nothing.
 constexpr double long_way_share = 2.0;
+// Of the longer of two ways: by this much the other one leads away from it, or it leads nowhere else.
+constexpr double beside_share = 1e-3;
 // The slack is along each of the world's axes. Along others it is larger by up to the root of 3.
 constexpr double turned_slack_share = 0.75;
 
@@ -130,22 +132,22 @@ void CandidateFinder::for_near_faces(const Visit& visit) {
   (void)sweep(near_b_, near_a_, false, [&](const FaceBox& g, const FaceBox& f) { return visit(f, g); });
 }
 
-// Where one moves far, as they are seen from the second body, which is almost still there, with the way of the first
-// along x. A box about a way has no more in it then than what lies on it.
+// Where one moves far, as they are seen along its way. A box about a way has little in it then but what lies on it,
+// however much of the way is cut off.
 std::pair<CandidateFinder::Ways, CandidateFinder::Ways> CandidateFinder::ways_of(const SurfacePair& pair,
                                                                                  std::span<const SurfaceBody> bodies) {
   const SurfaceBody& a = bodies[pair.first];
   const SurfaceBody& b = bodies[pair.second];
-  const Vec3d with_m = mean_move_m(b);
-  const Vec3d way_m = pair.first == pair.second ? Vec3d(Vec3d::Zero()) : Vec3d(mean_move_m(a) - with_m);
-  const double long_m = long_way_share * std::max(a.spacing_m, b.spacing_m);
-  if (!(std::max(with_m.norm(), way_m.norm()) > long_m)) return {ways_of(a), ways_of(b)};
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-  if (way_m.norm() > long_m) {
-    const Vec3d along = way_m.normalized();
-    const Vec3d across = along.unitOrthogonal();
-    axes << along.transpose(), across.transpose(), along.cross(across).transpose();
-  }
+  Vec3d longer_m = mean_move_m(a);
+  Vec3d shorter_m = mean_move_m(b);
+  if (longer_m.squaredNorm() < shorter_m.squaredNorm()) longer_m.swap(shorter_m);
+  if (!(longer_m.norm() > long_way_share * std::max(a.spacing_m, b.spacing_m))) return {ways_of(a), ways_of(b)};
+  const Vec3d along = longer_m.normalized();
+  const Vec3d beside_m = shorter_m - shorter_m.dot(along) * along;
+  const bool is_beside = beside_m.norm() > beside_share * longer_m.norm();
+  const Vec3d across = is_beside ? Vec3d(beside_m.normalized()) : Vec3d(along.unitOrthogonal());
+  Eigen::Matrix3d axes;
+  axes << along.transpose(), across.transpose(), along.cross(across).transpose();
   const Vec3d origin = a.from.front();
   const auto see = [&](const SurfaceBody& body, SeenWays& seen) -> Ways {
     const std::size_t count = body.from.size();
@@ -154,7 +156,7 @@ std::pair<CandidateFinder::Ways, CandidateFinder::Ways> CandidateFinder::ways_of
     Box all;
     for (std::size_t i = 0; i < count; ++i) {
       seen.from[i] = axes * (body.from[i] - origin);
-      seen.to[i] = axes * (body.to[i] - origin - with_m);
+      seen.to[i] = axes * (body.to[i] - origin);
       all.include(seen.from[i]);
       all.include(seen.to[i]);
     }

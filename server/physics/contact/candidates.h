@@ -99,7 +99,11 @@ class CandidateFinder {
     [[nodiscard]] std::size_t bytes() const { return vertices.bytes() + edges.bytes() + faces.bytes(); }
   };
   static Ways ways_of(const SurfaceBody& body) { return {&body, body.from, body.to, body.way, body.margin_m}; }
-  static Ways start_of(const SurfaceBody& body) { return {&body, body.from, body.from, body.at, 0.0}; }
+  /// With the margin too: what touches or is flat crosses by its last digits.
+  static Ways start_of(const SurfaceBody& body) {
+    const Vec3d margin = Vec3d::Constant(body.margin_m);
+    return {&body, body.from, body.from, {body.at.low - margin, body.at.high + margin}, body.margin_m};
+  }
   [[nodiscard]] std::pair<Ways, Ways> ways_of(const SurfacePair& pair, std::span<const SurfaceBody> bodies);
   void take_near_faces(const Ways& a, const Ways& b);
   static void see_faces(const Ways& ways, std::span<FaceBox> near);

@@ -371,6 +371,7 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
     const double of_a = inverse_mass_1_kg(a);
     const double of_b = inverse_mass_1_kg(b);
     if (of_a + of_b == 0.0) continue;
+    room_->finder.allow(feature_looks_max(vertices_));
     const Vec3d way = room_->finder.way_apart({first, second}, bodies_);
     const double move_m = static_cast<double>(std::min(a.length_m, b.length_m)) * dt_s / parting_time_s;
     const double approach_m_s = std::max(0.0, way.dot(mean_velocity(b) - mean_velocity(a)));

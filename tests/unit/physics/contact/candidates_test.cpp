@@ -81,7 +81,7 @@ TEST(Candidates, OfFastBodiesHaveAllThatComesNearAndLittleElse) {
     for (SurfaceBody& body : bodies) body.spacing_m = 0.1;
     const std::vector<SurfacePair> pairs = all_pairs(bodies, false);
     near += expect_all_near_ones(pairs.front(), bodies);
-    most = std::max(most, pairs.front().candidates.size());
+    if (with_m.isZero(0.0)) most = std::max(most, pairs.front().candidates.size());
   }
   EXPECT_GT(near, 1000U);
   EXPECT_LT(most, mesh->edges.size() * mesh->edges.size() / 3);
