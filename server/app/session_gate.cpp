@@ -15,9 +15,9 @@ namespace {
 
 // A nonce, and room for what newer clients may add.
 constexpr std::size_t pong_bytes_max = 64;
-// Twice as many as the server asks for: more are commands.
+// Twice as many as the server asks for, and some at once: a client that sends more is read slowly.
 constexpr double pongs_a_ping = 2.0;
-constexpr double pongs_burst = 8.0;
+constexpr double pongs_burst = 64.0;
 
 /// Takes an address as it is counted.
 bool is_loopback(const std::string& address) {
@@ -76,12 +76,16 @@ SessionGate::Verdict SessionGate::receive(net::ReceivedMessage message, TimePoin
     return shut({StatusCode::unauthenticated, "a " + std::string(kind_of(envelope->request)) + " came before hello"});
   }
   // The server asked for a pong, so it is no command. A hello counts once its client is known.
-  const bool is_pong = envelope->request == v1::ClientMessage::kPong && message.bytes.size() <= pong_bytes_max;
-  const bool is_command = !is_pong || pongs_.take(now) > 0.0;
+  const bool is_command = envelope->request != v1::ClientMessage::kPong || message.bytes.size() > pong_bytes_max;
+  if (!is_command && pongs_.take(now) > 0.0) {
+    Verdict verdict;
+    verdict.is_over_rate = true;
+    return verdict;
+  }
   const double wait_s = is_command && commands_ != nullptr ? commands_->take(now) : 0.0;
   if (envelope->request == v1::ClientMessage::kPart) return take_part(*envelope, wait_s, now);
   if (wait_s > 0.0) return refuse_by_rate(id, wait_s);
-  if (!is_pong && id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
+  if (is_command && id == 0) return refuse(0, base::invalid("must not be 0", "request_id"));
   if (envelope->request == v1::ClientMessage::REQUEST_NOT_SET) {
     return refuse(id, {StatusCode::unsupported, "no request that this server knows"});
   }

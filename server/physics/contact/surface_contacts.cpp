@@ -1,6 +1,7 @@
 #include "physics/contact/surface_contacts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ranges>
 #include <utility>
@@ -115,7 +116,8 @@ void SurfaceContacts<Real>::load(std::span<const SoftState<Real>> soft, std::spa
   }
   list_selves(soft);
   vertices_ = 0;
-  for (const SurfaceBody& body : bodies_) vertices_ += body.from.size();
+  for (const std::uint32_t i : loaded_) vertices_ += bodies_[i].from.size();
+  for (std::size_t i = meshes_begin_; i < bodies_.size(); ++i) vertices_ += bodies_[i].from.size();
 }
 
 template <class Real>
@@ -229,11 +231,15 @@ bool SurfaceContacts<Real>::is_crossed(std::span<SoftState<Real>> soft, const Su
   const BodyPair key(pair.first, pair.second);
   const auto known = std::ranges::lower_bound(clear_, key);
   if (known != clear_.end() && *known == key) return false;
-  bool is_crossed = false;
-  if (!take_looks(soft, pair, room_->finder, [&] { is_crossed = room_->finder.are_crossed(pair, bodies_); })) {
+  // Each pair has its own looks: who was restored looks at more pairs than who went on, and is to stop the same bodies.
+  room_->finder.allow(feature_looks_max(vertices_));
+  if (room_->finder.are_crossed(pair, bodies_)) return true;
+  if (room_->finder.is_exhausted()) {
+    const std::array both{pair.first, pair.second};
+    leave_out(std::span(both).first(is_mesh(pair.second) ? 1 : 2), soft);
+    begin_looks();
     return false;
   }
-  if (is_crossed) return true;
   // A mesh that moves may run over a body between it and another one.
   if (!is_mesh(pair.second) || !mesh(pair.second).moves) clear_.insert(known, key);
   return false;

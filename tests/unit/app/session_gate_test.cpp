@@ -192,22 +192,20 @@ TEST(SessionGate, PingIsAnsweredAndPongHandedOn) {
   EXPECT_FALSE(verdict.reply);
 }
 
-TEST(SessionGate, PongsThatNobodyAskedForAreCommands) {
-  base::Limits limits;
-  limits.commands_per_s = 10.0;
-  limits.commands_burst = 3.0;
+TEST(SessionGate, OfPongsThatNobodyAskedForFewAreReadAtOnce) {
+  const base::Limits limits;
   SessionGate gate = opened(limits);
   v1::ClientMessage pong;
   pong.mutable_pong()->set_nonce(42);
   int taken = 0;
   SessionGate::Verdict last;
-  for (; taken < 100; ++taken) {
+  for (; taken < 1'000; ++taken) {
     last = say(gate, pong.SerializeAsString(), start);
     if (!last.pong_nonce) break;
   }
-  EXPECT_LT(taken, 20);
+  EXPECT_LT(taken, 100);
   EXPECT_TRUE(last.is_over_rate);
-  EXPECT_EQ(last.reply->error().code(), v1::Error::LIMIT_EXCEEDED);
+  EXPECT_FALSE(last.reply) << "it is no command, so it is not refused";
   EXPECT_TRUE(say(gate, pong.SerializeAsString(), start + limits.ping_interval).pong_nonce);
 }
 
