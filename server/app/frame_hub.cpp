@@ -248,7 +248,7 @@ void FrameHub::rate_changed(const std::string& world, std::uint64_t tick, double
 }
 
 // What of a change it then misses comes with its next frame, which is for everyone.
-bool FrameHub::is_left_out(QualityClass& quality_class) {
+bool FrameHub::leave_out_untaken(QualityClass& quality_class) {
   if (quality_class.is_taken()) return false;
   quality_class.was_left_out = true;
   return true;
@@ -262,7 +262,7 @@ void FrameHub::encode_tick(const FrameSource& source, std::uint64_t tick, bool a
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
     const WorldLayout::Update came = *update++;
-    if (came == WorldLayout::Update::waits || is_left_out(quality_class)) continue;
+    if (came == WorldLayout::Update::waits || leave_out_untaken(quality_class)) continue;
     introduce(quality_class, outbox);
     const bool due = tick % quality_class.rate_divisor == 0;
     const bool is_back = std::exchange(quality_class.was_left_out, false);
@@ -289,7 +289,7 @@ void FrameHub::encode_rest(const FrameSource& source, std::uint64_t tick, Outbox
   auto update = updates.begin();
   for (auto& [quality, quality_class] : classes_) {
     const WorldLayout::Update came = *update++;
-    if (came == WorldLayout::Update::waits || is_left_out(quality_class)) continue;
+    if (came == WorldLayout::Update::waits || leave_out_untaken(quality_class)) continue;
     introduce(quality_class, outbox);
     const bool is_back = std::exchange(quality_class.was_left_out, false);
     // Where the last frame was of a higher layer, readers who shed it would not see where the world came to rest.

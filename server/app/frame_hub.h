@@ -164,7 +164,7 @@ class FrameHub {
     double encode_time_us = 0.0;  // of the last frame
     bool was_left_out = false;    // since nobody took its frames
 
-    /// An adaptive reader is found out by what it is offered.
+    /// How an adaptive reader does shows in what it is offered, so it counts though it stalls.
     [[nodiscard]] bool is_taken() const {
       return std::ranges::any_of(
           subscribers, [](const auto& entry) { return !entry.second.is_stalled || entry.second.adaptive.has_value(); });
@@ -173,11 +173,11 @@ class FrameHub {
   using Classes = std::map<Quality, QualityClass>;
 
   [[nodiscard]] std::size_t streams_of(net::SessionId session) const;
-  /// Those that have its readers alone.
+  /// Those whose readers are all the client's.
   [[nodiscard]] std::size_t classes_of_client(const std::string& client) const;
   /// Null where the session has no such stream.
   [[nodiscard]] Subscriber* find(net::SessionId session, std::uint32_t stream_id);
-  [[nodiscard]] static bool is_left_out(QualityClass& quality_class);
+  [[nodiscard]] static bool leave_out_untaken(QualityClass& quality_class);
   /// Brings the layouts up to date, and tells of each class, in order, what came of it.
   [[nodiscard]] std::vector<WorldLayout::Update> update_layouts(const FrameSource& source, std::uint64_t tick);
   [[nodiscard]] v1::Subscribed describe(const Classes::value_type& entry, const std::string& world,

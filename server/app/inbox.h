@@ -29,7 +29,7 @@ struct KeyWanted {
   net::SessionId session;
   std::uint32_t stream_id;
 };
-/// Until its key is wanted.
+/// The session takes no frames of the stream until it wants a key.
 struct StreamStalled {
   net::SessionId session;
   std::uint32_t stream_id;
@@ -69,16 +69,15 @@ class Inbox {
     return Post::taken;
   }
 
-  /// What to leave where it waits. A session's requests stay in order, so what is behind one waits too.
+  /// What to leave where it waits. A session's requests stay in order, so those behind one wait too; what the server
+  /// itself has to say of the session does not.
   enum class Leave { nothing, looks_at_bodies };
 
   /// Sessions have their turns, each with what has waited longest of its own; after all others come the reports.
   /// Nothing where none waits that may be taken.
   [[nodiscard]] std::optional<Command> take(Leave leave = Leave::nothing) {
     const std::lock_guard lock(mutex_);
-    const auto may_go = [leave](const Line& of) {
-      return leave == Leave::nothing || !is_look_at_bodies(of.commands.front().command);
-    };
+    const auto may_go = [leave](Line& of) { return next_of(of, leave) != of.commands.end(); };
     const auto next = std::ranges::find_if(lines_, may_go);
     if (next == lines_.end()) {
       if (reports_.empty()) return std::nullopt;
@@ -86,7 +85,7 @@ class Inbox {
     }
     Line line = std::move(*next);
     lines_.erase(next);
-    Command taken = take_from(line, line.commands.begin());
+    Command taken = take_from(line, next_of(line, leave));
     if (!line.commands.empty()) lines_.push_back(std::move(line));
     return taken;
   }
@@ -142,6 +141,16 @@ class Inbox {
   }
   static net::SessionId session_of(const Command& command) {
     return std::visit([](const auto& of) { return id_of(of); }, command);
+  }
+
+  // Of a line: what may be taken from it, or its end.
+  static std::deque<Waiting>::iterator next_of(Line& line, Leave leave) {
+    const auto first = line.commands.begin();
+    if (leave == Leave::nothing || !is_look_at_bodies(first->command)) return first;
+    const auto other = std::ranges::find_if_not(
+        line.commands, [](const Waiting& waiting) { return is_look_at_bodies(waiting.command); });
+    const bool is_request = other != line.commands.end() && std::holds_alternative<Request>(other->command);
+    return is_request ? line.commands.end() : other;
   }
 
   // The last in turn where the session has none yet.

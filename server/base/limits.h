@@ -134,7 +134,7 @@ inline constexpr double touches_per_s_max = 2'000.0;
 
 // Each quality (rate, error bound, and what the frames hold) of a world costs an encoding a tick.
 inline constexpr std::size_t world_quality_classes_max = 32;
-// That one client may have to itself: all but a fourth.
+// Of these, those that one client alone reads: others find a fourth.
 inline constexpr std::size_t client_quality_classes_max = world_quality_classes_max / 4 * 3;
 // More points than an eye tells apart; some 40 bytes each.
 inline constexpr std::size_t frame_contacts_max = 256;

@@ -85,7 +85,7 @@ OutputQueue::Flow OutputQueue::change_of_flow(std::uint32_t stream_id) {
   const auto found = streams_.find(stream_id);
   if (found == streams_.end()) return Flow::same;
   Stream& stream = found->second;
-  const bool is_stalled = !stream.last_tick && !stream.key_asked_for;
+  const bool is_stalled = !stream.last_tick && !stream.key_asked_for && !memory_is_full_;
   stream.has_stalled = stream.has_stalled || is_stalled;
   if (std::exchange(stream.is_stalled, is_stalled) == is_stalled) return Flow::same;
   return is_stalled ? Flow::stalled : Flow::resumed;

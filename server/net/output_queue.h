@@ -51,7 +51,8 @@ class OutputQueue {
   /// nothing is asked for nothing: its key would be out of date before it left.
   [[nodiscard]] std::vector<std::uint32_t> keys_to_ask_for();
 
-  /// What has changed since it was last asked: whether frames of the stream come to nothing, with no key asked for.
+  /// What has changed since it was last asked: whether frames of the stream come to nothing until a write has ended.
+  /// Not where memory is full: only the next offer says that it is no longer.
   enum class Flow { same, stalled, resumed };
   [[nodiscard]] Flow change_of_flow(std::uint32_t stream_id);
 
@@ -95,8 +96,8 @@ class OutputQueue {
         missing_from;  // first tick that was skipped since the last frame queued; none: none was
     std::uint64_t missing_to = 0;
     bool key_asked_for = false;
-    bool is_stalled = false;   // as was told
-    bool has_stalled = false;  // since its last frame
+    bool is_stalled = false;   // as change_of_flow last told
+    bool has_stalled = false;  // since its last frame was queued
     bool was_queued = false;   // it has had a frame in the queue: what it misses from now on counts as dropped
     bool was_sent = false;     // it has had a frame written: what it misses from now on is a gap
     bool is_layered = false;   // it has had a frame of a higher layer

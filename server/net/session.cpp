@@ -192,6 +192,7 @@ asio::awaitable<void> Session::open() {
 asio::awaitable<void> Session::read_messages() {
   for (int in_a_row = 1; reading_; ++in_a_row) {
     if (in_a_row % messages_in_a_row == 0) co_await asio::post(reader_wake_.get_executor(), asio::use_awaitable);
+    if (!reading_) break;
     auto message = co_await transport_->read([this](bool in_message) { timers_.received(now(), in_message); });
     if (!reading_) break;
     if (!message.ok()) {
@@ -248,6 +249,7 @@ asio::awaitable<void> Session::write_queue() {
     queue_.written();
     if (may_read()) reader_wake_.cancel();
     if (error) break;
+    queue_.set_memory_full(false);  // a key that finds it full all the same says so
     ask_for_keys();
   }
   if (!over_ && closing_) {

@@ -220,10 +220,13 @@ void RigidSolver::find_contacts_of(std::span<const RigidState> rigid, std::uint3
   }
 }
 
-void RigidSolver::find_contacts_of_group(std::span<const RigidState> rigid, double dt_s) {
+void RigidSolver::find_contacts_of_group(std::span<RigidState> rigid, double dt_s) {
   contacts_.clear();
   for (const std::uint32_t a : members_) {
-    if (contacts_.size() > rigid_contacts_max(rigid.size())) return;
+    if (contacts_.size() > rigid_contacts_max(rigid.size())) {
+      rigid[a].is_crowded = true;
+      continue;
+    }
     find_contacts_of(rigid, a, colliders_, dt_s);
     auto pair = std::ranges::lower_bound(pairs_, a, {}, &RigidPair::a);
     for (; pair != pairs_.end() && pair->a == a; ++pair) {

@@ -51,7 +51,7 @@ class RigidSolver {
   void find_contacts(std::span<RigidState> rigid, std::span<const ColliderState> colliders, double dt_s);
   void find_contacts_of(std::span<const RigidState> rigid, std::uint32_t a, std::span<const ColliderState> colliders,
                         double dt_s);
-  void find_contacts_of_group(std::span<const RigidState> rigid, double dt_s);
+  void find_contacts_of_group(std::span<RigidState> rigid, double dt_s);
   void prepare(std::span<const RigidState> rigid, const Vec3d& gravity_m_s2, double resting_m_s, double dt_s,
                bool is_piece);
   void find_groups(std::size_t bodies);

@@ -1,7 +1,6 @@
 #include "physics/contact/surface_contacts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <ranges>
 #include <utility>
@@ -197,28 +196,32 @@ void SurfaceContacts<Real>::erase_crowded(std::span<const SoftState<Real>> soft)
   std::erase_if(crossed_, [&](const BodyPair& pair) { return is_crowded(soft, {pair.first, pair.second}); });
 }
 
+template <class Real>
+void SurfaceContacts<Real>::count_looks(const SurfacePair& pair, std::size_t looks, Takings& takings) const {
+  takings.add(pair.first, looks);
+  if (pair.second != pair.first && !is_mesh(pair.second)) takings.add(pair.second, looks);
+}
+
 // Calls look(), and again without those that took most where it took more than is left. False where a body of the pair
 // was among them. Meshes are not asked: they were there before.
 template <class Real>
 template <class Finder, class Look>
-bool SurfaceContacts<Real>::take_looks(std::span<SoftState<Real>> soft, const SurfacePair& pair, Finder& finder,
+bool SurfaceContacts<Real>::take_looks(std::span<SoftState<Real>> soft, SurfacePair& pair, Finder& finder,
                                        const Look& look) {
+  const std::size_t known = pair.candidates.size();
   while (!is_crowded(soft, pair)) {
     finder.allow(looks_left_);
     look();
     const std::size_t taken = looks_left_ - finder.looks_left();
-    const auto count = [&](Takings& takings) {
-      takings.add(pair.first, taken);
-      if (pair.second != pair.first && !is_mesh(pair.second)) takings.add(pair.second, taken);
-    };
     looks_left_ = finder.looks_left();
     if (looks_left_ > 0) {
-      count(looks_);
+      count_looks(pair, taken, looks_);
       return true;
     }
     Takings asked = looks_;
-    count(asked);
+    count_looks(pair, taken, asked);
     leave_out(asked.greatest(), soft);
+    pair.candidates.resize(std::min(known, pair.candidates.size()));
     begin_looks();
   }
   return false;
@@ -226,20 +229,15 @@ bool SurfaceContacts<Real>::take_looks(std::span<SoftState<Real>> soft, const Su
 
 // A pair that does not cross never will; so each is looked at when it first comes near, and while it is crossed.
 template <class Real>
-bool SurfaceContacts<Real>::is_crossed(std::span<SoftState<Real>> soft, const SurfacePair& pair) {
-  if (pair.first == pair.second) return false;
+bool SurfaceContacts<Real>::is_crossed(std::span<const SoftState<Real>> soft, const SurfacePair& pair) {
+  if (pair.first == pair.second || is_crowded(soft, pair)) return false;
   const BodyPair key(pair.first, pair.second);
   const auto known = std::ranges::lower_bound(clear_, key);
   if (known != clear_.end() && *known == key) return false;
-  // Each pair has its own looks: who was restored looks at more pairs than who went on, and is to stop the same bodies.
+  // A restored world looks at pairs that another one knows, and is to stop the same bodies. So where this takes too
+  // many looks, the pair is left to its candidates, which count.
   room_->finder.allow(feature_looks_max(vertices_));
   if (room_->finder.are_crossed(pair, bodies_)) return true;
-  if (room_->finder.is_exhausted()) {
-    const std::array both{pair.first, pair.second};
-    leave_out(std::span(both).first(is_mesh(pair.second) ? 1 : 2), soft);
-    begin_looks();
-    return false;
-  }
   // A mesh that moves may run over a body between it and another one.
   if (!is_mesh(pair.second) || !mesh(pair.second).moves) clear_.insert(known, key);
   return false;
@@ -260,6 +258,7 @@ void SurfaceContacts<Real>::find_pairs(std::span<SoftState<Real>> soft) {
   list_near(soft);
   crossed_.clear();
   for (SurfacePair& pair : room_->pairs) pair.candidates.clear();
+  room_->next_pairs.clear();
   looks_.begin(bodies_.size());
   begin_looks();
   std::size_t count = 0;
@@ -302,6 +301,7 @@ void SurfaceContacts<Real>::update_crossing_candidates(std::span<SoftState<Real>
   list_near(soft);
   room_->next_pairs.clear();
   looks_.begin(bodies_.size());
+  for (const SurfacePair& pair : room_->pairs) count_looks(pair, pair.candidates.size(), looks_);
   begin_looks();
   auto old = room_->pairs.begin();
   for (const BodyPair& near : near_) {
@@ -311,7 +311,10 @@ void SurfaceContacts<Real>::update_crossing_candidates(std::span<SoftState<Real>
       SurfacePair& pair = room_->next_pairs.emplace_back(std::move(*old));
       if (!bodies_[near.first].any_astray && !bodies_[near.second].any_astray) continue;
       const bool is_whole = is_mesh(near.second) || near.first == near.second;
-      if (is_whole) looks_left_ += pair.candidates.size();
+      if (is_whole) {
+        looks_left_ += pair.candidates.size();
+        pair.candidates.clear();
+      }
       const std::size_t known = is_whole ? 0 : pair.candidates.size();
       const auto add_astray = [&] {
         pair.candidates.resize(known);
@@ -365,6 +368,7 @@ void SurfaceContacts<Real>::carry(std::size_t soft_count) {
 // A body that was moved so may run through a third one now, so its pairs are looked at once more.
 template <class Real>
 void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
+  if (!crossed_.empty()) room_->finder.allow(feature_looks_max(vertices_));
   for (const auto& [first, second] : crossed_) {
     if (is_mesh(second)) continue;
     SoftState<Real>& a = soft[first];
@@ -377,7 +381,6 @@ void SurfaceContacts<Real>::part(std::span<SoftState<Real>> soft, double dt_s) {
     const double of_a = inverse_mass_1_kg(a);
     const double of_b = inverse_mass_1_kg(b);
     if (of_a + of_b == 0.0) continue;
-    room_->finder.allow(feature_looks_max(vertices_));
     const Vec3d way = room_->finder.way_apart({first, second}, bodies_);
     const double move_m = static_cast<double>(std::min(a.length_m, b.length_m)) * dt_s / parting_time_s;
     const double approach_m_s = std::max(0.0, way.dot(mean_velocity(b) - mean_velocity(a)));

@@ -104,9 +104,9 @@ class SurfaceContacts {
   void leave_out(std::span<const std::uint32_t> crowd, std::span<SoftState<Real>> soft);
   void erase_crowded(std::span<const SoftState<Real>> soft);
   template <class Finder, class Look>
-  [[nodiscard]] bool take_looks(std::span<SoftState<Real>> soft, const SurfacePair& pair, Finder& finder,
-                                const Look& look);
-  [[nodiscard]] bool is_crossed(std::span<SoftState<Real>> soft, const SurfacePair& pair);
+  [[nodiscard]] bool take_looks(std::span<SoftState<Real>> soft, SurfacePair& pair, Finder& finder, const Look& look);
+  void count_looks(const SurfacePair& pair, std::size_t looks, Takings& takings) const;
+  [[nodiscard]] bool is_crossed(std::span<const SoftState<Real>> soft, const SurfacePair& pair);
   [[nodiscard]] bool find_candidates(std::span<SoftState<Real>> soft, SurfacePair& pair);
   [[nodiscard]] std::shared_ptr<const SurfaceTopology> topology_of(const std::shared_ptr<const Mesh>& mesh);
 

@@ -106,15 +106,22 @@ TEST(Inbox, LooksAtBodiesCanBeLeftWithWhatIsBehindThem) {
     impulse.set_request_id(id);
     ASSERT_EQ(inbox.post(request_of(id == 2 ? looker : std::make_shared<Session>(8), impulse)), Inbox::Post::taken);
   }
+  const auto third = std::make_shared<Session>(9);
+  look.set_request_id(4);
+  ASSERT_EQ(inbox.post(request_of(third, look)), Inbox::Post::taken);
+  ASSERT_EQ(inbox.post(KeyWanted{9, 1}), Inbox::Post::taken);
   const auto next_id = [&](Inbox::Leave leave) {
     const auto command = inbox.take(leave);
     return command ? std::get<Request>(*command).message->request_id() : 0;
   };
   EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 3U);
+  const auto notice = inbox.take(Inbox::Leave::looks_at_bodies);
+  ASSERT_TRUE(notice && std::holds_alternative<KeyWanted>(*notice)) << "no request waits with it";
   EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 0U);
   EXPECT_FALSE(inbox.is_empty());
   EXPECT_EQ(next_id(Inbox::Leave::nothing), 1U);
   EXPECT_EQ(next_id(Inbox::Leave::looks_at_bodies), 2U);
+  EXPECT_EQ(next_id(Inbox::Leave::nothing), 4U);
   EXPECT_TRUE(inbox.is_empty());
 }
 

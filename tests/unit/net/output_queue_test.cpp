@@ -145,6 +145,17 @@ TEST(OutputQueue, TellsOnceThatAStreamStallsAndWhenItGoesOn) {
   EXPECT_EQ(take_words(queue), (Words{"gap 1 2 8", "key 1 9"})) << "what was not offered is missing too";
 }
 
+TEST(OutputQueue, WhereMemoryIsFullNoStreamStalls) {
+  OutputQueue queue(1000, gap);
+  queue.set_memory_full(true);
+  queue.offer(frame(1, 1, 0, true), TimePoint());
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{});
+  EXPECT_EQ(queue.change_of_flow(1), OutputQueue::Flow::same) << "no write will end, so only an offer can go on";
+  queue.set_memory_full(false);
+  queue.offer(frame(1, 2, 1, false), TimePoint());
+  EXPECT_EQ(queue.keys_to_ask_for(), Streams{1});
+}
+
 // As where others' bytes leave, and a key is on its way that was not asked for.
 TEST(OutputQueue, TellsThatAStreamGoesOnByAKeyOfItself) {
   using Flow = OutputQueue::Flow;
