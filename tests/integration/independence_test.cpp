@@ -55,7 +55,7 @@ TEST_F(Independence, SixteenHeavyWorldsLeaveALightOneAllOfItsTime) {
   client::Client client = connect();
   for (int i = 0; i < 16; ++i) create(client, overloaded(), "heavy-" + std::to_string(i));
   v1::Scene light = two_balls("light");
-  light.mutable_stepping()->set_rate_hz(60.0);
+  light.mutable_stepping()->set_rate_hz(30.0);  // a slow processor needs a millisecond for a tick
   light.mutable_stepping()->set_substeps(2);
   if (support::is_sanitized) {  // ten times as slow, it would not keep within a seventeenth of the thread
     light.mutable_meshes(0)->mutable_icosphere()->set_subdivisions(0);
