@@ -26,7 +26,7 @@ namespace {
 // Of the memory that requests may take together, the part that those of one client may: a largest message, by default.
 constexpr std::size_t client_requests_share = 4;
 
-/// After each message past its rate a connection is not read for so long: refusing costs a thousandth of a core then.
+/// After each message past its rate a connection is not read for so long: it is refused 50 times a second at most.
 constexpr std::chrono::milliseconds over_rate_pause{20};
 
 /// Those that were named, and the one that the server listens at.

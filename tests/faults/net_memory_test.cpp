@@ -83,6 +83,24 @@ TEST(NetMemory, AHeldSessionIsReadNoFurtherAndTheOthersAre) {
   EXPECT_EQ(held.read_message(), "after");
 }
 
+TEST(NetMemory, APausedSessionIsReadOnAfterThatTimeAndTheOthersAre) {
+  EchoServer server(patient_limits());
+  RawClient paused(server.tcp_port());
+  RawClient other(server.tcp_port());
+  ASSERT_TRUE(say_hello(paused));
+  ASSERT_TRUE(say_hello(other));
+  constexpr int pauses = 20;
+  std::string messages;
+  for (int i = 0; i < pauses; ++i) messages += framed("pause");
+  const auto start = std::chrono::steady_clock::now();
+  paused.send_bytes(messages.append(framed("after")));
+  other.send_message("meanwhile");
+  EXPECT_EQ(other.read_message(), "meanwhile");
+  for (int i = 0; i < pauses; ++i) EXPECT_EQ(paused.read_message(), "pause");
+  EXPECT_EQ(paused.read_message(), "after");
+  EXPECT_GE(std::chrono::steady_clock::now() - start, pauses * pause_of_a_message);
+}
+
 TEST(NetMemory, AHeldSessionGoesWithItsConnection) {
   EchoServer server(patient_limits());
   RawClient held(server.tcp_port());

@@ -84,6 +84,7 @@ Callbacks EchoServer::callbacks() {
       if (open_[id]++ == 0) server_.authenticated(id);
     }
     if (message == "hold") server_.hold(id);
+    if (message == "pause") server_.pause_reading(id, pause_of_a_message);
     if (message == "end") return server_.close(id, {base::StatusCode::malformed, "as asked"});
     server_.send(id, share(message));
   };

@@ -19,11 +19,13 @@ namespace pneuma::net {
 
 constexpr std::size_t late_page_bytes = 16 * 1024 * 1024;  // more than goes at once
 
+constexpr std::chrono::milliseconds pause_of_a_message{20};
+
 /// A busy machine makes anyone slow: no time-out strikes but those that a test is about.
 [[nodiscard]] base::Limits patient_limits();
 
 /// Echoes each message; the first one authenticates. "end" closes the session; after "hold" it is read no further
-/// until it is resumed. Everything that it says by itself is
+/// until it is resumed, and after "pause" not for pause_of_a_message. Everything that it says by itself is
 /// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late,
 /// which comes when the time for its request is over.
 class EchoServer {

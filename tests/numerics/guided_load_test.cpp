@@ -39,9 +39,7 @@ Scene load_on_ball(double stiffness_n_m) {
 // change by more. It trembles meanwhile, by 0.12 m/s on the stiff ball; over 20 s, that alone may be 0.16 % of the
 // weight.
 TEST_P(GuidedLoad, StandsOnALightBallThatCarriesItsWeight) {
-  Scene scene = load_on_ball(GetParam());
-  scene.rigid_bodies[0].shape = BoxShape{{1.5, 0.5, 1.5}};  // the soft ball does not reach round it
-  World world = make_world(scene);
+  World world = make_world(load_on_ball(GetParam()));
   run_ticks(world, 60 * 10);
   const RigidState& box = world.rigid_bodies()[0];
   const double from_m_s = box.velocity.y();
@@ -57,17 +55,6 @@ TEST_P(GuidedLoad, StandsOnALightBallThatCarriesItsWeight) {
   EXPECT_GT(box.position.y() - 0.5, 0.5);
   EXPECT_EQ(box.position.x(), 0.1);
   EXPECT_EQ(box.position.z(), 0.05);
-  EXPECT_FALSE(world.is_frozen(0));
-}
-
-// Where a skin is folded over rims, a step is many times as long.
-TEST(LoadOnASoftBall, StandsThoughTheSkinReachesRoundIt) {
-  World world = make_world(load_on_ball(1e4));
-  run_ticks(world, 60 * 2);
-  for (int tick = 0; tick < 60 * 3; ++tick) {
-    run_ticks(world, 1);
-    ASSERT_GT(world.rigid_bodies()[0].position.y() - 0.5, 0.4) << tick;
-  }
   EXPECT_FALSE(world.is_frozen(0));
 }
 

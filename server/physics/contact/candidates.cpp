@@ -55,9 +55,7 @@ constexpr double turned_slack_share = 0.75;
 constexpr std::size_t sorted_boxes_min = 512;
 
 Vec3d mean_move_m(const SurfaceBody& body) {
-  Vec3d sum = Vec3d::Zero();
-  for (std::size_t i = 0; i < body.from.size(); ++i) sum += body.to[i] - body.from[i];
-  return sum / static_cast<double>(std::max<std::size_t>(body.from.size(), 1));
+  return drift_of(body.from.size(), [&](std::size_t i) { return body.move_m(static_cast<std::uint32_t>(i)); }).shift_m;
 }
 
 }  // namespace

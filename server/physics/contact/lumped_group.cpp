@@ -252,26 +252,19 @@ bool LumpedGroup<Real>::solve_velocities(const Substep& substep) {
   for (std::size_t i = 0; i < moves_m_.size(); ++i) {
     moves_m_[i] += dt_s * (velocities_m_s_[i] - velocities_before_m_s_[i]);
   }
-  if (!moves_by_velocity(substep.world.substep.integrator)) move_skins_by_velocity(substep);
+  if (!moves_by_velocity(substep.world.substep.integrator)) move_skins_by_velocity(dt_s);
   take_back_pushes(substep.world.substep);
   slide_hits(dt_s);
   return outcome.converged;
 }
 
 // What the impulses hold at rest stays where it is. Moved by the mean of a substep's velocities, which a force still
-// speeds up, it would go back against that force in each substep, and heaps would boil. A body that has met another by
-// its bounding volume keeps the move that this left it.
+// speeds up, it would go back against that force in each substep, and heaps would boil.
 template <class Real>
-void LumpedGroup<Real>::move_skins_by_velocity(const Substep& substep) {
-  const double dt_s = substep.world.substep.dt_s;
-  const auto keeps_its_move = [&](std::uint32_t slot) {
-    const std::uint32_t body = solver_.slots()[slot].body;
-    return body < substep.bounds.size() && substep.bounds[body].stale;
-  };
+void LumpedGroup<Real>::move_skins_by_velocity(double dt_s) {
   const auto move = [&](std::uint32_t r) {
     if (solver_.impulses()[r].pressed_n_s == 0.0) return;
     for (const std::uint32_t slot : solver_.pushed_slots(r)) {
-      if (keeps_its_move(slot)) continue;
       const std::size_t first = 4 * std::size_t{slot};
       Vec3d::Map(moves_m_.data() + first) = dt_s * Vec3d::Map(velocities_m_s_.data() + first);
     }

@@ -90,7 +90,7 @@ class LumpedGroup {
   [[nodiscard]] const Whole& whole_of(const Substep& substep, const SurfaceContacts<Real>& surfaces,
                                       std::uint32_t body);
   [[nodiscard]] bool solve_velocities(const Substep& substep);
-  void move_skins_by_velocity(const Substep& substep);
+  void move_skins_by_velocity(double dt_s);
   void take_back_pushes(const SubstepContext& context);
   // Calls visit(row) for each of these rows whose vertex does not come to its solid in the substep: it was there
   // before.

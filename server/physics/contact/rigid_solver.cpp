@@ -38,7 +38,8 @@ constexpr double bend_share = 0.5;
 // A slab of 2 x 2 m and 1 cm may then turn more than twice in a substep. One that turns further, while it may touch
 // something, loses spin.
 constexpr int pieces_max = 256;
-// Contacts solved in all pieces of a substep, about: a second's work. What is left of the substep is one piece then.
+// Contacts solved in all pieces of a substep, about: one or two seconds' work. What is left of the substep is one piece
+// then.
 constexpr std::size_t piece_rows_max = 400'000;
 // Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
 constexpr int piece_halvings_max = 8;
