@@ -25,9 +25,9 @@ constexpr std::chrono::milliseconds pause_of_a_message{20};
 [[nodiscard]] base::Limits patient_limits();
 
 /// Echoes each message; the first one authenticates. "end" closes the session; after "hold" it is read no further
-/// until it is resumed, and after "pause" not for pause_of_a_message. Everything that it says by itself is
-/// text: "ping NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late,
-/// which comes when the time for its request is over.
+/// until it is resumed, and after "pause" not for pause_of_a_message. Everything that it says by itself is text: "ping
+/// NONCE", "goodbye REASON", "gap STREAM FROM TO". Over HTTP it has /hello, /file in two forms, and /late, which comes
+/// when the time for its request is over.
 class EchoServer {
  public:
   explicit EchoServer(const base::Limits& limits, const std::optional<Tls>& tls = std::nullopt);

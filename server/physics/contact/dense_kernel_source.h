@@ -147,7 +147,7 @@ void solve_forward(const double* factor, std::size_t leading, std::size_t count,
 template <class P, std::size_t Wide>
 void solve_backward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
                     std::size_t width) {
-  if (count == 0) return;  // there may be no array then
+  if (count == 0) return;  // likewise
   for_strips<P, Wide>(width, [&]<std::size_t Packs>(std::size_t at) {
     solve_backward_strip<P, Packs>(factor, leading, count, stride, rows + at, width);
   });
