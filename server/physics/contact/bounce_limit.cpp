@@ -1,5 +1,6 @@
 #include "physics/contact/bounce_limit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -8,6 +9,8 @@ namespace {
 
 // Of the energy that passes through the rows: a gain this small is rounding.
 constexpr double gain_share_max = 1e-9;
+// The largest blend leaves a squeezed body all the energy that it came with, each pass anew.
+constexpr double parting_share = 0.5;
 
 Vec3d change_at(const ContactRow& row, std::span<const Response> responses) {
   return change_m_s(responses[row.first.body], row.first) - change_m_s(responses[row.second.body], row.second);
@@ -32,8 +35,8 @@ double gained_j(std::span<const ContactRow> rows, std::span<const Response> resp
 }
 
 bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std::span<const double> still_m_s,
-                  const SolveLimits& limits) {
-  const double bounced_j = gained_j(rows, responses);
+                  const GainLimit& gain, const SolveLimits& limits) {
+  const double bounced_j = gained_j(rows, responses) - gain.allowed_j;
   double passed_j = 0.0;
   for (const ContactRow& row : rows) passed_j += std::abs(row.impulse_n_s.dot(row.free_m_s));
   if (bounced_j <= gain_share_max * passed_j) return true;
@@ -48,8 +51,8 @@ bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std
   const bool converged = solve_rows(rows, responses, limits).converged;
 
   // The energy of a blend is a parabola in its share, open upwards.
-  const double still_j = gained_j(rows, responses);
-  double halfway_j = 0.0;
+  const double still_j = gained_j(rows, responses) - gain.allowed_j;
+  double halfway_j = -gain.allowed_j;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     halfway_j += work_j(rows[i], 0.5 * (rows[i].impulse_n_s + bounced[i].impulse_n_s),
                         0.5 * (change_at(rows[i], responses) + bounced[i].change_m_s));
@@ -57,13 +60,25 @@ bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std
   if (still_j >= 0.0) return converged;
   const double square = 2.0 * (still_j + bounced_j - 2.0 * halfway_j);
   const double slope = bounced_j - still_j - square;
-  const double share = -2.0 * still_j / (slope + std::sqrt(slope * slope - 4.0 * square * still_j));
+  const double share = gain.share * -2.0 * still_j / (slope + std::sqrt(slope * slope - 4.0 * square * still_j));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Vec3d change_n_s = share * (bounced[i].impulse_n_s - rows[i].impulse_n_s);
     rows[i].impulse_n_s += change_n_s;
     push_both(responses, rows[i], change_n_s);
   }
   return converged;
+}
+
+bool limit_parting(std::span<ContactRow> rows, std::span<Response> responses, const SolveLimits& limits) {
+  std::vector<double> still_m_s;
+  double allowed_j = 0.0;
+  for (const ContactRow& row : rows) {
+    still_m_s.push_back(std::min(0.0, row.least_m_s));
+    if (row.least_m_s <= 0.0) continue;
+    const double along_1_kg = row.normal.dot(coupling_1_kg(responses, row, row) * row.normal);
+    if (along_1_kg > 0.0) allowed_j += 0.5 * row.least_m_s * row.least_m_s / along_1_kg;
+  }
+  return allowed_j == 0.0 || limit_bounce(rows, responses, still_m_s, {allowed_j, parting_share}, limits);
 }
 
 }  // namespace pneuma::physics

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "physics/contact/bounce_limit.h"
 #include "physics/contact/coupled_rows.h"
 #include "physics/contact/filter.h"
 #include "physics/contact/rebound.h"
@@ -288,9 +289,10 @@ bool CoupledStep<Real>::solve(const CoupledWorld<Real>& world, double share) {
   };
   bool is_exact = true;
   for (const RowGroup& group : groups_) {
-    const SolveOutcome outcome =
-        solve_rows(std::span(passes_.rows).subspan(group.begin, group.end - group.begin), responses_, limits);
-    counts_.unconverged += outcome.converged ? 0 : 1;
+    const auto rows = std::span(passes_.rows).subspan(group.begin, group.end - group.begin);
+    const SolveOutcome outcome = solve_rows(rows, responses_, limits);
+    const bool converged = limit_parting(rows, responses_, limits) && outcome.converged;
+    counts_.unconverged += converged ? 0 : 1;
     is_exact = is_exact && outcome.off_m_s <= limits.enough_m_s;
   }
   counts_.rows += passes_.rows.size();

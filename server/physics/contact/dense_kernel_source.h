@@ -10,17 +10,16 @@
 namespace pneuma::physics {
 inline namespace PNEUMA_LANES {
 
-// Subtracts from a block (Tall packs of rows, dense_block columns) what the first `before_count` columns contribute.
+// Subtracts from a block (Tall packs of rows, dense_block columns) what the columns before it contribute.
 template <class P, std::size_t Tall>
-void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t before_count,
-                         std::size_t stride) {
+void take_columns_before(double* matrix, std::size_t row, std::size_t column, std::size_t stride) {
   P sums[Tall][dense_block];
   for (std::size_t c = 0; c < dense_block; ++c) {
     for (std::size_t t = 0; t < Tall; ++t) {
       sums[t][c] = P::load(matrix + (column + c) * stride + row + t * P::width);
     }
   }
-  for (std::size_t k = 0; k < before_count; ++k) {
+  for (std::size_t k = 0; k < column; ++k) {
     const double* before = matrix + k * stride;
     P rows[Tall];
     for (std::size_t t = 0; t < Tall; ++t) rows[t] = P::load(before + row + t * P::width);
@@ -74,17 +73,15 @@ void factor_rows_below(double* matrix, std::size_t begin, std::size_t stride, co
 }
 
 template <class P, std::size_t Tall>
-bool factor_dense(double* matrix, std::size_t leading, std::size_t count, std::size_t stride) {
+bool factor_dense(double* matrix, std::size_t count, std::size_t stride) {
   double inverses[dense_block];
   for (std::size_t begin = 0; begin < count; begin += dense_block) {
-    const std::size_t before_count = begin < leading ? begin : leading;
     std::size_t row = begin;
     for (; row + Tall * P::width <= stride; row += Tall * P::width) {
-      take_columns_before<P, Tall>(matrix, row, begin, before_count, stride);
+      take_columns_before<P, Tall>(matrix, row, begin, stride);
     }
-    for (; row < stride; row += P::width) take_columns_before<P, 1>(matrix, row, begin, before_count, stride);
-    if (begin >= leading) continue;
-    if (!factor_corner(matrix, begin, leading, stride, inverses)) return false;
+    for (; row < stride; row += P::width) take_columns_before<P, 1>(matrix, row, begin, stride);
+    if (!factor_corner(matrix, begin, count, stride, inverses)) return false;
     factor_rows_below<P>(matrix, begin, stride, inverses);
   }
   return true;
@@ -101,24 +98,20 @@ void take_rows(const double* numbers, std::size_t step, std::size_t begin, std::
 }
 
 template <class P, std::size_t Wide>
-void solve_forward_strip(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
-                         std::size_t width) {
+void solve_forward_strip(const double* factor, std::size_t count, std::size_t stride, double* rows, std::size_t width) {
   for (std::size_t k = 0; k < count; ++k) {
     P sums[Wide];
     for (std::size_t w = 0; w < Wide; ++w) sums[w] = P::load(rows + k * width + w * P::width);
-    take_rows<P, Wide>(factor + k, stride, 0, k < leading ? k : leading, rows, width, sums);
-    if (k < leading) {
-      const P pivot = P::all(factor[k * stride + k]);
-      for (std::size_t w = 0; w < Wide; ++w) sums[w] = sums[w] / pivot;
-    }
-    for (std::size_t w = 0; w < Wide; ++w) sums[w].store(rows + k * width + w * P::width);
+    take_rows<P, Wide>(factor + k, stride, 0, k, rows, width, sums);
+    const P pivot = P::all(factor[k * stride + k]);
+    for (std::size_t w = 0; w < Wide; ++w) (sums[w] / pivot).store(rows + k * width + w * P::width);
   }
 }
 
 template <class P, std::size_t Wide>
-void solve_backward_strip(const double* factor, std::size_t leading, std::size_t count, std::size_t stride,
-                          double* rows, std::size_t width) {
-  for (std::size_t k = leading; k-- > 0;) {
+void solve_backward_strip(const double* factor, std::size_t count, std::size_t stride, double* rows,
+                          std::size_t width) {
+  for (std::size_t k = count; k-- > 0;) {
     P sums[Wide];
     for (std::size_t w = 0; w < Wide; ++w) sums[w] = P::load(rows + k * width + w * P::width);
     take_rows<P, Wide>(factor + k * stride, 1, k + 1, count, rows, width, sums);
@@ -136,20 +129,10 @@ void for_strips(std::size_t width, const Strip& strip) {
 }
 
 template <class P, std::size_t Wide>
-void solve_forward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
-                   std::size_t width) {
-  if (count == 0) return;  // there may be no array then
+void solve_many(const double* factor, std::size_t count, std::size_t stride, double* rows, std::size_t width) {
   for_strips<P, Wide>(width, [&]<std::size_t Packs>(std::size_t at) {
-    solve_forward_strip<P, Packs>(factor, leading, count, stride, rows + at, width);
-  });
-}
-
-template <class P, std::size_t Wide>
-void solve_backward(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
-                    std::size_t width) {
-  if (count == 0) return;  // likewise
-  for_strips<P, Wide>(width, [&]<std::size_t Packs>(std::size_t at) {
-    solve_backward_strip<P, Packs>(factor, leading, count, stride, rows + at, width);
+    solve_forward_strip<P, Packs>(factor, count, stride, rows + at, width);
+    solve_backward_strip<P, Packs>(factor, count, stride, rows + at, width);
   });
 }
 
@@ -219,8 +202,7 @@ void add_dense_product(const double* matrix, std::size_t count, std::size_t stri
 template <class P, std::size_t Tall>
 consteval DenseKernels list_dense_kernels() {
   constexpr std::size_t wide = 4;
-  return {&factor_dense<P, Tall>, &solve_dense<P>,       &solve_forward<P, wide>, &solve_backward<P, wide>,
-          &add_dense_product<P>,  &add_dense_columns<P>, &add_dense_column<P>};
+  return {&factor_dense<P, Tall>, &solve_dense<P>, &solve_many<P, wide>, &add_dense_product<P>, &add_dense_column<P>};
 }
 
 }  // namespace PNEUMA_LANES

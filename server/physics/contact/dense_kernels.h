@@ -15,26 +15,19 @@ inline constexpr std::size_t dense_block = 8;
 }
 
 struct DenseKernels {
-  /// Puts L in the place of the lower triangle of L L^T, and anything above it: of the first `leading` columns, which
-  /// are all, or whole blocks. In the others' place, what those leave of the lower triangle (Schur's complement). False
-  /// where the first columns are not positive definite.
-  bool (*factor)(double* matrix, std::size_t leading, std::size_t count, std::size_t stride) = nullptr;
+  /// Puts L in the place of the lower triangle of L L^T, and anything above it. False where that is not positive
+  /// definite.
+  bool (*factor)(double* matrix, std::size_t count, std::size_t stride) = nullptr;
   /// x with L L^T x = b, in the place of b.
   void (*solve)(const double* factor, std::size_t count, std::size_t stride, double* b) = nullptr;
-  /// The two halves of that, by the first `leading` columns, of many right-hand sides: `count` rows of `width` numbers,
-  /// a multiple of dense_block. Forward also takes from the rows beyond `leading` what they lose by the first ones, and
-  /// backward takes them as they are.
-  void (*solve_forward)(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
-                        std::size_t width) = nullptr;
-  void (*solve_backward)(const double* factor, std::size_t leading, std::size_t count, std::size_t stride, double* rows,
-                         std::size_t width) = nullptr;
+  /// The same of many right-hand sides: `count` rows of `width` numbers, a multiple of dense_block.
+  void (*solve_many)(const double* factor, std::size_t count, std::size_t stride, double* rows,
+                     std::size_t width) = nullptr;
   /// Adds the matrix times x.
   void (*add_product)(const double* matrix, std::size_t count, std::size_t stride, const double* x,
                       double* sum) = nullptr;
-  /// Adds shares of two columns; `size` is a multiple of dense_block.
-  void (*add_columns)(const double* first, double first_share, const double* second, double second_share,
-                      std::size_t size, double* sum) = nullptr;
-  /// Adds three shares of a column, each to a vector of its own: they lie behind each other.
+  /// Adds three shares of a column, each to a vector of its own: they lie behind each other. `size` is a multiple of
+  /// dense_block.
   void (*add_column)(const double* column, const double* shares, std::size_t size, double* sums) = nullptr;
 };
 

@@ -5,19 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "physics/contact/dense_kernels.h"
-#include "physics/contact/row_direction.h"
+#include "physics/contact/row_matrix.h"
 #include "physics/lanes/isa.h"
-#include "physics/scene/scene.h"
 
 namespace pneuma::physics {
 
-/// A symmetric matrix W of 3 x 3 blocks, 1/kg, along the rows' axes.
+/// A symmetric matrix W of 3 x 3 blocks, 1/kg.
 class DenseRows {
  public:
-  /// What impulses make of the rows' velocities: a vector, so that shares of two may be added.
-  using Velocities = std::vector<double>;
-
   explicit DenseRows(std::size_t rows);
 
   /// Block (row, by) and its transpose.
@@ -26,31 +21,22 @@ class DenseRows {
   void add_softness(std::size_t row, double softness_1_kg);
 
   [[nodiscard]] std::size_t count() const { return rows_; }
-  [[nodiscard]] double diagonal_1_kg(std::size_t at) const { return w(at, at); }
-  [[nodiscard]] Velocities at_rest() const { return Velocities(stride_, 0.0); }
-  [[nodiscard]] Vec3d velocity_m_s(std::size_t row, const Velocities& velocities) const {
-    return Vec3d::Map(velocities.data() + 3 * row);
-  }
-  void push(std::size_t row, const Vec3d& impulse_n_s, Velocities& velocities) const;
-  /// `impulses_n_s`: three a row.
-  void push_all(std::span<const double> impulses_n_s, Velocities& velocities) const;
+  [[nodiscard]] std::size_t stride() const { return stride_; }
+  /// v = W f, each as in row_matrix.h.
+  void multiply(std::span<const double> f_n_s, std::span<double> v_m_s) const;
 
-  /// Takes the part of W that the directions span. False where it is not positive definite.
-  bool factor(std::span<const RowDirection> directions);
-  /// x with that part times x = b, in the place of b; one number a direction.
-  void solve(std::span<double> b);
+  /// Factors W + R, where R has a row's penalty at each of its three places. False where that is not positive definite.
+  bool factor(std::span<const double> penalties_1_kg);
+  /// x with (W + R) x = b, in the place of b.
+  void solve(std::span<double> b) const;
 
  private:
-  [[nodiscard]] double& w(std::size_t at, std::size_t by) { return w_[by * stride_ + at]; }
-  [[nodiscard]] double w(std::size_t at, std::size_t by) const { return w_[by * stride_ + at]; }
-  [[nodiscard]] const double* column(std::size_t by) const { return w_.data() + by * stride_; }
+  [[nodiscard]] double& w(std::size_t at, std::size_t by) { return w_[by * 3 * stride_ + at]; }
 
   std::size_t rows_;
   std::size_t stride_;
-  std::vector<double> w_;  // by columns (dense_kernels.h)
-  std::size_t direction_count_ = 0;
-  std::vector<double> reduced_;  // its factor
-  std::vector<double> padded_;   // scratch of solve
+  std::vector<double> w_;  // by columns, 3 * stride_ a side
+  std::vector<double> factor_;
   const DenseKernels* kernels_ = &dense_kernels(isa_in_use());
 };
 

@@ -375,7 +375,7 @@ void RigidSolver::solve_velocities(std::span<RigidState> rigid, double dt_s) {
         const RigidContact& c = contacts_[row.key.features];
         still_m_s_.push_back(c.bounces ? -std::max(0.0, c.distance_m) / dt_s : row.least_m_s);
       }
-      converged = limit_bounce(rows, responses_, still_m_s_, limits) && converged;
+      converged = limit_bounce(rows, responses_, still_m_s_, {}, limits) && converged;
     }
     counts_.unconverged += converged ? 0 : 1;
   }

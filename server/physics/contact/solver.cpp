@@ -8,27 +8,20 @@
 #include <variant>
 #include <vector>
 
-#include "physics/contact/body_rows.h"
-#include "physics/contact/dense_rows.h"
-#include "physics/contact/disc_program.h"
+#include "physics/contact/friction_program.h"
 
 namespace pneuma::physics {
 namespace {
 
 // Sweeps before the rows are solved together: they find who touches.
 constexpr std::uint32_t sweeps_before = 4;
-// Where Newton's method comes to nothing, the radii of friction's discs follow the normal impulses in rounds. Of such
-// problems three rounds ended three in four; twelve end all but a few.
-constexpr int friction_rounds_max = 12;
-// Rounds whose program was left unsolved.
-constexpr int unsolved_rounds_max = 4;
+// Of what is enough: sweeps that leave as little as a program would are the last. At what is enough itself, rounding
+// decides which of the two it is, and a ball that rocks goes another way.
+constexpr double exact_share = 1e-2;
 // How often rows that a solution closes are added to it. Once or twice is the rule.
 constexpr int additions_max = 6;
 // Of a joint's inverse mass: one that two joints hold the same way must not be without bounds.
 constexpr double joint_regularisation = 1e-12;
-
-// The least that a row's own number may be, as a share of the largest inverse mass of a row. BodyRows divides by it.
-constexpr double least_number_share = 1e-6;
 
 class Sweeps {
  public:
@@ -104,23 +97,18 @@ class Sweeps {
     loaded_.push_back(row);
   }
 
-  // Where the bodies' columns are no more than the rows, and the springs' share in each row is not next to nothing.
+  // Where the bodies' columns are no more than the rows.
   bool goes_by_bodies() {
     bodies_.clear();
-    double most_1_kg = 0.0;
-    double least_1_kg = std::numeric_limits<double>::infinity();
     for (const std::size_t i : loaded_) {
       for (const Support* side : {&rows_[i].first, &rows_[i].second}) {
         if (!std::holds_alternative<FixedResponse>(responses_[side->body])) bodies_.push_back(side->body);
       }
-      const double own_1_kg = coupling_number_1_kg(responses_, rows_[i], rows_[i]) + rows_[i].softness_1_kg;
-      most_1_kg = std::max(most_1_kg, blocks_[i].inverse_mass_1_kg.trace() / 3.0 + rows_[i].softness_1_kg);
-      least_1_kg = std::min(least_1_kg, own_1_kg);
     }
     std::ranges::sort(bodies_);
     const auto repeated = std::ranges::unique(bodies_);
     bodies_.erase(repeated.begin(), repeated.end());
-    return LowRankColumns::count * bodies_.size() <= loaded_.size() && least_1_kg > least_number_share * most_1_kg;
+    return LowRankColumns::count * bodies_.size() <= loaded_.size();
   }
 
   BodyRows load_by_bodies() const {
@@ -128,7 +116,6 @@ class Sweeps {
     BodyRows matrix(count, bodies_.size());
     for (std::size_t i = 0; i < count; ++i) {
       const ContactRow& row = rows_[loaded_[i]];
-      matrix.set_axes(i, axes_[loaded_[i]]);
       for (std::size_t j = 0; j <= i; ++j) {
         matrix.set_number(i, j, coupling_number_1_kg(responses_, row, rows_[loaded_[j]]));
       }
@@ -152,7 +139,7 @@ class Sweeps {
       for (std::size_t j = 0; j <= i; ++j) {
         const ContactRow& by = rows_[loaded_[j]];
         if (!tied(row, by)) continue;
-        matrix.set_block(i, j, axes_[loaded_[i]].transpose() * coupling_1_kg(responses_, row, by) * axes_[loaded_[j]]);
+        matrix.set_block(i, j, coupling_1_kg(responses_, row, by));
       }
       if (row.softness_1_kg > 0.0) matrix.add_softness(i, row.softness_1_kg);
     }
@@ -162,57 +149,30 @@ class Sweeps {
   // The loaded rows hold no impulse of theirs in the responses.
   template <class Rows>
   bool solve_with(Rows& matrix, double enough_m_s, SolveOutcome& outcome) {
-    DiscProgram<Rows> program(matrix);
+    FrictionProgram<Rows> program(matrix);
     for (std::size_t i = 0; i < loaded_.size(); ++i) {
       const ContactRow& row = rows_[loaded_[i]];
-      const Eigen::Matrix3d& axes = axes_[loaded_[i]];
-      Vec3d wanted = axes.transpose() * velocity_of(row);
-      wanted[0] -= row.least_m_s;
-      program.set_row(i, wanted, axes.transpose() * row.impulse_n_s, blocks_[loaded_[i]].across_1_kg);
-      program.set_friction(i, row.friction);
-      if (row.kind != RowKind::contact) program.set_free(i, row.kind == RowKind::tie);
-    }
-    bool solved = program.solve_with_friction(enough_m_s, outcome.factorisations);
-    outcome.off_m_s = program.off_m_s();
-    if (!solved) solved = solve_in_rounds(program, enough_m_s, outcome);
-    for (std::size_t i = 0; i < loaded_.size(); ++i) {
-      rows_[loaded_[i]].impulse_n_s = axes_[loaded_[i]] * program.impulse(i);
-    }
-    return solved;
-  }
-
-  template <class Rows>
-  bool solve_in_rounds(DiscProgram<Rows>& program, double enough_m_s, SolveOutcome& outcome) const {
-    bool solved = false;
-    int unsolved = 0;
-    for (int round = 0; round < friction_rounds_max && unsolved < unsolved_rounds_max; ++round) {
-      double change_m_s = 0.0;
-      for (std::size_t i = 0; i < loaded_.size(); ++i) {
-        const ContactRow& row = rows_[loaded_[i]];
-        if (row.kind != RowKind::contact) continue;
-        change_m_s = std::max(change_m_s, program.set_disc(i, row.friction * program.impulse(i)[0]));
+      const Block& block = blocks_[loaded_[i]];
+      const double mean_1_kg = block.inverse_mass_1_kg.trace() / 3.0 + row.softness_1_kg;
+      const typename FrictionProgram<Rows>::Own own{block.along_1_kg, block.across_1_kg, mean_1_kg};
+      const Vec3d free_m_s = velocity_of(row);
+      switch (row.kind) {
+        case RowKind::contact:
+          program.set_contact(i, row.normal, row.friction, own, free_m_s - row.least_m_s * row.normal, row.impulse_n_s);
+          break;
+        case RowKind::tie:
+          program.set_tie(i, own, free_m_s, row.impulse_n_s);
+          break;
+        case RowKind::guide:
+          program.set_guide(i, row.normal, own, free_m_s, row.impulse_n_s);
+          break;
       }
-      outcome.off_m_s = std::max(program.off_m_s(), change_m_s);
-      if (round > 0 && change_m_s <= enough_m_s) return solved;
-      solved = program.solve(enough_m_s, outcome.factorisations);
-      unsolved += solved ? 0 : 1;
     }
-    outcome.off_m_s = std::max(program.off_m_s(), past_discs_m_s(program));
-    return solved && outcome.off_m_s <= enough_m_s;
-  }
-
-  // By how much of a velocity friction is past what the last normal impulses allow, at most.
-  template <class Rows>
-  [[nodiscard]] double past_discs_m_s(const DiscProgram<Rows>& program) const {
-    double most_m_s = 0.0;
-    for (std::size_t i = 0; i < loaded_.size(); ++i) {
-      const ContactRow& row = rows_[loaded_[i]];
-      if (row.kind != RowKind::contact) continue;
-      const Vec3d impulse_n_s = program.impulse(i);
-      const double past_n_s = impulse_n_s.tail<2>().norm() - row.friction * impulse_n_s[0];
-      most_m_s = std::max(most_m_s, past_n_s * blocks_[loaded_[i]].across_1_kg);
-    }
-    return most_m_s;
+    const bool solved = program.solve(enough_m_s);
+    outcome.factorisations += program.factorisations();
+    outcome.off_m_s = program.off_m_s();
+    for (std::size_t i = 0; i < loaded_.size(); ++i) rows_[loaded_[i]].impulse_n_s = program.impulse(i);
+    return solved;
   }
 
   struct Block {
@@ -235,7 +195,6 @@ class Sweeps {
     const Vec3d u = (other - n * n.dot(other)).normalized();
     Eigen::Matrix3d axes;
     axes << n, u, n.cross(u);
-    axes_.push_back(axes);
     const Eigen::Matrix3d local = axes.transpose() * block.inverse_mass_1_kg * axes;
     block.along_1_kg = local(0, 0);
     const double half_difference = 0.5 * (local(1, 1) - local(2, 2));
@@ -302,8 +261,7 @@ class Sweeps {
   std::span<ContactRow> rows_;
   std::span<Response> responses_;
   std::vector<Block> blocks_;
-  std::vector<Eigen::Matrix3d> axes_;  // the normal, and two across it
-  std::vector<std::size_t> loaded_;    // rows that are solved together
+  std::vector<std::size_t> loaded_;  // rows that are solved together
   std::vector<std::uint8_t> is_loaded_;
   std::vector<std::uint32_t> bodies_;  // that give way, of the loaded rows
 };
@@ -325,11 +283,13 @@ std::optional<bool> solve_loaded(Sweeps& sweeps, const SolveLimits& limits, Solv
 
 bool solve_once(Sweeps& sweeps, const SolveLimits& limits, SolveOutcome& outcome) {
   const std::uint32_t first = std::min(sweeps_before, limits.sweeps_max);
+  const bool may_solve = limits.direct_rows_max > 0;
   for (std::uint32_t i = 0; i < limits.sweeps_max; ++i) {
     ++outcome.sweeps;
     outcome.off_m_s = sweeps.sweep();
-    if (outcome.off_m_s <= limits.enough_m_s) return true;
-    if (i + 1 != first || limits.direct_rows_max == 0) continue;
+    const bool is_before = may_solve && i < first;
+    if (outcome.off_m_s <= (is_before ? exact_share : 1.0) * limits.enough_m_s) return true;
+    if (i + 1 != first || !may_solve) continue;
     if (const auto solved = solve_loaded(sweeps, limits, outcome)) return *solved;
   }
   return false;

@@ -29,9 +29,7 @@ struct SolveOutcome {
 /// body. Bodies that no chain of rows ties together do not touch each other's results, but for who ends first.
 ///
 /// The rows of a stiff body under load all pull at nearly one number, and sweeps stall there: 30 of them carried 58 %
-/// of a weight. A program of the loaded rows takes over then. Newton's method on all of it, friction included, comes
-/// first: mostly it ends in a few steps. Where it does not, friction's discs keep the radii of the last normal impulses
-/// (Tresca), and a line search keeps each such convex program going down.
+/// of a weight. A program of the loaded rows takes over then (friction_program.h).
 SolveOutcome solve_rows(std::span<ContactRow> rows, std::span<Response> responses, const SolveLimits& limits);
 
 }  // namespace pneuma::physics

@@ -1,6 +1,6 @@
-// Shows that rows by bodies (body_rows.h) answer as the dense matrix does that they stand for: velocities, diagonals,
-// parts spanned by directions of rows that stick, slide, or only press, and whole programs. And that a rigid body's
-// response is what body_rows.h takes it for: a number times the identity, and its columns.
+// Shows that rows by bodies (body_rows.h) answer as the dense matrix does that they stand for: velocities, what solves
+// for penalties of every row, and whole programs. And that a rigid body's response is what body_rows.h takes it for: a
+// number times the identity, and its columns.
 #include "physics/contact/body_rows.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/contact/disc_program.h"
+#include "physics/contact/friction_program.h"
 #include "support/eigen_solvers.h"
 
 namespace pneuma::physics {
@@ -23,13 +23,6 @@ class RowDraw {
   double number() { return unit_(random_); }
   Vec3d vector() {
     return Vec3d::NullaryExpr([this] { return number(); });
-  }
-  Eigen::Matrix3d axes() {
-    const Vec3d normal = vector().normalized();
-    const Vec3d across = normal.cross(vector()).normalized();
-    Eigen::Matrix3d axes;
-    axes << normal, across, normal.cross(across);
-    return axes;
   }
   LowRankColumns columns(double size) {
     LowRankColumns drawn;
@@ -55,13 +48,9 @@ struct RowsOfTwoBodies {
         root * root.transpose() / static_cast<double>(rows) + 0.2 * Eigen::MatrixXd::Identity(size, size);
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(3 * size, 2 * LowRankColumns::count);
     Eigen::VectorXd signs = Eigen::VectorXd::Ones(2 * LowRankColumns::count);
-    Eigen::MatrixXd all_axes = Eigen::MatrixXd::Zero(3 * size, 3 * size);
     w = Eigen::MatrixXd::Zero(3 * size, 3 * size);
     for (Eigen::Index i = 0; i < size; ++i) {
       const auto row = static_cast<std::size_t>(i);
-      const Eigen::Matrix3d axes = drawn.axes();
-      all_axes.block<3, 3>(3 * i, 3 * i) = axes;
-      by_bodies.set_axes(row, axes);
       for (Eigen::Index j = 0; j <= i; ++j) by_bodies.set_number(row, static_cast<std::size_t>(j), numbers(i, j));
       for (Eigen::Index j = 0; j < size; ++j) w.block<3, 3>(3 * i, 3 * j).diagonal().setConstant(numbers(i, j));
       for (const std::uint32_t body : {0U, 1U}) {
@@ -78,7 +67,6 @@ struct RowsOfTwoBodies {
     by_bodies.add_softness(0, 0.3);
     w += columns * signs.asDiagonal() * columns.transpose();
     w.topLeftCorner<3, 3>().diagonal().array() += 0.3;
-    w = (all_axes.transpose() * w * all_axes).eval();
     for (Eigen::Index i = 0; i < size; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
         dense.set_block(static_cast<std::size_t>(i), static_cast<std::size_t>(j), w.block<3, 3>(3 * i, 3 * j));
@@ -88,20 +76,32 @@ struct RowsOfTwoBodies {
 
   BodyRows by_bodies;
   DenseRows dense;
-  Eigen::MatrixXd w;  // along the rows' axes
+  Eigen::MatrixXd w;
 };
 
+/// By rows, three numbers each, from and to what row_matrix.h has.
 template <class Rows>
-Eigen::VectorXd velocities_of(const Rows& rows, const Eigen::VectorXd& impulses) {
-  auto velocities = rows.at_rest();
-  std::vector<double> padded(dense_stride(static_cast<std::size_t>(impulses.size())), 0.0);
-  std::ranges::copy(impulses, padded.begin());
-  rows.push_all(padded, velocities);
-  Eigen::VectorXd all(impulses.size());
+std::vector<double> spread(const Rows& rows, const Eigen::VectorXd& by_row) {
+  std::vector<double> values(3 * rows.stride(), 0.0);
   for (std::size_t row = 0; row < rows.count(); ++row) {
-    all.segment<3>(3 * static_cast<Eigen::Index>(row)) = rows.velocity_m_s(row, velocities);
+    set_row(values, row, by_row.segment<3>(3 * static_cast<Eigen::Index>(row)));
   }
-  return all;
+  return values;
+}
+
+Eigen::VectorXd by_row(std::span<const double> values, std::size_t rows) {
+  Eigen::VectorXd gathered(3 * static_cast<Eigen::Index>(rows));
+  for (std::size_t row = 0; row < rows; ++row) {
+    gathered.segment<3>(3 * static_cast<Eigen::Index>(row)) = at_row(values, row);
+  }
+  return gathered;
+}
+
+template <class Rows>
+Eigen::VectorXd velocities_of(const Rows& rows, const Eigen::VectorXd& impulses_n_s) {
+  std::vector<double> velocities_m_s(3 * rows.stride());
+  rows.multiply(spread(rows, impulses_n_s), velocities_m_s);
+  return by_row(velocities_m_s, rows.count());
 }
 
 TEST(BodyRows, AnswerAsTheirMatrixDoes) {
@@ -111,89 +111,48 @@ TEST(BodyRows, AnswerAsTheirMatrixDoes) {
     const Eigen::VectorXd impulses = Eigen::VectorXd::NullaryExpr(both.w.rows(), [&] { return drawn.number(); });
     EXPECT_LT((velocities_of(both.by_bodies, impulses) - both.w * impulses).norm(), 1e-12);
     EXPECT_LT((velocities_of(both.dense, impulses) - both.w * impulses).norm(), 1e-12);
-    for (std::size_t at = 0; at < 3 * rows; ++at) {
-      const auto k = static_cast<Eigen::Index>(at);
-      EXPECT_NEAR(both.by_bodies.diagonal_1_kg(at), both.w(k, k), 1e-13);
-    }
   }
-}
-
-// Rows that stick, that press alone, that slide along a tangent, and that are free across alone, in turns.
-std::vector<RowDirection> directions_of(std::size_t rows, std::size_t kinds) {
-  std::vector<RowDirection> directions;
-  for (std::size_t row = 0; row < rows; ++row) {
-    const std::size_t n = 3 * row;
-    switch (row % kinds) {
-      case 0:
-        for (std::size_t axis = 0; axis < 3; ++axis) directions.push_back({.at = n + axis});
-        break;
-      case 1:
-        directions.push_back({.at = n});
-        directions.push_back({.at = n + 1, .share = -0.6, .next_share = 0.8, .bend_1_kg = 0.1});
-        break;
-      case 2:
-        directions.push_back({.at = n});
-        break;
-      case 3:
-        for (std::size_t axis = 1; axis < 3; ++axis) directions.push_back({.at = n + axis});
-        break;
-      default:
-        break;  // not free at all
-    }
-  }
-  return directions;
 }
 
 template <class Rows>
-void expect_solves(Rows& rows, const Eigen::MatrixXd& w, std::span<const RowDirection> directions) {
-  const auto count = static_cast<Eigen::Index>(directions.size());
-  Eigen::MatrixXd spanned = Eigen::MatrixXd::Zero(w.rows(), count);
-  Eigen::MatrixXd bends = Eigen::MatrixXd::Zero(count, count);
-  for (Eigen::Index a = 0; a < count; ++a) {
-    const RowDirection& of = directions[static_cast<std::size_t>(a)];
-    const auto at = static_cast<Eigen::Index>(of.at);
-    spanned(at, a) = of.share;
-    if (of.next_share != 0.0) spanned(at + 1, a) = of.next_share;
-    bends(a, a) = of.bend_1_kg;
-  }
+void expect_solves(Rows& rows, const Eigen::MatrixXd& w, double penalty_1_kg) {
   RowDraw drawn(11);
-  std::vector<double> b(directions.size());
-  for (double& value : b) value = drawn.number();
-  const Eigen::VectorXd wanted = Eigen::Map<const Eigen::VectorXd>(b.data(), count);
-  const Eigen::VectorXd expected = support::inverse(spanned.transpose() * w * spanned + bends) * wanted;
-  ASSERT_TRUE(rows.factor(directions));
-  rows.solve(b);
-  EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(b.data(), count) - expected).norm(), 1e-6 * expected.norm())
-      << directions.size();
+  std::vector<double> penalties_1_kg;
+  Eigen::MatrixXd with_penalties = w;
+  for (std::size_t row = 0; row < rows.count(); ++row) {
+    penalties_1_kg.push_back(penalty_1_kg * (1.5 + drawn.number()));
+    const auto at = 3 * static_cast<Eigen::Index>(row);
+    with_penalties.block<3, 3>(at, at).diagonal().array() += penalties_1_kg.back();
+  }
+  const Eigen::VectorXd right = Eigen::VectorXd::NullaryExpr(w.rows(), [&] { return drawn.number(); });
+  const Eigen::VectorXd expected = support::inverse(with_penalties) * right;
+  ASSERT_TRUE(rows.factor(penalties_1_kg));
+  std::vector<double> found = spread(rows, right);
+  rows.solve(found);
+  EXPECT_LT((by_row(found, rows.count()) - expected).norm(), 1e-10 * expected.norm()) << rows.count();
 }
 
-TEST(BodyRows, SolveForWhatDirectionsSpan) {
+TEST(BodyRows, SolveWithAPenaltyOfEveryRow) {
   for (const std::size_t rows : {1U, 4U, 9U, 26U}) {
     RowsOfTwoBodies both(rows, 20 + static_cast<unsigned>(rows));
-    for (const std::size_t kinds : {1U, 2U, 5U}) {
-      const std::vector<RowDirection> directions = directions_of(rows, kinds);
-      expect_solves(both.by_bodies, both.w, directions);
-      expect_solves(both.dense, both.w, directions);
+    for (const double penalty_1_kg : {0.01, 0.3, 5.0}) {
+      expect_solves(both.by_bodies, both.w, penalty_1_kg);
+      expect_solves(both.dense, both.w, penalty_1_kg);
     }
-    std::vector<RowDirection> sliding = directions_of(rows, 2);
-    std::erase_if(sliding, [](const RowDirection& direction) { return direction.row() % 2 == 0; });
-    if (!sliding.empty()) expect_solves(both.by_bodies, both.w, sliding);
   }
 }
 
 template <class Rows>
 Eigen::VectorXd solution_of(Rows& rows, const Eigen::MatrixXd& w) {
   RowDraw drawn(31);
-  DiscProgram<Rows> program(rows);
+  FrictionProgram<Rows> program(rows);
   for (std::size_t row = 0; row < rows.count(); ++row) {
-    const auto at = 3 * static_cast<Eigen::Index>(row) + 1;
-    const double across = support::eigenvalues(w.block<2, 2>(at, at)).maxCoeff();
-    program.set_row(row, drawn.vector() - Vec3d(0.5, 0.0, 0.0), Vec3d::Zero(), across);
-    program.set_friction(row, 0.4);
+    const auto at = 3 * static_cast<Eigen::Index>(row);
+    const double across = support::eigenvalues(w.block<2, 2>(at + 1, at + 1)).maxCoeff();
+    program.set_contact(row, Vec3d::UnitX(), 0.4, {w(at, at), across, w.block<3, 3>(at, at).trace() / 3.0},
+                        drawn.vector() - Vec3d(0.5, 0.0, 0.0), Vec3d::Zero());
   }
-  std::uint32_t factorisations = 0;
-  EXPECT_TRUE(program.solve_with_friction(1e-10, factorisations));
-  EXPECT_GT(factorisations, 0U);
+  EXPECT_TRUE(program.solve(1e-10));
   Eigen::VectorXd found(w.rows());
   for (std::size_t row = 0; row < rows.count(); ++row) {
     found.segment<3>(3 * static_cast<Eigen::Index>(row)) = program.impulse(row);
@@ -222,8 +181,7 @@ TEST(BodyRows, AddBothSidesOfABodyThatMeetsItself) {
   EXPECT_LT((velocities_of(rows, impulse) - w * impulse).norm(), 1e-13);
 }
 
-// Rows that say the same twice are told apart by nothing: any share of the two will do, and what they do together is
-// what one of them would.
+// Rows that say the same twice are told apart by their penalties alone, and share the impulse.
 TEST(BodyRows, SolveForRowsThatSayTheSameTwice) {
   RowDraw drawn(9);
   const LowRankColumns columns = drawn.columns(0.7);
@@ -232,29 +190,25 @@ TEST(BodyRows, SolveForRowsThatSayTheSameTwice) {
     rows.add_part(row, 0, 1.0, columns);
     for (const std::size_t by : {0U, 1U}) rows.set_number(row, by, 0.5);
   }
-  const std::vector<RowDirection> directions = directions_of(2, 1);
-  ASSERT_TRUE(rows.factor(directions));
-  std::vector<double> b{1.0, -2.0, 0.5, 1.0, -2.0, 0.5};
-  const std::vector<double> wanted = b;
-  rows.solve(b);
-  EXPECT_LT((velocities_of(rows, Eigen::Map<const Eigen::VectorXd>(b.data(), 6)) -
-             Eigen::Map<const Eigen::VectorXd>(wanted.data(), 6))
-                .norm(),
-            1e-5);
+  ASSERT_TRUE(rows.factor(std::vector<double>{1e-6, 1e-6}));
+  Eigen::VectorXd right(6);
+  right << 1.0, -2.0, 0.5, 1.0, -2.0, 0.5;
+  std::vector<double> found = spread(rows, right);
+  rows.solve(found);
+  EXPECT_LT((at_row(found, 0) - at_row(found, 1)).norm(), 1e-6);
+  EXPECT_LT((velocities_of(rows, by_row(found, 2)) - right).norm(), 1e-5);
 }
 
-TEST(BodyRows, WithoutColumnsOrDirectionsAreTheirNumbersAlone) {
+TEST(BodyRows, WithoutColumnsAreTheirNumbersAlone) {
   BodyRows rows(9, 1);
   for (std::size_t row = 0; row < 9; ++row) rows.set_number(row, row, 2.0);
-  EXPECT_TRUE(rows.factor({}));
-  const std::vector<RowDirection> directions = directions_of(9, 2);
-  ASSERT_TRUE(rows.factor(directions));
-  std::vector<double> b(directions.size(), 1.0);
-  rows.solve(b);
-  for (std::size_t a = 0; a < b.size(); ++a) EXPECT_NEAR(b[a], 1.0 / (2.0 + directions[a].bend_1_kg), 1e-8);
+  ASSERT_TRUE(rows.factor(std::vector<double>(9, 0.5)));
+  std::vector<double> found = spread(rows, Eigen::VectorXd::Ones(27));
+  rows.solve(found);
+  EXPECT_LT((by_row(found, 9) - Eigen::VectorXd::Constant(27, 0.4)).norm(), 1e-14);
   BodyRows negative(1, 1);
   negative.set_number(0, 0, -1.0);
-  EXPECT_FALSE(negative.factor(directions_of(1, 1)));
+  EXPECT_FALSE(negative.factor(std::vector<double>{0.5}));
 }
 
 // A locked one has rows of zeros in its inertia.

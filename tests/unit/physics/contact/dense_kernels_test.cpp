@@ -81,7 +81,7 @@ TEST_P(DenseKernelsOf, SolveWhatTheyFactor) {
       DenseMatrix matrix(count, falling(count, least), static_cast<unsigned>(count));
       const Numbers b = drawn(count, matrix.stride, 3);
       Numbers factor = matrix.numbers;
-      ASSERT_TRUE(kernels->factor(factor.data(), count, count, matrix.stride)) << count << " " << least;
+      ASSERT_TRUE(kernels->factor(factor.data(), count, matrix.stride)) << count << " " << least;
       Numbers x = b;
       kernels->solve(factor.data(), count, matrix.stride, x.data());
       Numbers left(matrix.stride, 0.0);
@@ -105,65 +105,43 @@ TEST_P(DenseKernelsOf, RefuseWhatIsNotPositiveDefinite) {
       Numbers shares(count, 1.0);
       shares[bad] = -1.0;
       DenseMatrix matrix(count, shares, 5);
-      EXPECT_FALSE(kernels->factor(matrix.numbers.data(), count, count, matrix.stride)) << count << " " << bad;
+      EXPECT_FALSE(kernels->factor(matrix.numbers.data(), count, matrix.stride)) << count << " " << bad;
     }
     DenseMatrix unknown(count, Numbers(count, 1.0), 6);
     unknown.at(count - 1, count - 1) = std::nan("");
-    EXPECT_FALSE(kernels->factor(unknown.numbers.data(), count, count, unknown.stride)) << count;
+    EXPECT_FALSE(kernels->factor(unknown.numbers.data(), count, unknown.stride)) << count;
   }
 }
 
-TEST_P(DenseKernelsOf, AddColumnsAndProducts) {
+TEST_P(DenseKernelsOf, AddProducts) {
   const std::size_t count = 37;
   DenseMatrix matrix(count, Numbers(count, 1.0), 7);
   const Numbers x = drawn(count, matrix.stride, 8);
   const Numbers start = drawn(count, matrix.stride, 9);
   Numbers sum = start;
   kernels->add_product(matrix.numbers.data(), count, matrix.stride, x.data(), sum.data());
-  Numbers two = start;
-  kernels->add_columns(&matrix.at(0, 3), 2.5, &matrix.at(0, 30), -0.5, matrix.stride, two.data());
   for (std::size_t i = 0; i < matrix.stride; ++i) {
     double expected = start[i];
     for (std::size_t j = 0; j < count; ++j) expected += matrix.at(i, j) * x[j];
     EXPECT_NEAR(sum[i], expected, 1e-13) << i;
-    EXPECT_NEAR(two[i], start[i] + 2.5 * matrix.at(i, 3) - 0.5 * matrix.at(i, 30), 1e-15) << i;
   }
 }
 
-// The first columns alone are factored: what is left of the others is Schur's complement, and right-hand sides go
-// through both as through the whole.
-TEST_P(DenseKernelsOf, SolveByTheFirstColumnsAndWhatTheyLeave) {
-  for (const std::size_t leading : {0U, 8U, 24U}) {
-    for (const std::size_t others : {1U, 8U, 13U}) {
-      const std::size_t count = leading + others;
-      DenseMatrix matrix(count, falling(count, 1e-3), static_cast<unsigned>(count));
-      Numbers factor = matrix.numbers;
-      ASSERT_TRUE(kernels->factor(factor.data(), leading, count, matrix.stride));
-      for (const std::size_t width : {8U, 40U}) {
-        const Numbers b = drawn(count * width, count * width, 3);
-        Numbers rows = b;
-        kernels->solve_forward(factor.data(), leading, count, matrix.stride, rows.data(), width);
-        // The others, by their own factor.
-        const std::size_t stride = dense_stride(others);
-        Numbers left(stride * stride, 0.0);
-        for (std::size_t c = 0; c < others; ++c) {
-          const double* from = factor.data() + (leading + c) * matrix.stride + leading;
-          std::copy(from + c, from + others, left.begin() + static_cast<std::ptrdiff_t>(c * stride + c));
-        }
-        ASSERT_TRUE(kernels->factor(left.data(), others, others, stride));
-        double* of_others = rows.data() + leading * width;
-        kernels->solve_forward(left.data(), others, others, stride, of_others, width);
-        kernels->solve_backward(left.data(), others, others, stride, of_others, width);
-        kernels->solve_backward(factor.data(), leading, count, matrix.stride, rows.data(), width);
-        double longest = 0.0;
-        for (const double value : rows) longest = std::max(longest, std::abs(value));
-        const double rounding = 1e-15 * static_cast<double>(count * count) * (1.0 + matrix.largest() * longest);
-        for (std::size_t j = 0; j < width; ++j) {
-          for (std::size_t i = 0; i < count; ++i) {
-            double sum = 0.0;
-            for (std::size_t k = 0; k < count; ++k) sum += matrix.at(i, k) * rows[k * width + j];
-            EXPECT_NEAR(sum, b[i * width + j], rounding) << leading << " " << others << " " << i << " " << j;
-          }
+TEST_P(DenseKernelsOf, SolveForManyAsForOne) {
+  for (const std::size_t count : {1U, 8U, 13U, 37U}) {
+    DenseMatrix matrix(count, falling(count, 1e-3), static_cast<unsigned>(count));
+    Numbers factor = matrix.numbers;
+    ASSERT_TRUE(kernels->factor(factor.data(), count, matrix.stride));
+    for (const std::size_t width : {8U, 40U}) {
+      const Numbers b = drawn(count * width, count * width, 3);
+      Numbers rows = b;
+      kernels->solve_many(factor.data(), count, matrix.stride, rows.data(), width);
+      for (std::size_t j = 0; j < width; ++j) {
+        Numbers one(matrix.stride, 0.0);
+        for (std::size_t i = 0; i < count; ++i) one[i] = b[i * width + j];
+        kernels->solve(factor.data(), count, matrix.stride, one.data());
+        for (std::size_t i = 0; i < count; ++i) {
+          EXPECT_NEAR(rows[i * width + j], one[i], 1e-10 * (1.0 + std::abs(one[i]))) << count << " " << i << " " << j;
         }
       }
     }
@@ -192,35 +170,22 @@ TEST_P(DenseKernelsOf, HaveTheBitsOfTheBaseline) {
     Numbers many[2] = {drawn(40 * count, 40 * count, 13), drawn(40 * count, 40 * count, 13)};
     const DenseKernels* both[2] = {kernels, &baseline};
     for (std::size_t k = 0; k < 2; ++k) {
-      ASSERT_TRUE(both[k]->factor(factors[k].data(), count, count, matrix.stride));
+      ASSERT_TRUE(both[k]->factor(factors[k].data(), count, matrix.stride));
       both[k]->solve(factors[k].data(), count, matrix.stride, answers[k].data());
       both[k]->add_product(matrix.numbers.data(), count, matrix.stride, answers[k].data(), products[k].data());
-      both[k]->solve_forward(factors[k].data(), count, count, matrix.stride, many[k].data(), 40);
-      both[k]->solve_backward(factors[k].data(), count, count, matrix.stride, many[k].data(), 40);
+      both[k]->solve_many(factors[k].data(), count, matrix.stride, many[k].data(), 40);
     }
     const auto expect_same = [](double a, double b, std::size_t at) {
       EXPECT_EQ(std::bit_cast<std::uint64_t>(a), std::bit_cast<std::uint64_t>(b)) << at;
     };
     for (std::size_t i = 0; i < many[0].size(); ++i) expect_same(many[0][i], many[1][i], i);
-    if (count > dense_block) {
-      Numbers parts[2] = {matrix.numbers, matrix.numbers};
-      Numbers sums[2] = {drawn(3 * matrix.stride, 3 * matrix.stride, 14),
-                         drawn(3 * matrix.stride, 3 * matrix.stride, 14)};
-      const double shares[3] = {0.3, -1.7, 2.9};
-      for (std::size_t k = 0; k < 2; ++k) {
-        ASSERT_TRUE(both[k]->factor(parts[k].data(), dense_block, count, matrix.stride));
-        both[k]->solve_forward(parts[k].data(), dense_block, count, matrix.stride, many[k].data(), 40);
-        both[k]->solve_backward(parts[k].data(), dense_block, count, matrix.stride, many[k].data(), 40);
-        both[k]->add_column(matrix.numbers.data(), shares, matrix.stride, sums[k].data());
-      }
-      for (std::size_t i = 0; i < many[0].size(); ++i) expect_same(many[0][i], many[1][i], i);
-      for (std::size_t i = 0; i < sums[0].size(); ++i) expect_same(sums[0][i], sums[1][i], i);
-      for (std::size_t c = 0; c < count; ++c) {
-        for (std::size_t r = c; r < count; ++r) {
-          expect_same(parts[0][c * matrix.stride + r], parts[1][c * matrix.stride + r], r);
-        }
-      }
+    Numbers sums[2] = {drawn(3 * matrix.stride, 3 * matrix.stride, 14),
+                       drawn(3 * matrix.stride, 3 * matrix.stride, 14)};
+    const double shares[3] = {0.3, -1.7, 2.9};
+    for (std::size_t k = 0; k < 2; ++k) {
+      both[k]->add_column(matrix.numbers.data(), shares, matrix.stride, sums[k].data());
     }
+    for (std::size_t i = 0; i < sums[0].size(); ++i) expect_same(sums[0][i], sums[1][i], i);
     for (std::size_t i = 0; i < matrix.stride; ++i) {
       expect_same(answers[0][i], answers[1][i], i);
       expect_same(products[0][i], products[1][i], i);
