@@ -100,6 +100,7 @@ class Recorder:
         connection.tap = self._take
         for data, message in early:
             self._take(data, message)
+        await self._comes(stats.tick)  # else the first frame may be of a tick that the caller asks for next
 
     @property
     def frames(self) -> int:
@@ -169,8 +170,8 @@ class Recorder:
             raise PneumaError("FAILED_PRECONDITION", f"the recording of {self._path} has ended", "recorder.step")
 
     async def _comes(self, tick: int) -> bool:
-        """Waits for the stream's last frame up to that tick; false where it is long overdue."""
-        while self._tick + self._ticks_a_frame <= tick and not self._error:
+        """Waits for the stream's first frame, and its last up to that tick; false where one is long overdue."""
+        while (self._frames == 0 or self._tick + self._ticks_a_frame <= tick) and not self._error:
             self._came.clear()
             try:
                 await asyncio.wait_for(self._came.wait(), frame_patience_s)

@@ -284,6 +284,8 @@ class World:
     ) -> Recorder:
         """Records the world's frames and the changes made to it, from now on, until the recorder is closed.
 
+        The first frame is of the world as it is: it is waited for.
+
         max_error: no vertex is off by more metres; 0: 1 mm. The others are those of `stream`.
         replace: a file that is there already.
 
