@@ -1,7 +1,6 @@
 // How rows of few bodies answer to each other's impulses: a number for each two rows, and a few columns for each body.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>

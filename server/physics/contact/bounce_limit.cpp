@@ -46,6 +46,7 @@ bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std
   for (std::size_t i = 0; i < rows.size(); ++i) {
     push_both(responses, rows[i], -rows[i].impulse_n_s);
     rows[i].impulse_n_s.setZero();
+    rows[i].is_given = false;  // a joint that took more than it can may take less now
     rows[i].least_m_s = still_m_s[i];
   }
   const bool converged = solve_rows(rows, responses, limits).converged;
@@ -70,15 +71,17 @@ bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std
 }
 
 bool limit_parting(std::span<ContactRow> rows, std::span<Response> responses, const SolveLimits& limits) {
+  const auto parts = [](const ContactRow& row) { return row.least_m_s > 0.0; };
+  if (std::ranges::none_of(rows, parts) || gained_j(rows, responses) <= 0.0) return true;
   std::vector<double> still_m_s;
   double allowed_j = 0.0;
   for (const ContactRow& row : rows) {
     still_m_s.push_back(std::min(0.0, row.least_m_s));
-    if (row.least_m_s <= 0.0) continue;
+    if (!parts(row)) continue;
     const double along_1_kg = row.normal.dot(coupling_1_kg(responses, row, row) * row.normal);
     if (along_1_kg > 0.0) allowed_j += 0.5 * row.least_m_s * row.least_m_s / along_1_kg;
   }
-  return allowed_j == 0.0 || limit_bounce(rows, responses, still_m_s, {allowed_j, parting_share}, limits);
+  return limit_bounce(rows, responses, still_m_s, {allowed_j, parting_share}, limits);
 }
 
 }  // namespace pneuma::physics

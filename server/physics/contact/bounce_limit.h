@@ -17,10 +17,10 @@ struct GainLimit {
   double share = 1.0;  // of the largest blend that keeps to it
 };
 
-/// Where rows that bounce gave more energy than is allowed, replaces their solution by the nearest that does not: a
-/// blend of it and the one without a bounce, in which each row reaches its `still_m_s`. Newton's law of restitution
-/// gives energy where friction turns a body into its contact (Kane and Levinson, "Dynamics: Theory and Applications",
-/// 1985). Returns whether what it had to solve has converged.
+/// Where rows that bounce gave more energy than is allowed, blends their solution with the one without a bounce, in
+/// which each row reaches its `still_m_s`. Newton's law of restitution gives energy where friction turns a body into
+/// its contact (Kane and Levinson, "Dynamics: Theory and Applications", 1985). Returns whether what it had to solve has
+/// converged.
 bool limit_bounce(std::span<ContactRow> rows, std::span<Response> responses, std::span<const double> still_m_s,
                   const GainLimit& gain, const SolveLimits& limits);
 

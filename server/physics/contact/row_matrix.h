@@ -1,7 +1,6 @@
 // What the matrices of rows that are solved together have in common.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <span>
 

@@ -1,9 +1,7 @@
 #include "physics/contact/solver.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <variant>
 #include <vector>

@@ -11,7 +11,9 @@ namespace pneuma::physics {
 
 struct SolveLimits {
   std::uint32_t sweeps_max = 16;
-  double enough_m_s = 0.0;  // a sweep that changes no row's velocity by more is the last
+  /// A sweep that changes no row's velocity by more is the last; the first ones end at a hundredth of it where rows may
+  /// be solved together.
+  double enough_m_s = 0.0;
   /// Where the sweeps do not get there, up to so many loaded rows are solved together. 0: never.
   std::size_t direct_rows_max = 0;
   /// What those may be off by, if more than enough_m_s.

@@ -68,5 +68,19 @@ TEST(PartingLimit, OfABallThatComesInGivesLessThanItTakes) {
   EXPECT_NEAR(cleft.velocity_m_s().squaredNorm(), 0.25 * (comes_m_s * comes_m_s + 2.0 * parts_m_s * parts_m_s), 1e-6);
 }
 
+// The solution that the walls ask for takes more of the joint than it can; the one that is kept takes what it can too.
+TEST(PartingLimit, LeavesABreakableJointItsLoad) {
+  constexpr double most_n_s = 0.5;
+  Cleft cleft(1e-3, {0.0, 0.0, 1.0});
+  ContactRow& joint = cleft.rows.emplace_back();
+  joint.kind = RowKind::tie;
+  joint.first = {.body = 0};
+  joint.second = {.body = 1};
+  joint.free_m_s = {0.0, 0.0, 1.0};
+  joint.most_n_s = most_n_s;
+  cleft.solve();
+  EXPECT_NEAR(joint.impulse_n_s.norm(), most_n_s, 0.01 * most_n_s);
+}
+
 }  // namespace
 }  // namespace pneuma::physics

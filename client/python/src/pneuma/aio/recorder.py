@@ -75,7 +75,7 @@ class Recorder:
         try:
             await recorder._begin(request, replace)
         except BaseException:
-            await recorder._connection.close()
+            await recorder._end()
             raise
         return recorder
 
