@@ -143,8 +143,10 @@ void HostedWorld::encode(Outbox& outbox) {
     if (step.reached) step.ticks_left = 1;
   }
   // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
+  const std::size_t frame_bytes_before = outbox.frame_bytes;
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
   hub_.encode_tick(LiveFrames(live_.physics()), live_.tick(), last_of_step, outbox);
+  sample_.frame_bytes = outbox.frame_bytes - frame_bytes_before;
   if (hub_.wants_touches()) hub_.tell_touches(TickTouches(live_.physics()), live_.tick(), outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
   send_events(outbox);

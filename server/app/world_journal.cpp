@@ -7,6 +7,7 @@
 
 #include "app/log.h"
 #include "app/saved_world.h"
+#include "base/limits.h"
 
 namespace pneuma::app {
 
@@ -68,11 +69,13 @@ Status WorldJournal::trouble() const {
 
 bool WorldJournal::checkpoint_due(TimePoint now, std::uint64_t tick) const {
   const bool has_trouble = !trouble().ok();
+  const bool is_log_long = log_ && log_->end().bytes >= base::log_bytes_before_checkpoint;
   const std::lock_guard lock(checkpoints_->mutex);
   if (checkpoints_->under_way) return false;
   if (has_trouble)
     return now - last_checkpoint_ >=
            std::min<std::chrono::duration<double>>(wiring_.checkpoint_interval, retry_interval);
+  if (is_log_long) return true;
   return now - last_checkpoint_ >= wiring_.checkpoint_interval && (written_ || tick != last_tick_);
 }
 

@@ -57,7 +57,8 @@ class WorldJournal {
 
   /// Why not all of the world can be kept now; OK where it can.
   [[nodiscard]] base::Status trouble() const;
-  /// The interval has passed, something happened since, and the last one is written. Where there is trouble, sooner.
+  /// The interval has passed, something happened since, and the last one is written. Sooner where there is trouble, or
+  /// where the log is long (base::log_bytes_before_checkpoint).
   [[nodiscard]] bool checkpoint_due(TimePoint now, std::uint64_t tick) const;
   /// Hands what was written to the disk thread, to be synced, where that is to be done each second and it is time.
   void sync_if_due(TimePoint now);

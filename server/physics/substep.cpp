@@ -34,6 +34,16 @@ std::vector<std::uint32_t> awake_of(const SoftBodies<Real>& bodies) {
   return awake;
 }
 
+template <class Real>
+using TaskStates = std::array<SoftState<Real>*, pack_slots>;
+
+/// Of the task's bodies, in `room`.
+template <class Real>
+std::span<SoftState<Real>* const> states_of(SoftBodies<Real>& bodies, const StepTask& task, TaskStates<Real>& room) {
+  for (std::size_t i = 0; i < task.bodies.size(); ++i) room[i] = &bodies.states[task.bodies[i]];
+  return std::span(room).first(task.bodies.size());
+}
+
 // Calls work(task, scratch) for each task, on as many threads as there are.
 template <class Task, class Scratch, class Work>
 void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratch>& scratch, const Work& work) {
@@ -138,16 +148,18 @@ void Simulation::move(SoftBodies<Real>& bodies, const SubstepContext& context) {
 template <class Real>
 void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& context) {
   begin_notes(bodies, context);
-  const std::vector<std::uint32_t> active = awake_of(bodies);
-  const auto run = [&](std::uint32_t i, LaneScratch<Real>& scratch, Workers* shared) {
-    step_alone(bodies.states[i], lanes_of(bodies, i), context.of_body(shared, profile_of(bodies, i)), scratch);
+  bodies.tasks = cut_into_tasks<Real>(bodies.plan, bodies.states, context);
+  const auto run = [&](const StepTask& task, LaneScratch<Real>& scratch, Workers* shared) {
+    TaskStates<Real> room{};
+    step_to_contact<Real>(states_of(bodies, task, room), {bodies.plan.meshes[task.mesh].get(), bodies.plan.kernels},
+                          context.of_body(shared, profile_of(bodies, task.bodies[0])), scratch);
   };
-  if (active.size() == 1) {
+  if (bodies.tasks.size() == 1) {
     bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
-    run(active[0], bodies.scratch[0], context.workers);
+    run(bodies.tasks[0], bodies.scratch[0], context.workers);
   } else {
-    run_tasks(*context.workers, std::span<const std::uint32_t>(active), bodies.scratch,
-              [&](std::uint32_t i, LaneScratch<Real>& scratch) { run(i, scratch, nullptr); });
+    run_tasks(*context.workers, std::span<const StepTask>(bodies.tasks), bodies.scratch,
+              [&](const StepTask& task, LaneScratch<Real>& scratch) { run(task, scratch, nullptr); });
   }
 }
 
@@ -232,14 +244,12 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, const SubstepCon
 template <class Real>
 void Simulation::run_task(SoftBodies<Real>& bodies, const StepTask& task, const SubstepContext& context,
                           LaneScratch<Real>& scratch) {
-  std::array<SoftState<Real>*, pack_slots> states{};
+  TaskStates<Real> room{};
   std::array<std::uint8_t, pack_slots> done{};
-  const std::size_t count = task.bodies.size();
-  for (std::size_t i = 0; i < count; ++i) states[i] = &bodies.states[task.bodies[i]];
-  physics::step_freely<Real>(std::span(states).first(count), {bodies.plan.meshes[task.mesh].get(), bodies.plan.kernels},
+  physics::step_freely<Real>(states_of(bodies, task, room), {bodies.plan.meshes[task.mesh].get(), bodies.plan.kernels},
                              context.of_body(context.workers, profile_of(bodies, task.bodies[0])), bodies.task_substeps,
                              scratch, done);
-  for (std::size_t i = 0; i < count; ++i) bodies.done[task.bodies[i]] = done[i];
+  for (std::size_t i = 0; i < task.bodies.size(); ++i) bodies.done[task.bodies[i]] = done[i];
 }
 
 template <class Real>
@@ -248,7 +258,8 @@ void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::
   bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
   SoftState<Real>& body = bodies.states[index];
   for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
-    step_alone(body, lanes_of(bodies, index), context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
+    step_to_contact<Real>(std::array{&body}, lanes_of(bodies, index),
+                          context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
     if (body.gas_event) report_gas(body);
     if (!is_well(body, extents_of(body))) frozen.push_back({body.body.name, freeze(body)});
     for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];

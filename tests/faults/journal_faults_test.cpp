@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "app/world_journal.h"
+#include "base/limits.h"
 #include "persist/command_log.h"
 #include "support/temporary_folder.h"
 
@@ -116,6 +117,21 @@ TEST_F(JournalFaults, ARequestThatIsRefusedAfterAllIsNoPartOfTheLog) {
   journal_.take_back();
   ASSERT_TRUE(journal_.write(0, push(3.0)).ok());
   EXPECT_EQ(found(), pushes({1.0, 3.0}));
+}
+
+TEST_F(JournalFaults, ALongLogIsEndedByACheckpointBeforeItsTime) {
+  const auto is_due = [this] { return journal_.checkpoint_due(std::chrono::steady_clock::now(), 0); };
+  v1::ClientMessage large = push(1.0);
+  large.mutable_impulse()->set_body(std::string(1024 * 1024, 'b'));
+  std::uint64_t written_bytes = 0;
+  while (written_bytes < base::log_bytes_before_checkpoint) {
+    ASSERT_FALSE(is_due()) << "after " << written_bytes << " bytes";
+    ASSERT_TRUE(journal_.write(0, large).ok());
+    written_bytes += large.ByteSizeLong();
+  }
+  EXPECT_TRUE(is_due());
+  EXPECT_TRUE(checkpoint().ok());
+  EXPECT_FALSE(is_due()) << "the new log is short";
 }
 
 // Whoever held a body went; the body was let go, and the log lacks it: a replay of what came after would be on another

@@ -149,7 +149,8 @@ TEST_F(ClientLive, TopIsOneTableWhereNobodyWatchesAndRedrawnOnATerminal) {
   EXPECT_NE(table.output.find("\nsecond  paused"), std::string::npos) << table.output;
   EXPECT_EQ(table.output.find('\033'), std::string::npos) << table.output;
   const Finished objects = pneuma({"--json", "top"});
-  for (const char* key : {"\"step_ms\":", "\"late_ms_p99\":", "\"clients\":", "\"memory_bytes\":"}) {
+  for (const char* key :
+       {"\"step_ms\":", "\"late_ms_p99\":", "\"clients\":", "\"frame_bytes_s\":", "\"memory_bytes\":"}) {
     EXPECT_NE(objects.output.find(key), std::string::npos) << key << " in " << objects.output;
   }
 

@@ -183,6 +183,36 @@ TEST_P(Lanes, GiveABodyTheSameBitsAloneAndInAFleetOfAnySize) {
   }
 }
 
+/// Those of a fleet, falling to a floor; the second bursts on the way.
+Scene falling(std::size_t count, Integrator integrator, Precision precision) {
+  Scene scene = fleet(count, integrator, precision);
+  if (count > 1) scene.soft_bodies[1].gas->burst_pressure_pa = 1.0;
+  Collider floor;
+  floor.name = "floor";
+  floor.shape = PlaneShape{};
+  floor.position.y() = -0.55;
+  floor.surface.friction = 0.5;
+  scene.colliders = {floor};
+  return scene;
+}
+
+TEST_P(Lanes, GiveABodyThatTouchesTheSameBitsAloneAndInAFleetOfAnySize) {
+  for (const Integrator integrator : {Integrator::symplectic_euler, Integrator::midpoint, Integrator::rk4}) {
+    on_each_isa([&] {
+      const std::vector<Vec3d> expected = end_of(falling(1, integrator, GetParam()), 0);
+      const auto lowest = [](const Vec3d& a, const Vec3d& b) { return a.y() < b.y(); };
+      EXPECT_LT(std::ranges::min_element(expected, lowest)->y(), -0.54) << "it is on the floor";
+      for (const std::size_t count : {2U, 5U, 9U, 16U, 17U}) {
+        EXPECT_TRUE(end_of(falling(count, integrator, GetParam()), 0) == expected) << count << " abreast";
+      }
+      const Scene many = weighed(falling(16, integrator, GetParam()));
+      Scene alone = many;
+      alone.soft_bodies = {many.soft_bodies[11]};
+      EXPECT_TRUE(end_of(many, 11) == end_of(alone, 0));
+    });
+  }
+}
+
 TEST_P(Lanes, GiveVerticesOfDifferentMassTheSameBitsOnEveryPath) {
   std::vector<std::uint64_t> hashes;
   on_each_isa([&] {

@@ -33,11 +33,11 @@ base::Status print_head(Session& session, const v1::Stats& stats) {
   if (!printed.ok()) return printed;
 
   Table pace({"time_ratio", "slipped_s", "step_ms", "step_ms_max", "encode_ms", "due_error_ms_p99", "subscribers",
-              "quality_classes"});
+              "quality_classes", "frame_bytes_s"});
   pace.add({number_text(stats.time_ratio()), number_text(stats.slipped_s()), number_text(stats.step_time_ms()),
             number_text(stats.step_time_max_ms()), number_text(stats.encode_time_ms()),
             number_text(stats.due_error_ms_p99()), std::to_string(stats.subscribers()),
-            std::to_string(stats.quality_classes())});
+            std::to_string(stats.quality_classes()), number_text(stats.frame_bytes_s())});
   if (base::Status done = session.output.line(""); !done.ok()) return done;
   return pace.print(session.output);
 }
@@ -84,13 +84,17 @@ base::Status report(Session& session, const std::string& deed, const base::Resul
   if (session.json) return session.output.line(reply_json(*done).text());
   std::string text = deed + " " + done->world() + " at tick " + std::to_string(done->tick());
   if (!done->detail().empty()) text += ": " + done->detail();
-  for (const v1::MendedMesh& mesh : done->mended()) text += "\nmesh \"" + mesh.mesh() + "\" mended: " + mesh.detail();
-  return session.output.line(text);
+  base::Status printed = session.output.line(text);
+  for (const v1::MendedMesh& mesh : done->mended()) {
+    if (!printed.ok()) break;
+    printed = session.output.line("mesh \"" + mesh.mesh() + "\" mended: " + mesh.detail());
+  }
+  return printed;
 }
 
 void tell_damage(const Playback& playback) {
   if (playback.damage().ok()) return;
-  std::fprintf(stderr, "pneuma: %s; %llu frames can be played\n", playback.damage().message().c_str(),
+  std::fprintf(stderr, "pneuma: %s; %llu frames can be played\n", shown(playback.damage().message()).c_str(),
                static_cast<unsigned long long>(playback.index().frames()));
 }
 
@@ -170,7 +174,7 @@ base::Status scene(Session& session, const std::string& world) {
   const auto reply = session.client.scene(world);
   if (!reply.ok()) return reply.status();
   const SceneForm form = session.json ? SceneForm::one_line : SceneForm::for_people;
-  return session.output.line(scene_json(reply->scene(), form));
+  return session.output.line(scene_json(reply->scene(), form), LineEnds::kept);
 }
 
 }  // namespace pneuma::client

@@ -44,10 +44,11 @@ void append_escape(std::string& out, std::uint32_t code) {
 
 }  // namespace
 
-std::string shown(std::string_view text) {
+std::string shown(std::string_view text, LineEnds ends) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t bytes = text[i] == '\n' || text[i] == '\t' ? 0 : base::hidden_bytes(text, i);
+    const bool is_kept = ends == LineEnds::kept && (text[i] == '\n' || text[i] == '\t');
+    const std::size_t bytes = is_kept ? 0 : base::hidden_bytes(text, i);
     if (bytes == 0) {
       out += text[i++];
       continue;
@@ -58,8 +59,8 @@ std::string shown(std::string_view text) {
   return out;
 }
 
-base::Status Output::line(std::string_view text) {
-  return drawn(shown(text));
+base::Status Output::line(std::string_view text, LineEnds ends) {
+  return drawn(shown(text, ends));
 }
 
 base::Status Output::drawn(std::string_view text) {

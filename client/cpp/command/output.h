@@ -10,15 +10,20 @@
 
 namespace pneuma::client {
 
+enum class LineEnds {
+  escaped,  // one line, whatever is in it
+  kept,     // and tabs: of a text of several lines in which nobody else's strings have such
+};
+
 /// Fit for a terminal, whoever it comes from: what does not show (base/hidden_text.h) is written as JSON would, \u001b.
-/// Ends of lines and tabs stay. JSON means the same then.
-[[nodiscard]] std::string shown(std::string_view text);
+/// JSON means the same then.
+[[nodiscard]] std::string shown(std::string_view text, LineEnds ends = LineEnds::escaped);
 
 /// Lines to standard output, each of them passed on at once.
 class Output {
  public:
   /// Writes it as shown() has it. Once a write has failed, every line gives that error.
-  base::Status line(std::string_view text);
+  base::Status line(std::string_view text, LineEnds ends = LineEnds::escaped);
   /// The same of a text with colours and moves of the cursor, in which all that others wrote went through shown().
   base::Status drawn(std::string_view text);
   /// The reader went away (`pneuma watch W | head`): a reason to end, not a failure.

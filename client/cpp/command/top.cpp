@@ -31,12 +31,13 @@ std::uint64_t bytes_held(const v1::Stats& stats) {
 std::vector<std::string> row_of(const v1::WorldList::World& world, const base::Result<v1::Stats>& stats) {
   std::vector<std::string> row{world.name(), world_state(world), std::to_string(world.tick())};
   if (!stats.ok()) {
-    row.insert(row.end(), {"-", "-", "-", "-", std::to_string(world.subscribers()), "-"});
+    row.insert(row.end(), {"-", "-", "-", "-", std::to_string(world.subscribers()), "-", "-"});
     return row;
   }
   row.insert(row.end(), {number_text(stats->step_time_ms()), number_text(stats->step_time_max_ms()),
                          number_text(stats->due_error_ms_p99()), number_text(stats->time_ratio()),
-                         std::to_string(stats->subscribers()), std::to_string(bytes_held(*stats))});
+                         std::to_string(stats->subscribers()), number_text(stats->frame_bytes_s()),
+                         std::to_string(bytes_held(*stats))});
   return row;
 }
 
@@ -50,6 +51,7 @@ JsonObject json_of(const v1::WorldList::World& world, const v1::Stats& stats) {
       .add("late_ms_p99", stats.due_error_ms_p99())
       .add("time_ratio", stats.time_ratio())
       .add("clients", std::uint64_t{stats.subscribers()})
+      .add("frame_bytes_s", stats.frame_bytes_s())
       .add("memory_bytes", bytes_held(stats));
   return object;
 }
@@ -64,8 +66,8 @@ base::Result<std::vector<std::string>> draw(Session& session, std::size_t worlds
   const base::Status unknown(base::StatusCode::unavailable, "not asked");
   const auto list = session.client.list_worlds();
   if (!list.ok()) return list.status();
-  Table table(
-      {"world", "state", "tick", "step_ms", "step_ms_max", "late_ms_p99", "time_ratio", "clients", "memory_bytes"});
+  Table table({"world", "state", "tick", "step_ms", "step_ms_max", "late_ms_p99", "time_ratio", "clients",
+               "frame_bytes_s", "memory_bytes"});
   const auto count = std::min(static_cast<std::size_t>(list->worlds_size()), worlds_max);
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < count; ++i) {

@@ -116,9 +116,10 @@ StepPlan<Real> make_step_plan(std::span<const SoftState<Real>> bodies, bool soli
   plan.may_touch = solids || std::ranges::count_if(bodies, meets_soft) > 1 || std::ranges::any_of(bodies, meets_itself);
   for (const StepGroup& group : plan.groups) {
     std::shared_ptr<const LaneMesh<Real>>& lanes = plan.meshes[group.mesh];
-    const bool in_fleet = abreast == Abreast::of_several_worlds ||
-                          (abreast == Abreast::of_the_world && makes_fleet(group.members.size(), plan.kernels->width));
-    if (!plan.may_touch && in_fleet && pulls_come_first(*plan.kernels) && lanes->edges.lengths_m.empty()) {
+    const bool is_batched = abreast == Abreast::of_several_worlds && !plan.may_touch;
+    const bool in_fleet =
+        is_batched || (abreast != Abreast::none && makes_fleet(group.members.size(), plan.kernels->width));
+    if (in_fleet && pulls_come_first(*plan.kernels) && lanes->edges.lengths_m.empty()) {
       auto with_edges = std::make_shared<LaneMesh<Real>>(*lanes);
       const Springs& springs = bodies[group.members.front()].body.springs;
       with_edges->edges = make_ring_edges<Real>(*plan.shapes[group.mesh], lanes->rings,

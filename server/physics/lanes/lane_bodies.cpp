@@ -125,14 +125,15 @@ void LaneBodies<Real>::store(std::span<const std::uint8_t> wanted, bool advance)
   std::array<Vec3<Real>*, pack_slots> to_v{};
   std::array<std::size_t, pack_slots> lanes{};
   std::size_t count = 0;
+  const Real* const moved_lanes = advance ? scratch_.x.data() : scratch_.move.data();
   for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
     if (wanted[lane] == 0) continue;
-    to_x[count] = bodies_[lane]->x.data();
+    to_x[count] = (advance ? bodies_[lane]->x : bodies_[lane]->dr).data();
     to_v[count] = bodies_[lane]->v.data();
     lanes[count++] = lane;
   }
   for_slots([&](std::size_t slot, std::uint32_t vertex) {
-    const Real* x = scratch_.x.data() + at(slot, 0, 0);
+    const Real* x = moved_lanes + at(slot, 0, 0);
     const Real* v = scratch_.v.data() + at(slot, 0, 0);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t lane = lanes[i];

@@ -117,7 +117,11 @@ class LaneStep {
   }
 
   // Hands back v and the move.
-  void hand_back() const { bodies_.store(std::array<std::uint8_t, 1>{1}, advance_); }
+  void hand_back() const {
+    std::array<std::uint8_t, pack_slots> all{};
+    all.fill(1);
+    bodies_.store(all, advance_);
+  }
 
  private:
   [[nodiscard]] static bool has_stiffness(std::span<SoftState<Real>* const> bodies) {
@@ -456,14 +460,21 @@ struct GasBefore {
 }  // namespace
 
 template <class Real>
-void step_alone(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
-                LaneScratch<Real>& scratch) {
-  advance_gas(body, context.surroundings.atmosphere.pressure_pa, context.dt_s);  // it may lose its gas for good
-  const std::array<SoftState<Real>*, 1> bodies{&body};
-  run_steps<Real>(bodies, lanes, context, false, scratch, [](LaneStep<Real>& step) {
-    step.substep();
-    step.hand_back();
-  });
+void step_to_contact(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes,
+                     const SubstepContext& context, LaneScratch<Real>& scratch) {
+  assert(bodies.size() <= lanes.kernels->width || bodies.size() == 1);
+  for (SoftState<Real>* body : bodies) advance_gas(*body, context.surroundings.atmosphere.pressure_pa, context.dt_s);
+  const auto run = [&](std::span<SoftState<Real>* const> some) {
+    run_steps<Real>(some, lanes, context, false, scratch, [](LaneStep<Real>& step) {
+      step.substep();
+      step.hand_back();
+    });
+  };
+  const auto has_gas = [&](const SoftState<Real>* body) { return has_lane_gas(*body, lanes.mesh->rings); };
+  if (std::ranges::all_of(bodies, [&](const auto* body) { return has_gas(body) == has_gas(bodies[0]); })) {
+    return run(bodies);
+  }
+  for (std::size_t i = 0; i < bodies.size(); ++i) run(bodies.subspan(i, 1));  // one has just lost its gas for good
 }
 
 template <class Real>
@@ -490,8 +501,8 @@ void step_freely(std::span<SoftState<Real>* const> bodies, const LaneTables<Real
 }
 
 #define PNEUMA_INSTANTIATE(Real)                                                                                     \
-  template void step_alone<Real>(SoftState<Real>&, const LaneTables<Real>&, const SubstepContext&,                   \
-                                 LaneScratch<Real>&);                                                                \
+  template void step_to_contact<Real>(std::span<SoftState<Real>* const>, const LaneTables<Real>&,                    \
+                                      const SubstepContext&, LaneScratch<Real>&);                                    \
   template void step_freely<Real>(std::span<SoftState<Real>* const>, const LaneTables<Real>&, const SubstepContext&, \
                                   std::uint32_t, LaneScratch<Real>&, std::span<std::uint8_t>);
 PNEUMA_INSTANTIATE(float)

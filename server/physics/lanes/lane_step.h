@@ -24,16 +24,16 @@ template <class Real>
   return body.gas && GasForce::is_in_rings(body, rings);
 }
 
-/// One substep of one body, up to contact: its gas advances (advance_gas), v advances by dt_s, dr is the move that
-/// belongs to it, and x stays. The context's workers share the body where it is large.
+/// One substep of bodies, up to contact: their gas advances (advance_gas), v advances by dt_s, dr is the move that
+/// belongs to it, and x stays. Up to kernels.width of one mesh, all with lane gas or all without, all damped or none,
+/// all with mass shares or none, the same vertices pinned; or a single one, which the context's workers share where it
+/// is large.
 template <class Real>
-void step_alone(SoftState<Real>& body, const LaneTables<Real>& lanes, const SubstepContext& context,
-                LaneScratch<Real>& scratch);
+void step_to_contact(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes,
+                     const SubstepContext& context, LaneScratch<Real>& scratch);
 
-/// As many substeps, x included, of bodies that touch nothing: up to kernels.width of one mesh, all with lane gas or
-/// all without, all damped or none, all with mass shares or none, the same vertices pinned; or a single one. Sets
-/// `done[i]` where the i-th body has surely stayed within the limits all the way, and its gas just flowed; the others
-/// are left as they were, dr aside.
+/// As many substeps, x included, of such bodies that touch nothing. Sets `done[i]` where the i-th body has surely
+/// stayed within the limits all the way, and its gas just flowed; the others are left as they were, dr aside.
 template <class Real>
 void step_freely(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes, const SubstepContext& context,
                  std::uint32_t substeps, LaneScratch<Real>& scratch, std::span<std::uint8_t> done);

@@ -94,6 +94,27 @@ v1::ClientMessage resume(std::uint64_t request_id) {
   return message;
 }
 
+TEST_F(HostedWorldTest, StatsTellTheFrameBytesOfTheLastSecond) {
+  post(resume(1));
+  v1::ClientMessage subscribe;
+  subscribe.mutable_subscribe()->set_world("w");
+  post(subscribe);
+  drain();
+  EXPECT_TRUE(world_->step([] { return false; }));
+  world_->encode(outbox_);
+  std::size_t sent_bytes = 0;
+  for (const auto& item : outbox_.items) {
+    if (const auto* publish = std::get_if<Outbox::Publish>(&item)) sent_bytes += publish->frame.key->size();
+  }
+  EXPECT_GT(sent_bytes, 0U);
+  world_->end_tick(std::chrono::steady_clock::now(), outbox_);
+  take_replies();
+  post(get_stats(2));
+  const auto replies = drain();
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0].stats().frame_bytes_s(), static_cast<double>(sent_bytes));
+}
+
 TEST_F(HostedWorldTest, WhatADrainLeavesIsCarriedOutAfterTheTickUnderWay) {
   post(step(1, 1));
   drain();

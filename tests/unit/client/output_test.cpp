@@ -12,7 +12,7 @@ namespace {
 
 TEST(Output, WhatDoesNotShowIsEscapedAsInJson) {
   const std::vector<std::pair<std::string, std::string>> cases{
-      {"two\nlines\tand a tab, \u00fcber", "two\nlines\tand a tab, \u00fcber"},
+      {"two\nlines\tand a tab, \u00fcber", "two\\u000alines\\u0009and a tab, \u00fcber"},
       {"\x1b[2J", "\\u001b[2J"},
       {"a\rb", "a\\u000db"},
       {"\u009b31m", "\\u009b31m"},
@@ -20,6 +20,7 @@ TEST(Output, WhatDoesNotShowIsEscapedAsInJson) {
       {"\U000e0041", "\\udb40\\udc41"},
   };
   for (const auto& [text, expected] : cases) EXPECT_EQ(shown(text), expected);
+  EXPECT_EQ(shown("two\nlines\tand a tab\x1b", LineEnds::kept), "two\nlines\tand a tab\\u001b");
 }
 
 TEST(Output, CellsOfATableAreEscapedAndItsColoursAreNot) {

@@ -62,7 +62,7 @@ std::vector<Vec3d> forces_by_rings(SoftState<Real>& state) {
   const std::vector<Vec3<Real>> v_before = state.v;
   const SubstepContext context{.integrator = Integrator::explicit_euler, .dt_s = 1.0};
   LaneScratch<Real> scratch;
-  step_alone<Real>(state, {&plan.mesh_of(0), plan.kernels}, context, scratch);
+  step_to_contact<Real>(std::array{&state}, {&plan.mesh_of(0), plan.kernels}, context, scratch);
   std::vector<Vec3d> forces;
   for (std::size_t i = 0; i < v_before.size(); ++i) {
     forces.push_back(static_cast<double>(state.vertex_mass_kg) * (state.v[i] - v_before[i]).template cast<double>());
