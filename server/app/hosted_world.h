@@ -19,6 +19,7 @@
 #include "app/live_world.h"
 #include "app/metrics.h"
 #include "app/outbox.h"
+#include "app/recent_bytes.h"
 #include "app/tick_window.h"
 #include "app/world_clock.h"
 #include "app/world_journal.h"
@@ -174,7 +175,8 @@ class HostedWorld {
   TimePoint tick_began_{};
   TickSample sample_;  // of the tick under way
   TickWindow window_;
-  TickSummary summary_;  // of the last seconds, for others: found once a second
+  RecentBytes frame_bytes_;  // to all readers
+  TickSummary summary_;      // of the last seconds, for others: found once a second
   TimePoint summarised_{};
   double slipped_s_ = 0.0;
   TimePoint last_slow_event_{};

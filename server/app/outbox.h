@@ -41,7 +41,7 @@ struct Outbox {
   };
   std::vector<std::variant<Send, SendTopology, Publish, ReportOn, EndStream>> items;  // in order
   std::size_t bytes = 0;        // of the messages to single sessions
-  std::size_t frame_bytes = 0;  // of what is published, to all who get it: deltas, where there are
+  std::size_t frame_bytes = 0;  // of frames times their readers; one with a delta counts as the delta
 
   void send(net::SessionId session, const v1::ServerMessage& message) { send(session, serialise(message)); }
   void send(net::SessionId session, net::SharedBytes message) {

@@ -33,9 +33,7 @@ TickSummary TickWindow::summary(TimePoint now) const {
     const bool last = &entry == &entries_.back();  // counts however long ago: a tick can outlast the window
     if (entry.at + length < now && !last) continue;
     due_errors.push_back(entry.sample.due_error_ms);
-    const bool is_recent = entry.at + std::chrono::seconds(1) >= now;
-    if (is_recent) summary.frame_bytes += entry.sample.frame_bytes;
-    if (!is_recent && !last) continue;
+    if (entry.at + std::chrono::seconds(1) < now && !last) continue;
     steps.push_back(entry.sample.step_ms);
     encodes.push_back(entry.sample.encode_ms);
     periods_s += entry.sample.period_s;

@@ -13,7 +13,6 @@ struct TickSample {
   double due_error_ms = 0.0;  // the tick's end after its due time
   double period_s = 0.0;      // from its due time to the next tick's
   double slipped_s = 0.0;
-  std::size_t frame_bytes = 0;  // to all readers
 };
 
 struct TickSummary {
@@ -22,7 +21,6 @@ struct TickSummary {
   double step_ms_max = 0.0;
   double encode_ms_median = 0.0;
   double due_error_ms_p99 = 0.0;  // over the whole window, the others over its last second
-  std::size_t frame_bytes = 0;    // in that second
 };
 
 class TickWindow {

@@ -69,23 +69,28 @@ Status WorldJournal::trouble() const {
 
 bool WorldJournal::checkpoint_due(TimePoint now, std::uint64_t tick) const {
   const bool has_trouble = !trouble().ok();
-  const bool is_log_long = log_ && log_->end().bytes >= base::log_bytes_before_checkpoint;
   const std::lock_guard lock(checkpoints_->mutex);
   if (checkpoints_->under_way) return false;
-  if (has_trouble)
+  if (has_trouble || is_log_long()) {
     return now - last_checkpoint_ >=
            std::min<std::chrono::duration<double>>(wiring_.checkpoint_interval, retry_interval);
-  if (is_log_long) return true;
+  }
   return now - last_checkpoint_ >= wiring_.checkpoint_interval && (written_ || tick != last_tick_);
 }
 
-std::optional<WorldJournal::TimePoint> WorldJournal::next_try() const {
+bool WorldJournal::is_log_long() const {
+  return log_ && log_->end().bytes >= base::log_bytes_before_checkpoint;
+}
+
+std::optional<WorldJournal::TimePoint> WorldJournal::next_try(TimePoint now) const {
   const bool has_trouble = !trouble().ok();
   std::optional<TimePoint> next;
   if (log_ && log_->needs_sync()) next = last_sync_ + sync_interval;
   const std::lock_guard lock(checkpoints_->mutex);
-  if (!has_trouble && !checkpoints_->under_way) return next;
-  return std::min(next.value_or(TimePoint::max()), last_checkpoint_ + retry_interval);
+  if (!has_trouble && !checkpoints_->under_way && !is_log_long()) return next;
+  TimePoint retry = last_checkpoint_ + retry_interval;
+  if (checkpoints_->under_way && retry <= now) retry = now + retry_interval;  // a slow disk
+  return std::min(next.value_or(TimePoint::max()), retry);
 }
 
 void WorldJournal::sync_if_due(TimePoint now) {

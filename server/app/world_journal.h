@@ -57,14 +57,14 @@ class WorldJournal {
 
   /// Why not all of the world can be kept now; OK where it can.
   [[nodiscard]] base::Status trouble() const;
-  /// The interval has passed, something happened since, and the last one is written. Sooner where there is trouble, or
-  /// where the log is long (base::log_bytes_before_checkpoint).
+  /// The interval has passed, something happened since, and the last one is written. A second is enough where there is
+  /// trouble, or where the log is long (base::log_bytes_before_checkpoint).
   [[nodiscard]] bool checkpoint_due(TimePoint now, std::uint64_t tick) const;
   /// Hands what was written to the disk thread, to be synced, where that is to be done each second and it is time.
   void sync_if_due(TimePoint now);
   /// When to look again though nothing happens: where there is trouble, where a checkpoint is under way that may fail,
-  /// or something is to be synced.
-  [[nodiscard]] std::optional<TimePoint> next_try() const;
+  /// where the log is long, or something is to be synced.
+  [[nodiscard]] std::optional<TimePoint> next_try(TimePoint now) const;
   /// When the last checkpoint was written; none where it has all of the world, which is at `tick`.
   [[nodiscard]] std::optional<TimePoint> behind_checkpoint_of(std::uint64_t tick) const;
   /// Begins a new log and hands the state to the disk thread.
@@ -93,6 +93,7 @@ class WorldJournal {
   [[nodiscard]] static base::Status reported(const Wiring& wiring, const std::string& world, base::Status status);
   base::Status report(base::Status status) const { return reported(wiring_, world_, std::move(status)); }
   [[nodiscard]] bool lacks_a_change() const;
+  [[nodiscard]] bool is_log_long() const;
 
   const std::string world_;
   const Wiring wiring_;

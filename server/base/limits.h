@@ -166,9 +166,9 @@ inline constexpr std::size_t look_backs_max = 8;
 inline constexpr std::size_t client_look_backs_max = look_backs_max / 2;
 // Of a checkpoint and its logs, read back while the server runs.
 inline constexpr std::size_t history_bytes_max = 2 * checkpoint_bytes_max;
-// What came between two checkpoints. The next one is made early where the log has grown so long: who sends large edits
-// fills no disk, and a restart has little to replay. Past the limit, if the disk has not taken the checkpoint by then,
-// edits are refused.
+// Of what came between two checkpoints. A log as long as the first of these makes the next checkpoint due early, so
+// that it does not grow with the size of edits. Past the second, edits are refused: the disk has taken no checkpoint
+// meanwhile.
 inline constexpr std::size_t log_bytes_before_checkpoint = 64 * 1024 * 1024;
 inline constexpr std::size_t log_bytes_max = 1024 * 1024 * 1024;
 // Room for a mesh of the largest size, written out.

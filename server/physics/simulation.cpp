@@ -104,7 +104,7 @@ void Simulation::make_plan() {
       bodies.plan = {};
     }
     if (!is_explicit(choice.integrator)) make_tables<Real>(bodies, held_before);
-    bodies.scratch.clear();
+    bodies.scratch = {};
     bodies.solvers.clear();
     const bool is_implicit = !is_explicit(choice.integrator) && choice.integrator != Integrator::xpbd;
     bodies.start_m_s.clear();
@@ -135,6 +135,7 @@ void Simulation::end_tick() {
   ++tick;
   visit([](auto& bodies) {
     bodies.contacts.end_tick();
+    if (bodies.scratch.held() != nullptr && !bodies.scratch.held()->has_team()) bodies.scratch.give_back();
     for (auto& body : bodies.states) {
       if (!body.is_awake()) continue;
       note_recovery(body);

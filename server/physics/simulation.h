@@ -9,6 +9,7 @@
 #include "physics/choice/step_choice.h"
 #include "physics/choice/step_plan.h"
 #include "physics/contact/contact.h"
+#include "physics/machine/room_pool.h"
 #include "physics/solve_step.h"
 #include "physics/world.h"
 
@@ -18,15 +19,16 @@ namespace pneuma::physics {
 template <class Real>
 struct SoftBodies {
   std::vector<SoftState<Real>> states;
-  StepPlan<Real> plan;                     // of these states
-  std::vector<LaneScratch<Real>> scratch;  // one a thread
+  StepPlan<Real> plan;                // of these states
+  Borrowed<LaneRooms<Real>> scratch;  // within a tick; on where threads share a body
   // Of the methods that solve; empty where the method is explicit.
   std::vector<SolverScratch<Real>> solvers;    // one a thread
   std::vector<ImplicitTables<Real>> tables;    // one a body
   std::shared_ptr<ImplicitMatrices> matrices;  // what the tables point to; copies of the world share it
   // The velocities before the substep, one list a body, of the implicit methods where bodies can touch anything.
   std::vector<std::vector<Vec3<Real>>> start_m_s;
-  // Of the tick under way, where bodies run through it by themselves: all tasks do so many substeps, in order.
+  // Of the substep under way; or of the tick, where bodies run through it by themselves. All tasks do so many substeps,
+  // in order.
   std::vector<StepTask> tasks;
   std::size_t next_task = 0;
   std::uint32_t task_substeps = 0;

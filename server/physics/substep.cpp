@@ -94,7 +94,7 @@ SubstepContext Simulation::context_on(Workers& workers) {
           .profile = profiling ? &profile : nullptr};
 }
 
-// Steps 1 to 4 of the paper's algorithm (section 2.4), a body at a time. True when it was the substep's last part.
+// Steps 1 to 4 of the paper's algorithm (section 2.4). True when it was the substep's last part.
 template <class Real>
 bool Simulation::move_freely(SoftBodies<Real>& bodies, const SubstepContext& context) {
   if (profiling) bodies.profiles.resize(bodies.states.size());
@@ -144,7 +144,7 @@ void Simulation::move(SoftBodies<Real>& bodies, const SubstepContext& context) {
   }
 }
 
-// Explicit methods: each body by itself, or one that the threads share.
+// Explicit methods: bodies abreast or alone, a task a thread; the threads share a single large one.
 template <class Real>
 void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& context) {
   begin_notes(bodies, context);
@@ -155,10 +155,9 @@ void Simulation::integrate(SoftBodies<Real>& bodies, const SubstepContext& conte
                           context.of_body(shared, profile_of(bodies, task.bodies[0])), scratch);
   };
   if (bodies.tasks.size() == 1) {
-    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
-    run(bodies.tasks[0], bodies.scratch[0], context.workers);
+    run(bodies.tasks[0], bodies.scratch->at_least(1)[0], context.workers);
   } else {
-    run_tasks(*context.workers, std::span<const StepTask>(bodies.tasks), bodies.scratch,
+    run_tasks(*context.workers, std::span<const StepTask>(bodies.tasks), bodies.scratch->of_threads,
               [&](const StepTask& task, LaneScratch<Real>& scratch) { run(task, scratch, nullptr); });
   }
 }
@@ -224,11 +223,10 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, const SubstepCon
   }
   const auto tasks = std::span(std::as_const(bodies.tasks)).subspan(first, bodies.next_task - first);
   if (tasks.size() == 1) {
-    bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
-    run_task(bodies, tasks[0], context, bodies.scratch[0]);
+    run_task(bodies, tasks[0], context, bodies.scratch->at_least(1)[0]);
   } else {
     const SubstepContext alone = context.of_body(nullptr, context.profile);
-    run_tasks(*context.workers, tasks, bodies.scratch,
+    run_tasks(*context.workers, tasks, bodies.scratch->of_threads,
               [&](const StepTask& task, LaneScratch<Real>& scratch) { run_task(bodies, task, alone, scratch); });
   }
   for (const StepTask& task : tasks) {
@@ -255,11 +253,11 @@ void Simulation::run_task(SoftBodies<Real>& bodies, const StepTask& task, const 
 template <class Real>
 void Simulation::step_closely(SoftBodies<Real>& bodies, std::size_t index, std::uint32_t substeps,
                               const SubstepContext& context) {
-  bodies.scratch.resize(std::max<std::size_t>(bodies.scratch.size(), 1));
+  LaneScratch<Real>& scratch = bodies.scratch->at_least(1)[0];
   SoftState<Real>& body = bodies.states[index];
   for (std::uint32_t i = 0; i < substeps && !body.frozen; ++i) {
     step_to_contact<Real>(std::array{&body}, lanes_of(bodies, index),
-                          context.of_body(nullptr, profile_of(bodies, index)), bodies.scratch[0]);
+                          context.of_body(nullptr, profile_of(bodies, index)), scratch);
     if (body.gas_event) report_gas(body);
     if (!is_well(body, extents_of(body))) frozen.push_back({body.body.name, freeze(body)});
     for (std::size_t k = 0; k < body.x.size(); ++k) body.x[k] += body.dr[k];

@@ -327,7 +327,7 @@ Profile World::profile() const {
   simulation_->visit([&]<class Real>(const SoftBodies<Real>& bodies) {
     for (const Profile& profile : bodies.profiles) add_times(sum, profile);
     for (const auto& mesh : bodies.plan.meshes) add_bytes(Stage::springs, mesh->bytes());
-    for (const LaneScratch<Real>& scratch : bodies.scratch) add_bytes(Stage::integrate, scratch.bytes());
+    if (const LaneRooms<Real>* rooms = bodies.scratch.held()) add_bytes(Stage::integrate, rooms->bytes());
     for (const SolverScratch<Real>& scratch : bodies.solvers) add_bytes(Stage::integrate, scratch.bytes());
     if (bodies.matrices) add_bytes(Stage::integrate, bodies.matrices->bytes());
     for (const auto& start_m_s : bodies.start_m_s)

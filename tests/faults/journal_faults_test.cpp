@@ -120,7 +120,8 @@ TEST_F(JournalFaults, ARequestThatIsRefusedAfterAllIsNoPartOfTheLog) {
 }
 
 TEST_F(JournalFaults, ALongLogIsEndedByACheckpointBeforeItsTime) {
-  const auto is_due = [this] { return journal_.checkpoint_due(std::chrono::steady_clock::now(), 0); };
+  const auto after = [](std::chrono::seconds time) { return std::chrono::steady_clock::now() + time; };
+  const auto is_due = [&] { return journal_.checkpoint_due(after(std::chrono::seconds(2)), 0); };
   v1::ClientMessage large = push(1.0);
   large.mutable_impulse()->set_body(std::string(1024 * 1024, 'b'));
   std::uint64_t written_bytes = 0;
@@ -130,6 +131,13 @@ TEST_F(JournalFaults, ALongLogIsEndedByACheckpointBeforeItsTime) {
     written_bytes += large.ByteSizeLong();
   }
   EXPECT_TRUE(is_due());
+  files_.takes_files = false;
+  EXPECT_FALSE(checkpoint().ok());
+  ASSERT_TRUE(journal_.write(0, large).ok()) << "the old log goes on";
+  EXPECT_FALSE(journal_.checkpoint_due(after({}), 0)) << "not at each edit";
+  EXPECT_TRUE(journal_.next_try(after({})).has_value());
+  EXPECT_TRUE(is_due());
+  files_.takes_files = true;
   EXPECT_TRUE(checkpoint().ok());
   EXPECT_FALSE(is_due()) << "the new log is short";
 }

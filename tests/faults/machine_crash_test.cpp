@@ -141,14 +141,14 @@ TEST_P(MachineCrash, WhatIsASecondOldIsThereUnlessTheSystemIsToDecide) {
   journal_->sync_if_due(start_);
   ASSERT_TRUE(write(2.0).ok());
   const bool waits = GetParam() == persist::Sync::each_second;
-  ASSERT_EQ(journal_->next_try().has_value(), waits);
+  ASSERT_EQ(journal_->next_try(start_).has_value(), waits);
   if (waits) {
-    EXPECT_EQ(*journal_->next_try(), start_ + std::chrono::seconds(1));
+    EXPECT_EQ(*journal_->next_try(start_), start_ + std::chrono::seconds(1));
   }
   disk_.flush();
   journal_->sync_if_due(start_ + std::chrono::seconds(1));
   EXPECT_EQ(left_after_crash(), GetParam() == persist::Sync::none ? 0U : 2U);
-  EXPECT_FALSE(journal_->next_try()) << "nothing more is to be synced";
+  EXPECT_FALSE(journal_->next_try(start_)) << "nothing more is to be synced";
 }
 
 TEST_P(MachineCrash, ASyncThatFailsIsToldAndMadeUpForByACheckpoint) {

@@ -45,7 +45,7 @@ void expect_no_crossing(World& world, std::uint64_t ticks, std::uint64_t every, 
   }
 }
 
-// Or over as many as PNEUMA_MINUTES asks for.
+// PNEUMA_MINUTES makes it longer.
 TEST(Crossings, AreNoneInFiveBallsOverAMinute) {
   const auto scene = scene_io::builtin_scene("five-balls");
   ASSERT_TRUE(scene.ok());

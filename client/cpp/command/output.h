@@ -12,7 +12,7 @@ namespace pneuma::client {
 
 enum class LineEnds {
   escaped,  // one line, whatever is in it
-  kept,     // and tabs: of a text of several lines in which nobody else's strings have such
+  kept,     // and tabs. Only of a text in which the strings of others are escaped already
 };
 
 /// Fit for a terminal, whoever it comes from: what does not show (base/hidden_text.h) is written as JSON would, \u001b.

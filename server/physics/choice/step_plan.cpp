@@ -62,6 +62,7 @@ bool pulls_come_first(const LaneKernels<Real>& kernels) {
   return !(std::is_same_v<Real, float> && kernels.width == 16 && has_fast_wide_roots());
 }
 
+// The moves of bodies that may touch, and stored pulls, come on top.
 template <class Real>
 std::size_t arrays_of(Integrator integrator, bool gas, bool weighed) {
   const std::size_t staged = integrator == Integrator::midpoint ? 2 : integrator == Integrator::rk4 ? 4 : 0;
@@ -135,6 +136,7 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
                                      const SubstepContext& context) {
   std::vector<StepTask> tasks;
   const std::size_t width = plan.kernels->width;
+  const std::size_t threads = context.workers != nullptr ? context.workers->threads() : 1;
   for (const StepGroup& group : plan.groups) {
     const LaneTables<Real> lanes{plan.meshes[group.mesh].get(), plan.kernels};
     std::vector<std::uint32_t> abreast;
@@ -146,12 +148,13 @@ std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const
         tasks.push_back({group.mesh, {i}});
       }
     }
+    const std::size_t a_thread = (abreast.size() + threads - 1) / threads;
     for (auto rest = std::span(abreast); !rest.empty();) {
-      const std::size_t taken = std::min(rest.size(), width);
+      const std::size_t taken = std::min({rest.size(), width, a_thread});
       if (makes_fleet(taken, width)) {
         tasks.push_back({group.mesh, {rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(taken)}});
       } else {
-        for (const std::uint32_t i : rest) tasks.push_back({group.mesh, {i}});
+        for (const std::uint32_t i : rest.first(taken)) tasks.push_back({group.mesh, {i}});
       }
       rest = rest.subspan(taken);
     }

@@ -55,7 +55,7 @@ struct StepTask {
   std::vector<std::uint32_t> bodies;
 };
 
-/// The bodies that are awake, cut into tasks: abreast where that is faster than one by one.
+/// The bodies that are awake, cut into tasks: abreast where that is faster than one by one, and each thread has some.
 template <class Real>
 [[nodiscard]] std::vector<StepTask> cut_into_tasks(const StepPlan<Real>& plan, std::span<const SoftState<Real>> bodies,
                                                    const SubstepContext& context);

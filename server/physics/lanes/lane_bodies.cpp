@@ -44,6 +44,18 @@ std::size_t LaneScratch<Real>::bytes() const {
 }
 
 template <class Real>
+std::size_t LaneRooms<Real>::bytes() const {
+  std::size_t sum = 0;
+  for (const LaneScratch<Real>& scratch : of_threads) sum += scratch.bytes();
+  return sum;
+}
+
+template <class Real>
+bool LaneRooms<Real>::has_team() const {
+  return std::ranges::any_of(of_threads, [](const LaneScratch<Real>& scratch) { return scratch.team != nullptr; });
+}
+
+template <class Real>
 void LaneBodies<Real>::load(bool gas, bool weighed) const {
   clear_unused_slots(scratch_.force);
   if (gas) clear_unused_slots(scratch_.gradient);
@@ -121,23 +133,23 @@ void LaneBodies<Real>::store(std::span<const std::uint8_t> wanted, bool advance)
     });
     return;
   }
-  std::array<Vec3<Real>*, pack_slots> to_x{};
+  std::array<Vec3<Real>*, pack_slots> to_moved{};
   std::array<Vec3<Real>*, pack_slots> to_v{};
   std::array<std::size_t, pack_slots> lanes{};
   std::size_t count = 0;
   const Real* const moved_lanes = advance ? scratch_.x.data() : scratch_.move.data();
   for (std::size_t lane = 0; lane < bodies_.size(); ++lane) {
     if (wanted[lane] == 0) continue;
-    to_x[count] = (advance ? bodies_[lane]->x : bodies_[lane]->dr).data();
+    to_moved[count] = (advance ? bodies_[lane]->x : bodies_[lane]->dr).data();
     to_v[count] = bodies_[lane]->v.data();
     lanes[count++] = lane;
   }
   for_slots([&](std::size_t slot, std::uint32_t vertex) {
-    const Real* x = moved_lanes + at(slot, 0, 0);
+    const Real* moved = moved_lanes + at(slot, 0, 0);
     const Real* v = scratch_.v.data() + at(slot, 0, 0);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t lane = lanes[i];
-      to_x[i][vertex] = {x[lane], x[width_ + lane], x[2 * width_ + lane]};
+      to_moved[i][vertex] = {moved[lane], moved[width_ + lane], moved[2 * width_ + lane]};
       to_v[i][vertex] = {v[lane], v[width_ + lane], v[2 * width_ + lane]};
     }
   });
@@ -177,6 +189,7 @@ void LaneBodies<Real>::find_well(std::uint32_t substeps, const PerLane<Real>& v_
 #define PNEUMA_INSTANTIATE(Real)     \
   template struct LaneMesh<Real>;    \
   template struct LaneScratch<Real>; \
+  template struct LaneRooms<Real>;   \
   template class LaneBodies<Real>;
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

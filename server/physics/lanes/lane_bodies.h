@@ -68,6 +68,21 @@ struct LaneScratch {
   [[nodiscard]] std::size_t bytes() const;
 };
 
+/// The room of each thread. Worlds may use it in turns (machine/room_pool.h) while no team is in it.
+template <class Real>
+struct LaneRooms {
+  std::vector<LaneScratch<Real>> of_threads;
+
+  /// For at least so many threads.
+  [[nodiscard]] std::vector<LaneScratch<Real>>& at_least(std::size_t threads) {
+    if (of_threads.size() < threads) of_threads.resize(threads);
+    return of_threads;
+  }
+  [[nodiscard]] std::size_t bytes() const;
+  [[nodiscard]] bool has_team() const;
+  void clear() {}
+};
+
 /// Writes x, y, z, 0 of a slot of a body alone: whole rows, which the first pass loads as such.
 template <class Real>
 void put_row(const Vec3<Real>& from, LaneArray<Real>& to, std::size_t slot) {

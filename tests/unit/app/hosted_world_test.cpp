@@ -94,21 +94,37 @@ v1::ClientMessage resume(std::uint64_t request_id) {
   return message;
 }
 
-TEST_F(HostedWorldTest, StatsTellTheFrameBytesOfTheLastSecond) {
-  post(resume(1));
+// Of frames while the world is paused, and of a tick that was asked for.
+TEST_F(HostedWorldTest, StatsTellTheFrameBytesOfTheLastSecondToAllReaders) {
   v1::ClientMessage subscribe;
   subscribe.mutable_subscribe()->set_world("w");
   post(subscribe);
-  drain();
+  (void)world_->post(request_of(std::make_shared<Session>(8), subscribe));
+  std::size_t sent_bytes = 0;
+  const auto count_frames = [&] {
+    for (const auto& item : outbox_.items) {
+      const auto* publish = std::get_if<Outbox::Publish>(&item);
+      if (publish == nullptr) continue;
+      const auto& message = publish->frame.delta ? publish->frame.delta : publish->frame.key;
+      sent_bytes += publish->sessions->size() * message->size();
+    }
+    outbox_ = {};
+  };
+  const auto drain_and_count = [&] {
+    world_->drain(std::chrono::steady_clock::now(), TimePoint::max(), outbox_);
+    count_frames();
+  };
+  drain_and_count();
+  const std::size_t at_rest_bytes = sent_bytes;
+  EXPECT_GT(at_rest_bytes, 0U);
+  post(step(1, 1));
+  drain_and_count();
   EXPECT_TRUE(world_->step([] { return false; }));
   world_->encode(outbox_);
-  std::size_t sent_bytes = 0;
-  for (const auto& item : outbox_.items) {
-    if (const auto* publish = std::get_if<Outbox::Publish>(&item)) sent_bytes += publish->frame.key->size();
-  }
-  EXPECT_GT(sent_bytes, 0U);
+  count_frames();
+  EXPECT_GT(sent_bytes, at_rest_bytes);
   world_->end_tick(std::chrono::steady_clock::now(), outbox_);
-  take_replies();
+  outbox_ = {};
   post(get_stats(2));
   const auto replies = drain();
   ASSERT_EQ(replies.size(), 1U);

@@ -50,15 +50,6 @@ TEST(TickWindow, OldTicksLeave) {
   EXPECT_EQ(window.summary(window_start + milliseconds(2000)).time_ratio, 1.0);
 }
 
-TEST(TickWindow, FrameBytesAreThoseOfTheLastSecondAlone) {
-  TickWindow window;
-  TickSample sample;
-  sample.frame_bytes = 10;
-  for (int i = 0; i <= 20; ++i) window.add(window_start + milliseconds(100 * i), sample);
-  EXPECT_EQ(window.summary(window_start + milliseconds(2'050)).frame_bytes, 100U);
-  EXPECT_EQ(window.summary(window_start + milliseconds(3'050)).frame_bytes, 0U) << "a world that stands sends none";
-}
-
 TEST(TickWindow, TheLastTickCountsUntilTheNext) {
   TickWindow window;
   TickSample slow;

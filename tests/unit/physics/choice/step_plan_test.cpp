@@ -87,12 +87,32 @@ TEST(StepPlan, FleetsMoveAlikeByRingsAndByEdges) {
   }
 }
 
-TEST(StepPlan, MakesNoEdgesForBodiesThatMayTouch) {
+TEST(StepPlan, MakesNoEdgesForBodiesThatMayTouchAndAreTooFewForAFleet) {
   const auto mesh = *make_icosphere(1, 0.5);
   const Simulation free(balls_of(mesh, 16), {1, Integrator::midpoint, ""});
-  const auto& states = std::get<SoftBodies<double>>(free.soft).states;
-  const auto plan = make_step_plan<double>(states, true, Abreast::of_several_worlds, {});
-  EXPECT_TRUE(plan.meshes[0]->edges.ends.empty());
+  const auto states = std::span(std::get<SoftBodies<double>>(free.soft).states);
+  const auto has_edges = [&](std::size_t count, bool solids) {
+    const auto plan = make_step_plan<double>(states.first(count), solids, Abreast::of_several_worlds, {});
+    return !plan.meshes[0]->edges.ends.empty();
+  };
+  EXPECT_TRUE(has_edges(1, false)) << "others may be in other worlds";
+  EXPECT_FALSE(has_edges(1, true));
+  EXPECT_TRUE(has_edges(16, true));
+}
+
+TEST(StepPlan, LeavesNoThreadWithoutATaskForTheSakeOfAFleet) {
+  const auto mesh = *make_icosphere(1, 0.5);
+  const Simulation free(balls_of(mesh, 16), {1, Integrator::midpoint, ""});
+  const auto& bodies = std::get<SoftBodies<double>>(free.soft);
+  const std::size_t width = bodies.plan.kernels->width;
+  for (const std::size_t threads : {1U, 2U, 16U}) {
+    Workers workers(threads);
+    const auto tasks = cut_into_tasks<double>(bodies.plan, bodies.states, {.workers = &workers});
+    EXPECT_GE(tasks.size(), threads);
+    if (threads == 1) {
+      EXPECT_EQ(tasks.size(), 16 / width);
+    }
+  }
 }
 
 TEST(StepPlan, GivesBodiesOfOneMeshWithOtherFactorsTablesOfTheirOwn) {
