@@ -206,19 +206,23 @@ TEST_P(Lanes, GiveABodyThatTouchesTheSameBitsAloneAndInAFleetOfAnySize) {
       const std::vector<Vec3d> expected = end_of(falling(1, integrator, GetParam()), 0);
       const auto lowest = [](const Vec3d& a, const Vec3d& b) { return a.y() < b.y(); };
       EXPECT_LT(std::ranges::min_element(expected, lowest)->y(), -0.54) << "it is on the floor";
-      for (const std::size_t count : {2U, 5U, 9U, 16U, 17U}) {
+      for (const std::size_t count : {2U, 9U, 17U}) {
         EXPECT_TRUE(end_of(falling(count, integrator, GetParam()), 0) == expected) << count << " abreast";
       }
       Scene pinned = falling(16, integrator, GetParam());
       for (SoftBody& body : pinned.soft_bodies) body.pins = {0, 17};
-      for (const Scene& many : {falling(16, integrator, GetParam()), weighed(falling(16, integrator, GetParam())),
-                                with_unlike_springs(falling(16, integrator, GetParam())), pinned}) {
+      Scene unlike = with_unlike_springs(falling(16, integrator, GetParam()));
+      unlike.stepping.substeps = 32;  // for the stiffest: a body that runs away is stopped
+      for (const Scene& many :
+           {falling(16, integrator, GetParam()), weighed(falling(16, integrator, GetParam())), unlike, pinned}) {
+        World world = make_world(many);
+        run_ticks(world, ticks);
         for (const std::size_t i : {1U, 11U}) {
           Scene alone = many;
           alone.soft_bodies = {many.soft_bodies[i]};
-          EXPECT_TRUE(end_of(many, i) == end_of(alone, 0)) << i;
+          EXPECT_TRUE(positions_of(world, i) == end_of(alone, 0)) << i;
         }
-        EXPECT_EQ(hash_after(many, 2), hash_after(many, 1));
+        EXPECT_EQ(hash_after(many, 2), world.state_hash());
       }
     });
   }
