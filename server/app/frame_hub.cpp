@@ -387,14 +387,20 @@ void FrameHub::publish_new(const Quality& quality, QualityClass& quality_class, 
       quality_class.encoder.encode(source, scalars, tick, quality_class.layout, layer, with_key || !keyed.empty());
   quality_class.encode_time_us =
       std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-  if (keyed.empty()) return outbox.publish(quality_class.sessions, std::move(frame));
+  if (keyed.empty()) return publish(quality_class.sessions, std::move(frame), outbox);
   // A session takes the delta where it can, so those whose key is due are not offered it.
   net::StreamFrame key = frame;
   key.delta = nullptr;
-  outbox.publish(std::make_shared<const std::vector<net::SessionId>>(keyed), std::move(key));
+  publish(std::make_shared<const std::vector<net::SessionId>>(keyed), std::move(key), outbox);
   auto others = std::make_shared<std::vector<net::SessionId>>();
   std::ranges::set_difference(*quality_class.sessions, keyed, std::back_inserter(*others));  // both ascend
-  if (!others->empty()) outbox.publish(std::move(others), std::move(frame));
+  if (!others->empty()) publish(std::move(others), std::move(frame), outbox);
+}
+
+void FrameHub::publish(SessionIds sessions, net::StreamFrame frame, Outbox& outbox) {
+  const net::SharedBytes& message = frame.delta ? frame.delta : frame.key;
+  frame_bytes_.add(std::chrono::steady_clock::now(), sessions->size() * message->size());
+  outbox.publish(std::move(sessions), std::move(frame));
 }
 
 void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
@@ -406,7 +412,7 @@ void FrameHub::publish_last(QualityClass& quality_class, Outbox& outbox) {
     waiting->push_back(id);
   }
   if (waiting->empty()) return;
-  for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) outbox.publish(waiting, std::move(frame));
+  for (net::StreamFrame& frame : quality_class.encoder.for_joiners()) publish(waiting, std::move(frame), outbox);
 }
 
 void FrameHub::applied(const Change& change, Outbox& outbox) const {

@@ -18,6 +18,7 @@
 #include "app/layout.h"
 #include "app/outbox.h"
 #include "app/quality_ladder.h"
+#include "app/recent_bytes.h"
 #include "app/session.h"
 #include "app/touch_news.h"
 #include "app/world_bytes.h"
@@ -108,6 +109,10 @@ class FrameHub {
   [[nodiscard]] std::size_t class_count() const { return classes_.size(); }
   /// What the encoders of all classes take for a vertex of the world.
   [[nodiscard]] double bytes_per_vertex() const;
+  /// Of frames to all their readers, in the last second; one with a delta counts as the delta.
+  [[nodiscard]] double frame_bytes_s() const {
+    return static_cast<double>(frame_bytes_.sum(std::chrono::steady_clock::now()));
+  }
 
  private:
   // A frame in a day of ticks is the rarest that is told apart.
@@ -197,12 +202,14 @@ class FrameHub {
                                                                  double tick_period_s);
   void publish_new(const Quality& quality, QualityClass& quality_class, const FrameSource& source,
                    MeasuredScalars& scalars, std::uint64_t tick, std::uint32_t layer, Outbox& outbox);
+  void publish(SessionIds sessions, net::StreamFrame frame, Outbox& outbox);
   void publish_last(QualityClass& quality_class, Outbox& outbox);
 
   std::function<std::uint32_t()> take_stream_id_;
   std::function<void(std::uint32_t)> drop_stream_id_;
   MeshTopologies topologies_;
   Classes classes_;
+  RecentBytes frame_bytes_;
   double source_error_m_ = 0.0;
   double source_velocity_error_m_s_ = 0.0;
 };

@@ -105,11 +105,7 @@ void HostedWorld::drain(TimePoint now, TimePoint until, Outbox& outbox) {
     if (const auto* ended = std::get_if<SessionEnded>(&*command)) session_ended(ended->session, outbox);
   }
   if (destroyed_by_) return;
-  if (is_idle()) {
-    const std::size_t bytes_before = outbox.frame_bytes;
-    hub_.encode_rest(LiveFrames(live_.physics()), live_.tick(), outbox);
-    frame_bytes_.add(now, outbox.frame_bytes - bytes_before);
-  }
+  if (is_idle()) hub_.encode_rest(LiveFrames(live_.physics()), live_.tick(), outbox);
   if (had_commands) {
     memory_.settle(false, live_.physics().integrator(), hub_.bytes_per_vertex());
     publish_status(now);
@@ -147,10 +143,8 @@ void HostedWorld::encode(Outbox& outbox) {
     if (step.reached) step.ticks_left = 1;
   }
   // The last tick of a step request shows the world at rest, whatever the subscriber's rate.
-  const std::size_t bytes_before = outbox.frame_bytes;
   const bool last_of_step = paused_ && pending_steps_.size() == 1 && pending_steps_.front().ticks_left == 1;
   hub_.encode_tick(LiveFrames(live_.physics()), live_.tick(), last_of_step, outbox);
-  frame_bytes_.add(start, outbox.frame_bytes - bytes_before);
   if (hub_.wants_touches()) hub_.tell_touches(TickTouches(live_.physics()), live_.tick(), outbox);
   sample_.encode_ms = ms_between(start, std::chrono::steady_clock::now());
   send_events(outbox);

@@ -19,7 +19,6 @@
 #include "app/live_world.h"
 #include "app/metrics.h"
 #include "app/outbox.h"
-#include "app/recent_bytes.h"
 #include "app/tick_window.h"
 #include "app/world_clock.h"
 #include "app/world_journal.h"
@@ -175,8 +174,7 @@ class HostedWorld {
   TimePoint tick_began_{};
   TickSample sample_;  // of the tick under way
   TickWindow window_;
-  RecentBytes frame_bytes_;  // to all readers
-  TickSummary summary_;      // of the last seconds, for others: found once a second
+  TickSummary summary_;  // of the last seconds, for others: found once a second
   TimePoint summarised_{};
   double slipped_s_ = 0.0;
   TimePoint last_slow_event_{};

@@ -378,7 +378,7 @@ v1::ServerMessage HostedWorld::stats(const Request& request, TimePoint now) cons
   out.set_step_time_max_ms(summary.step_ms_max);
   out.set_encode_time_ms(summary.encode_ms_median);
   out.set_due_error_ms_p99(summary.due_error_ms_p99);
-  out.set_frame_bytes_s(static_cast<double>(frame_bytes_.sum(now)));
+  out.set_frame_bytes_s(hub_.frame_bytes_s());
   out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));
   hub_.describe_streams(request.session->id(), request.reader, out.rate_hz(), out);

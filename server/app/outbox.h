@@ -40,8 +40,7 @@ struct Outbox {
     std::uint32_t stream_id;
   };
   std::vector<std::variant<Send, SendTopology, Publish, ReportOn, EndStream>> items;  // in order
-  std::size_t bytes = 0;        // of the messages to single sessions
-  std::size_t frame_bytes = 0;  // of frames times their readers; one with a delta counts as the delta
+  std::size_t bytes = 0;  // of the messages to single sessions
 
   void send(net::SessionId session, const v1::ServerMessage& message) { send(session, serialise(message)); }
   void send(net::SessionId session, net::SharedBytes message) {
@@ -52,8 +51,6 @@ struct Outbox {
     items.emplace_back(SendTopology{std::move(session), std::move(topology)});
   }
   void publish(SessionIds sessions, net::StreamFrame frame) {
-    const net::SharedBytes& message = frame.delta ? frame.delta : frame.key;
-    if (message) frame_bytes += sessions->size() * message->size();
     items.emplace_back(Publish{std::move(sessions), std::move(frame)});
   }
   void report_on(net::SessionId session, std::uint32_t stream_id) { items.emplace_back(ReportOn{session, stream_id}); }
@@ -75,7 +72,7 @@ struct Outbox {
       if (auto* end = std::get_if<EndStream>(&item)) server.end_stream(end->session, end->stream_id);
     }
     items.clear();
-    bytes = frame_bytes = 0;
+    bytes = 0;
   }
 };
 

@@ -20,7 +20,7 @@ template <class Real>
 struct SoftBodies {
   std::vector<SoftState<Real>> states;
   StepPlan<Real> plan;                // of these states
-  Borrowed<LaneRooms<Real>> scratch;  // within a tick; on where threads share a body
+  Borrowed<LaneRooms<Real>> scratch;  // held within a tick, and longer where threads share a body
   // Of the methods that solve; empty where the method is explicit.
   std::vector<SolverScratch<Real>> solvers;    // one a thread
   std::vector<ImplicitTables<Real>> tables;    // one a body

@@ -359,6 +359,7 @@ v1::ServerMessage ReplayedWorld::stats(const app::Request& request) const {
   out.set_rate_hz(playback_.header().world_rate_hz());
   out.set_subscribers(static_cast<std::uint32_t>(hub_.subscriber_count()));
   out.set_quality_classes(static_cast<std::uint32_t>(hub_.class_count()));
+  out.set_frame_bytes_s(hub_.frame_bytes_s());
   hub_.describe_streams(request.session->id(), request.reader, out.rate_hz(), out);
   return message;
 }

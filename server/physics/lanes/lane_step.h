@@ -25,9 +25,9 @@ template <class Real>
 }
 
 /// One substep of bodies, up to contact: their gas advances (advance_gas), v advances by dt_s, dr is the move that
-/// belongs to it, and x stays. Up to kernels.width of one mesh, as the call begins all with lane gas or all without,
-/// all damped or none, all with mass shares or none, the same vertices pinned; or a single one, which the context's
-/// workers share where it is large.
+/// belongs to it, and x stays. A single body, which the context's workers share where it is large; or up to
+/// kernels.width of one mesh that are alike as the call begins: all with lane gas or none, all damped or none, all with
+/// mass shares or none, the same vertices pinned.
 template <class Real>
 void step_to_contact(std::span<SoftState<Real>* const> bodies, const LaneTables<Real>& lanes,
                      const SubstepContext& context, LaneScratch<Real>& scratch);

@@ -409,6 +409,17 @@ TEST_F(ReplayedWorldTest, WhatWasRecordedOfVelocitiesAndScalarsIsPlayedAtTheKept
   }
 }
 
+TEST_F(ReplayedWorldTest, StatsTellTheFrameBytesOfTheLastSecond) {
+  play();
+  const auto frame_bytes_s = [this] {
+    return ask([](auto& message) { message.mutable_get_stats(); }).stats().frame_bytes_s();
+  };
+  EXPECT_EQ(frame_bytes_s(), 0.0) << "nobody watches";
+  subscribe();
+  go_on_until(0.5);
+  EXPECT_GT(frame_bytes_s(), 0.0);
+}
+
 TEST_F(ReplayedWorldTest, NobodyChangesARecording) {
   play();
   for (const auto& fill : std::vector<std::function<void(v1::ClientMessage&)>>{
