@@ -9,6 +9,7 @@
 
 #include "raw_connection.h"
 #include "served.h"
+#include "support/sanitizers.h"
 
 namespace pneuma::integration {
 namespace {
