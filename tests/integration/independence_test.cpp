@@ -117,7 +117,7 @@ TEST_F(Independence, AnEditThatTakesLongHoldsUpNobodyElse) {
 }
 
 TEST_F(Independence, AWorldPastItsBudgetWaitsAndSaysWhy) {
-  const std::string share = support::is_sanitized ? "0.25" : "0.05";  // a slice takes seconds there
+  const std::string share = support::is_sanitized ? "0.25" : "0.05";  // a tick takes seconds there
   start({"--world-processors-max", share});
   client::Client client = connect();
   create(client, overloaded(), "heavy");

@@ -1,6 +1,8 @@
 // A plugin of clang-tidy: its checks go through the project's own declarations alone. Without it they also go through
 // every system header that a unit includes, only to keep silent about it, which takes as long as reading the unit.
 // ./dev lint compiles and loads it.
+#include <vector>
+
 #include <clang-tidy/ClangTidyCheck.h>
 #include <clang-tidy/ClangTidyModule.h>
 #include <clang-tidy/ClangTidyModuleRegistry.h>
