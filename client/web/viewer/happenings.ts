@@ -1,5 +1,6 @@
 // What the server tells of a world unasked, in words.
 import { type Applied, type Event, Event_Kind } from "../src/index.js";
+import { changeWords } from "./change_words.js";
 
 /** "": nothing that has to be said. */
 export function happeningText({ kind, body, joint, detail }: Event): string {
@@ -11,22 +12,19 @@ export function happeningText({ kind, body, joint, detail }: Event): string {
   return "";
 }
 
-// Of a hand only that it took hold: it moves many times a second.
-const deeds: Readonly<Record<string, string>> = { pause: "paused", resume: "went on", edit: "changed" };
-
-function words(name: string): string {
-  return name.replaceAll(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`);
-}
-
+/** What was done. A hand is told of once, when it takes hold: it moves many times a second. */
 function whatText({ command }: Pick<Applied, "command">): string {
   const request = command?.request;
   if (request?.case === "impulse") return `${request.value.body || "a body"} was hit`;
   if (request?.case === "grab") return `${request.value.body || "a body"} was taken hold of`;
-  if (request?.case === "edit" && request.value.source.case === "edit") {
-    const kinds = new Set(request.value.source.value.changes.map(({ change }) => words(change.case ?? "")));
-    return [...kinds].join(", ");
+  if (request?.case === "pause") return "paused";
+  if (request?.case === "resume") {
+    const { timeScale } = request.value;
+    return timeScale === undefined ? "time goes on" : `time goes at ${timeScale} ×`;
   }
-  return deeds[request?.case ?? ""] ?? "";
+  if (request?.case !== "edit") return "";
+  const { source } = request.value;
+  return source.case === "edit" ? changeWords(source.value.changes) : "the scene";
 }
 
 /** What was done to a world, and who did it: `own` is this page's session. "": nothing that has to be told. */

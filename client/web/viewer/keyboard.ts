@@ -1,6 +1,7 @@
 // Keys, and the controls that they press.
 import { element } from "./element.js";
 import { isPermitted } from "./permitted.js";
+import { sentence } from "./words.js";
 
 const keys: Record<string, string> = {
   "?": "show-keys",
@@ -56,7 +57,7 @@ const others: readonly (readonly [key: string, what: string, control?: string])[
 
 function nameOf(control: HTMLElement): string {
   const named = control instanceof HTMLInputElement ? control.parentElement! : control;
-  return control.getAttribute("aria-label") ?? named.textContent!.trim();
+  return sentence(control.getAttribute("aria-label") ?? named.textContent!.trim());
 }
 
 /** Lists the keys of the controls that are there. */
@@ -69,7 +70,7 @@ function showKeys(): void {
   ];
   element("key-list").replaceChildren(
     ...rows.flatMap(([key, what]) => [
-      Object.assign(document.createElement("dt"), { textContent: key.length === 1 ? key.toUpperCase() : key }),
+      Object.assign(document.createElement("dt"), { textContent: sentence(key) }),
       Object.assign(document.createElement("dd"), { textContent: what }),
     ]),
   );

@@ -9,6 +9,7 @@ import { whyNotEdit } from "./permitted.js";
 import { difference, isSame } from "./scene_difference.js";
 import { type Refusal, refusalOfEdit, refusalOfWorld } from "./scene_refusal.js";
 import { type Problem, type Reading, readScene, sceneText } from "./scene_text.js";
+import { sentence } from "./words.js";
 import type { WorldEdits } from "./world_edits.js";
 
 // What is written is looked through when the hands rest for so long.
@@ -37,10 +38,6 @@ function freeName(wanted: string, taken: readonly string[]): string {
   let number = 2;
   while (taken.includes(`${base}-${number}`)) ++number;
   return `${base}-${number}`;
-}
-
-function sentence(text: string): string {
-  return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
 export class SceneSheet {

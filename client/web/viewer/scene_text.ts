@@ -82,8 +82,17 @@ class Writer {
 
 export function sceneText(scene: Scene): Written {
   const writer = new Writer();
-  const text = writer.lines(writer.short(toJson(SceneSchema, scene, { useProtoFieldName: true })));
+  const text = writer.lines(writer.short(jsonOf(scene)));
   return { text, kept: writer.kept };
+}
+
+/** With every list written out: a file for the command line. */
+export function wholeSceneText(scene: Scene): string {
+  return new Writer().lines(jsonOf(scene));
+}
+
+function jsonOf(scene: Scene): Json {
+  return toJson(SceneSchema, scene, { useProtoFieldName: true });
 }
 
 function kindOf(node: JsonNode): string {

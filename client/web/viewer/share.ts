@@ -1,6 +1,5 @@
 // What leaves the page: a link to what is seen, the scene, a picture, a film, a recording, or that as a page of its own.
-import { toJsonString } from "@bufbuild/protobuf";
-import { PneumaError, readRecording, Recorder, SceneSchema } from "../src/index.js";
+import { PneumaError, readRecording, Recorder } from "../src/index.js";
 import { noteView } from "./address.js";
 import { refuse, say } from "./effect.js";
 import { element } from "./element.js";
@@ -9,6 +8,7 @@ import type { Film } from "./film.js";
 import { maxErrorM } from "./looks.js";
 import { oneFile } from "./one_file.js";
 import type { Picture } from "./picture.js";
+import { wholeSceneText } from "./scene_text.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const progressIntervalMs = 500;
@@ -79,7 +79,7 @@ export class Share {
   }
 
   private async sceneText(): Promise<string> {
-    return toJsonString(SceneSchema, await this.edits.fresh(), { prettySpaces: 2 });
+    return wholeSceneText(await this.edits.fresh());
   }
 
   private saveScene(world: string, text: string): void {

@@ -77,7 +77,8 @@ export class Slider {
     const value = scene && this.quantity.valueOf(scene);
     this.input.disabled = value === undefined;
     if (value !== undefined) this.input.value = String(value);
-    this.show(value === undefined ? "none" : this.quantity.text(value, scene!));
+    if (!scene) this.show("–");
+    else this.show(value === undefined ? "none" : this.quantity.text(value, scene));
   }
 
   private show(text: string): void {

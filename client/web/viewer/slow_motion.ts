@@ -23,7 +23,13 @@ export class SlowMotion {
 
   /** Lets these be chosen, too. */
   offer(scales: readonly number[]): void {
-    for (const scale of scales) this.choice.add(new Option(`${scale} ×`, String(scale)));
+    for (const scale of scales) this.list(new Option(`${scale} ×`, String(scale)));
+  }
+
+  /** The fastest comes first. */
+  private list(option: HTMLOptionElement): void {
+    const slower = [...this.choice.options].find(({ value }) => Number(value) < Number(option.value));
+    this.choice.add(option, slower ?? null);
   }
 
   /** What the server says. Of a world that stands still, what was chosen to go on with stays chosen. */
@@ -44,7 +50,7 @@ export class SlowMotion {
     if (![...this.choice.options].some(({ value }) => Number(value) === scale)) {
       const option = new Option(`${scale} ×`, String(scale));
       option.dataset["isUnlisted"] = "true";
-      this.choice.add(option);
+      this.list(option);
     }
     this.choice.value = String(scale);
     this.changed(scale);

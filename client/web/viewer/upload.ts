@@ -8,10 +8,12 @@ import type { Change } from "./inverse_edit.js";
 import type { Triangles } from "./mesh_file.js";
 import { mayEdit } from "./permitted.js";
 import { freePlace, newName } from "./surroundings.js";
-import { inWords } from "./words.js";
+import { counted, inWords } from "./words.js";
 import type { WorldEdits } from "./world_edits.js";
 
 const topic = "file";
+// What the server says of a scene that is written by hand. Here a button offers it.
+const mendHint = / \(a mend of the mesh [^)]*\)/;
 const meshFiles = /\.(obj|stl|ply|glb|gltf)$/i;
 
 interface Chosen {
@@ -25,10 +27,6 @@ export interface Around {
   readonly frame: Frame | undefined;
   /** What the camera looks at. */
   readonly centre: Vector3;
-}
-
-function count(number: number, what: string): string {
-  return `${number.toLocaleString("en")} ${what}`;
 }
 
 /** Of a file, with room for a number behind it: the server takes names of 128 bytes. */
@@ -105,8 +103,8 @@ export class Upload {
     const lengths = box.getSize(new Vector3()).toArray();
     element("upload-name").textContent = name;
     element("upload-facts").textContent = [
-      count(triangles.positions.length / 3, "vertices"),
-      count(triangles.indices.length / 3, "faces"),
+      counted(triangles.positions.length / 3, "vertex", "vertices"),
+      counted(triangles.indices.length / 3, "face", "faces"),
       `${lengths.map((length) => Number(length.toPrecision(3))).join(" × ")} in the file's unit`,
     ].join(" · ");
     this.size.value = String(2 * usualRadiusM(this.around().frame));
@@ -118,7 +116,7 @@ export class Upload {
   }
 
   private tellRefusal(why: string): void {
-    this.refusal.textContent = why;
+    this.refusal.textContent = why.replace(mendHint, "");
     this.mendButton.hidden = why === "";
   }
 

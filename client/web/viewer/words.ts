@@ -24,7 +24,12 @@ function fieldOf(path: string): string {
   return isAxis ? `${words} ${last}` : words;
 }
 
-function sentence(text: string): string {
+/** "1 face", "12,000 faces". */
+export function counted(number: number, one: string, many: string): string {
+  return `${number.toLocaleString("en")} ${number === 1 ? one : many}`;
+}
+
+export function sentence(text: string): string {
   return text.charAt(0).toUpperCase() + text.slice(1);
 }
 

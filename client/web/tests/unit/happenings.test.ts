@@ -2,8 +2,10 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
+import { SceneChangeSchema } from "../../proto/pneuma/v1/scene_pb.js";
 import { AppliedSchema, ClientMessageSchema, EventSchema } from "../../proto/pneuma/v1/session_pb.js";
 import { Event_Kind } from "../../src/index.js";
+import { changeWords } from "../../viewer/change_words.js";
 import { deedText, happeningText, Surprises, surpriseText } from "../../viewer/happenings.js";
 
 test("what happens to a body is said with its name and the server's reason", () => {
@@ -32,11 +34,29 @@ test("what somebody did is told in words, and what a hand does many times a seco
   const change = { change: { case: "setGravity", value: { y: -1 } } } as const;
   assert.equal(
     text({ case: "edit", value: { source: { case: "edit", value: { changes: [change, change] } } } }),
-    "set gravity",
+    "gravity",
   );
-  assert.equal(text({ case: "edit", value: { source: { case: "editJson", value: "{}" } } }), "changed");
+  assert.equal(text({ case: "edit", value: { source: { case: "editJson", value: "{}" } } }), "the scene");
+  assert.equal(text({ case: "resume", value: {} }), "time goes on");
+  assert.equal(text({ case: "resume", value: { timeScale: 0.25 } }), "time goes at 0.25 ×");
   assert.equal(text({ case: "impulse", value: { body: "ball" } }), "ball was hit");
   assert.equal(text({ case: "moveGrab", value: {} }), "");
+});
+
+test("an edit is told by what it changes, and of which bodies", () => {
+  const words = (...changes: MessageInitShape<typeof SceneChangeSchema>["change"][]) =>
+    changeWords(changes.map((change) => create(SceneChangeSchema, { change: change! })));
+  const ofBody = (name: string, value: object) => ({ case: "changeSoftBody", value: { name, ...value } }) as const;
+  assert.equal(words(ofBody("ball", { gas: { moles: 2 } })), "gas of ball");
+  assert.equal(
+    words(ofBody("ball", { gas: { flowMolS: 0 } }), ofBody("ring", { gas: { flowMolS: 0 } })),
+    "pump of ball and ring",
+  );
+  const stiff = ["a", "b", "c"].map((name) => ofBody(name, { springs: { stiffnessNM: 9 } }));
+  assert.equal(words(...stiff, { case: "setWind", value: { x: 1 } }), "stiffness of 3 bodies, wind");
+  assert.equal(words(ofBody("ball", { massKg: 2, drag: { normal: 1 } })), "mass of ball, drag of ball");
+  assert.equal(words({ case: "removeSoftBody", value: "ball" }, { case: "removeMesh", value: "m" }), "ball removed");
+  assert.equal(words({ case: "addRigidBody", value: { name: "thrown-1" } }), "thrown-1 added");
 });
 
 test("who did it is told, and of others what nobody would see coming is said aloud", () => {
@@ -49,7 +69,7 @@ test("who did it is told, and of others what nobody would see coming is said alo
   assert.equal(deedText(by(0n, hit), 7n), "ball was hit");
   assert.equal(surpriseText(by(8n, pause), 7n), "Visitor 8: paused");
   const edit = { case: "edit", value: { source: { case: "editJson", value: "{}" } } } as const;
-  assert.equal(surpriseText(by(8n, edit), 7n), "Visitor 8: changed");
+  assert.equal(surpriseText(by(8n, edit), 7n), "Visitor 8: the scene");
   for (const seen of [by(7n, pause), by(0n, pause), by(8n, hit)]) assert.equal(surpriseText(seen, 7n), "");
 });
 

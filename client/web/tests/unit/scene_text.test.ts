@@ -7,7 +7,7 @@ import { test } from "node:test";
 import { fromJsonString } from "@bufbuild/protobuf";
 import { type Scene, SceneSchema } from "../../src/index.js";
 import { placeOf } from "../../viewer/json_text.js";
-import { readScene, sceneText } from "../../viewer/scene_text.js";
+import { readScene, sceneText, wholeSceneText } from "../../viewer/scene_text.js";
 
 const folder = join(process.env["PNEUMA_SOURCE"] ?? "../..", "server/scenes");
 
@@ -31,6 +31,7 @@ for (const file of readdirSync(folder).filter((name) => name.endsWith(".json")))
     assert.ok(equals(SceneSchema, sceneOf(json), scene));
     const { text, kept } = sceneText(scene);
     assert.ok(equals(SceneSchema, sceneOf(text, kept), scene));
+    assert.ok(equals(SceneSchema, fromJsonString(SceneSchema, wholeSceneText(scene)), scene));
   });
 }
 

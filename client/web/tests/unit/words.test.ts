@@ -1,7 +1,7 @@
 // What the server says of a request, as the page says it: no path of the wire's messages, no name twice.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { inWords } from "../../viewer/words.js";
+import { counted, inWords } from "../../viewer/words.js";
 
 test("a reason that is a sentence stands alone, without the path of the field", () => {
   const where = "edit.edit.changes[1].add_soft_body.mesh";
@@ -38,4 +38,11 @@ test("a file is named once", () => {
     "a.obj: there are no triangles in it",
   );
   assert.equal(inWords({ what: "a.obj: empty", where: "a.obj" }), "a.obj: empty");
+});
+
+test("one thing is told of in the singular", () => {
+  assert.deepEqual(
+    [0, 1, 12_000].map((number) => counted(number, "face", "faces")),
+    ["0 faces", "1 face", "12,000 faces"],
+  );
 });
