@@ -186,11 +186,21 @@ export function isLive(gas: Gas | undefined): boolean {
   return gas !== undefined && (!!gas.flowMolS || !!gas.leakMolSPa || gas.law === Gas_Law.ADIABATIC);
 }
 
+/** The soft bodies whose pump a change sets. */
+export function pumpedBy(changes: readonly SceneChange[]): string[] {
+  return changes.flatMap(({ change }) =>
+    change.case === "changeSoftBody" && change.value.gas?.flowMolS !== undefined ? [change.value.name] : [],
+  );
+}
+
+const nobody: ReadonlySet<string> = new Set();
+
 /**
  * Whether the scene is still as `change` left it: of what is added whether it is the same thing; where things have moved to
  * does not count.
+ * @param pumped the soft bodies whose gas a pump has changed since
  */
-export function holds(scene: Scene, { change }: SceneChange): boolean {
+export function holds(scene: Scene, { change }: SceneChange, pumped = nobody): boolean {
   switch (change.case) {
     case "addMesh":
       return find(scene.meshes, change.value.name)?.shape.case === change.value.shape.case;
@@ -222,7 +232,8 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
       if (!has(body, rest) || !hasLists(body!, change.value)) return false;
       if (removeGas || !gas) return !removeGas || !body?.gas;
       const { moles, temperatureK, ...steady } = gas;
-      return has(body?.gas, isLive(body?.gas) ? steady : { moles, temperatureK, ...steady });
+      const hasMoved = isLive(body?.gas) || pumped.has(change.value.name);
+      return has(body?.gas, hasMoved ? steady : { moles, temperatureK, ...steady });
     }
     case "changeRigidBody": {
       const { name, massKg, surface, locked } = change.value;
@@ -249,7 +260,7 @@ export function holds(scene: Scene, { change }: SceneChange): boolean {
  * The steps that the scene is still as they left it. What was removed to begin anew is there again: what was added in its
  * place tells.
  */
-export function heldOf(scene: Scene, steps: readonly Step[]): Step[] {
+export function heldOf(scene: Scene, steps: readonly Step[], pumped = nobody): Step[] {
   return steps.filter((step, i) => {
     const { change } = step.change;
     const addition = change.case?.replace("remove", "add");
@@ -257,6 +268,6 @@ export function heldOf(scene: Scene, steps: readonly Step[]): Step[] {
       const name = typeof later.value === "object" && "name" in later.value ? later.value.name : undefined;
       return later.case === addition && addition !== change.case && name === change.value;
     });
-    return holds(scene, (again ?? step).change);
+    return holds(scene, (again ?? step).change, pumped);
   });
 }

@@ -1,6 +1,6 @@
 // The scene of the world that is shown, as it holds now, and the edits made to it here, which can be taken back.
 import { type Client, type Done, PneumaError, type Scene } from "../src/index.js";
-import { type Change, heldOf, inverseOfSteps, joined, type Step } from "./inverse_edit.js";
+import { type Change, heldOf, inverseOfSteps, joined, pumpedBy, type Step } from "./inverse_edit.js";
 import { numbersIn, SceneFeed } from "./scene_feed.js";
 
 const deedsMax = 100;
@@ -22,6 +22,8 @@ interface Deed {
   readonly says: string;
   readonly steps: readonly Step[];
   readonly numbers: number;
+  /** The soft bodies that this page has pumped since: their gas is not what it was left at. */
+  readonly pumped: ReadonlySet<string>;
   /** One and the same for all edits of a slider that is drawn once. */
   readonly gesture: object | undefined;
 }
@@ -130,7 +132,7 @@ export class WorldEdits {
       const steps = joined(begun?.steps ?? [], this.capture(scene, changes), changes);
       const reply = await this.send(feed, changes);
       if (begun) deeds.done.pop();
-      push(deeds, { says, steps, gesture, numbers: numbersIn(steps) });
+      push(deeds, { says, steps, gesture, numbers: numbersIn(steps), pumped: new Set() });
       deeds.undone = [];
       this.tell(feed);
       return { ...wished, reply };
@@ -145,7 +147,7 @@ export class WorldEdits {
       const { says } = deed;
       return this.orBack(feed, deeds.done, deed, async () => {
         const scene = await feed.read();
-        const held = heldOf(scene, deed.steps);
+        const held = heldOf(scene, deed.steps, deed.pumped);
         if (held.length === 0) return { says, tick: undefined, isWhole: false };
         const { tick } = await this.send(feed, inverseOfSteps(held));
         deeds.undone.push(deed);
@@ -163,7 +165,7 @@ export class WorldEdits {
         const changes = deed.steps.map(({ change }) => change);
         const steps = joined([], this.capture(await feed.read(), changes), changes);
         const { tick } = await this.send(feed, changes);
-        push(deeds, { says, steps, numbers, gesture: undefined });
+        push(deeds, { says, steps, numbers, gesture: undefined, pumped: new Set() });
         return { says, tick, isWhole: true };
       });
     });
@@ -210,6 +212,10 @@ export class WorldEdits {
 }
 
 function push({ done }: Deeds, deed: Deed): void {
+  const pumped = pumpedBy(deed.steps.map(({ change }) => change));
+  if (pumped.length > 0) {
+    done.forEach((each, i) => (done[i] = { ...each, pumped: new Set([...each.pumped, ...pumped]) }));
+  }
   done.push(deed);
   const sum = () => done.reduce((numbers, each) => numbers + each.numbers, 0);
   while (done.length > deedsMax || sum() > numbersMax) done.shift();

@@ -1,5 +1,5 @@
 // The deeds of a page: what is asked of which world, what takes it back, and what is left alone. The server is a fake whose
-// scene is gravity, wind and rigid bodies.
+// scene is gravity, wind, rigid bodies and the gas of a ball.
 import { clone, create } from "@bufbuild/protobuf";
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -53,6 +53,7 @@ function apply(scene: Scene, { change }: Change): void {
   if (change?.case === "setWind") scene.atmosphere!.wind = create(SceneSchema, { gravity: change.value }).gravity!;
   if (change?.case === "addRigidBody")
     scene.rigidBodies.push(create(SceneSchema, { rigidBodies: [change.value] }).rigidBodies[0]!);
+  if (change?.case === "changeSoftBody") Object.assign(scene.softBodies[0]!.gas!, change.value.gas);
   if (change?.case === "removeRigidBody")
     scene.rigidBodies = scene.rigidBodies.filter(({ name }) => name !== change.value);
 }
@@ -183,6 +184,32 @@ test("what others changed since is left as they left it", async () => {
   await client.edit("w", { changes: [...noStone.changes, ...stone(2, 3).changes] }); // another of its name
   assert.equal((await edits.undo())?.tick, undefined);
   assert.equal((await edits.fresh()).rigidBodies.length, 1);
+});
+
+test("gas is taken back though a pump of this page has changed it since, and not where others have", async () => {
+  const client = new FakeClient("w");
+  const scene = client.worlds.get("w")!;
+  scene.softBodies = create(SceneSchema, { softBodies: [{ name: "ball", gas: { moles: 1 } }] }).softBodies;
+  const { gas } = scene.softBodies[0]!;
+  const edits = await begin(client);
+  const ofGas = (says: string, gas: object) => (): Wish => ({
+    says,
+    changes: [{ change: { case: "changeSoftBody", value: { name: "ball", gas } } }],
+  });
+  await edits.make(ofGas("Change the gas", { moles: 2 }));
+  await edits.make(ofGas("Pump", { flowMolS: 0.1 }));
+  gas!.moles = 2.5; // by the pump
+  await edits.undo();
+  assert.equal(gas!.flowMolS, 0);
+  await edits.make(gravity(5)); // what was undone is forgotten
+  await edits.undo();
+  assert.ok((await edits.undo())?.isWhole);
+  assert.equal(gas!.moles, 1);
+
+  await edits.make(ofGas("Change the gas", { moles: 2 }));
+  gas!.moles = 2.5; // by others
+  assert.equal((await edits.undo())?.tick, undefined);
+  assert.equal(gas!.moles, 2.5);
 });
 
 test("of a deed of which others changed a part the rest is taken back", async () => {
