@@ -2,6 +2,7 @@
 import { type Box3, type PerspectiveCamera, Vector3 } from "three";
 
 export interface Framed {
+  readonly box: Box3;
   readonly centre: Vector3;
   readonly radiusM: number;
 }
@@ -46,5 +47,5 @@ export function frame(camera: PerspectiveCamera, box: Box3, room: Room, way = us
   camera.near = farM / 200;
   camera.far = 40 * farM;
   camera.updateProjectionMatrix();
-  return { centre, radiusM };
+  return { box: box.clone(), centre, radiusM };
 }

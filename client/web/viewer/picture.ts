@@ -2,6 +2,7 @@
 import {
   AmbientLight,
   BasicShadowMap,
+  Box3,
   BufferGeometry,
   Color,
   DirectionalLight,
@@ -25,7 +26,7 @@ import {
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { View } from "./address.js";
 import { Film } from "./film.js";
-import { frame, type Framed, type Room } from "./framing.js";
+import { distanceFor, frame, type Framed, type Room } from "./framing.js";
 import type { Field, Legend } from "./legend.js";
 import type { Moment } from "./playback.js";
 import { ShadowGauge, shadowQuality, type ShadowQuality } from "./shadow_quality.js";
@@ -81,14 +82,14 @@ export class Picture {
   private readonly pull = new Line(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
   private readonly raycaster = new Raycaster();
   private readonly world = new WorldView(true);
-  private framed: Framed = { centre: new Vector3(), radiusM: 1 };
+  private framed: Framed = { box: new Box3(), centre: new Vector3(), radiusM: 1 };
   private isFramed = false;
   private follows = true;
   private wanted: View | undefined;
   private readonly fog = new Fog(0xffffff);
   private toShow = ""; // a body that is to be brought into view once it is there
   private glide: View | undefined;
-  private part = 1;
+  private framedIn: Room = { width: 1, height: 1 };
   // As good as they were before the tab was loaded again: to find that out takes seconds.
   private readonly shadowGauge = new ShadowGauge(shadowQuality(recall("sessionStorage", shadowsKey)));
   private shadows: ShadowQuality = "soft";
@@ -190,7 +191,8 @@ export class Picture {
     // From where it is looked at now, as far away as all of it takes.
     const way = this.eye.sub(this.orbit.target).normalize();
     const camera = this.camera.clone();
-    this.framed = frame(camera, this.world.box().union(box), this.room(), way);
+    this.framedIn = this.room();
+    this.framed = frame(camera, this.world.box().union(box), this.framedIn, way);
     this.glide = { position: camera.position.clone(), target: this.framed.centre.clone() };
     this.placeLight();
   }
@@ -255,7 +257,8 @@ export class Picture {
   /** Moves the camera so that all of the world is seen, and the light with it. */
   frameAll(): void {
     const box = this.world.box();
-    this.framed = frame(this.camera, box, this.room());
+    this.framedIn = this.room();
+    this.framed = frame(this.camera, box, this.framedIn);
     const { centre, radiusM } = this.framed;
     this.glide = undefined;
     this.orbit.target.copy(centre);
@@ -271,7 +274,7 @@ export class Picture {
   private room(): Room {
     const { width, height } = this.free();
     const wholePx = Math.max(this.canvas.clientHeight, 1);
-    return { width: (widthPart * Math.max(width, 1)) / wholePx, height: (heightPart * Math.max(height, 1)) / wholePx };
+    return { width: (widthPart * width) / wholePx, height: (heightPart * height) / wholePx };
   }
 
   private placeLight(): void {
@@ -322,12 +325,19 @@ export class Picture {
     return this.meshAt(ray)?.point ?? ray.at(towards.length(), new Vector3());
   }
 
-  /** What is seen, as a PNG. */
+  /** What is seen beside the covers, as a PNG that it fills. */
   snapshot(): Promise<Blob> {
-    this.renderer.render(this.scene, this.camera); // a canvas is empty but in the turn in which it was drawn
-    return new Promise((resolve, reject) => {
+    const { camera } = this;
+    const { width, height } = this.free();
+    camera.zoom = Math.min(this.canvas.clientWidth / width, this.canvas.clientHeight / height);
+    camera.clearViewOffset();
+    this.renderer.render(this.scene, camera); // a canvas is empty but in the turn in which it was drawn
+    const picture = new Promise<Blob>((resolve, reject) => {
       this.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no picture"))));
     });
+    camera.zoom = 1;
+    this.lookBesideCovers();
+    return picture;
   }
 
   /** What is seen from now on, as a film. Throws PneumaError UNSUPPORTED where the browser makes none. */
@@ -400,26 +410,29 @@ export class Picture {
     const { clientWidth, clientHeight } = this.canvas;
     this.renderer.setSize(clientWidth, clientHeight, false);
     this.camera.aspect = clientWidth / Math.max(clientHeight, 1);
-    const free = this.free();
-    const x = clientWidth / 2 - (free.left + free.width / 2);
-    const y = clientHeight / 2 - (free.top + free.height / 2);
-    this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
+    this.lookBesideCovers();
     // What was seen whole stays so; a view that was asked for, too.
-    const part = this.freePart();
-    if (this.isFramed && this.follows) {
-      const { position } = this.camera;
-      position
-        .sub(this.orbit.target)
-        .multiplyScalar(this.part / part)
-        .add(this.orbit.target);
-    }
-    this.part = part;
+    if (this.isFramed && this.follows) this.fitAgain();
   }
 
-  /** The size of the free part, of the canvas' height. */
-  private freePart(): number {
-    const { width, height } = this.free();
-    return Math.max(Math.min(width, height), 1) / Math.max(this.canvas.clientHeight, 1);
+  /** Has the middle of the view in the middle of the free part. */
+  private lookBesideCovers(): void {
+    const { clientWidth, clientHeight } = this.canvas;
+    const { left, top, width, height } = this.free();
+    const x = clientWidth / 2 - (left + width / 2);
+    const y = clientHeight / 2 - (top + height / 2);
+    this.camera.setViewOffset(clientWidth, clientHeight, x, y, clientWidth, clientHeight);
+  }
+
+  /** Goes nearer or away by as much as the room for what is framed has changed. */
+  private fitAgain(): void {
+    const offset = this.eye.sub(this.orbit.target);
+    const way = offset.clone().normalize();
+    const distanceIn = (room: Room) => distanceFor(this.framed.box, way, this.camera.fov, room);
+    const room = this.room();
+    offset.multiplyScalar(distanceIn(room) / distanceIn(this.framedIn));
+    this.camera.position.copy(this.orbit.target).add(offset);
+    this.framedIn = room;
   }
 
   /** What nothing lies over: beside what is narrow, between what is wide. In the middle of it is the middle of the view. */
@@ -435,6 +448,6 @@ export class Picture {
       } else if (rect.top > 0) bottom = Math.min(bottom, rect.top);
       else top = Math.max(top, rect.bottom);
     }
-    return { left, top, width: right - left, height: Math.max(bottom - top, 1) };
+    return { left, top, width: Math.max(right - left, 1), height: Math.max(bottom - top, 1) };
   }
 }

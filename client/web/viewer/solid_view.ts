@@ -3,6 +3,7 @@ import {
   BackSide,
   BoxGeometry,
   BufferAttribute,
+  Box3,
   BufferGeometry,
   CapsuleGeometry,
   DoubleSide,
@@ -10,6 +11,7 @@ import {
   FrontSide,
   LineBasicMaterial,
   LineSegments,
+  Matrix4,
   Mesh,
   MeshPhongMaterial,
   PlaneGeometry,
@@ -23,6 +25,11 @@ type Solid = Layout["solids"][number];
 
 // A plane has no end; the picture fades out before this one has.
 export const planeM = 2000;
+
+// A room that turns is measured in so many of its positions.
+const turnsSeen = 16;
+// The margin that all else leaves is for its corners.
+const sweptPart = 0.9;
 
 function geometryOf({ shape, surface }: Solid): BufferGeometry | undefined {
   const form = shape?.shape;
@@ -90,6 +97,24 @@ export class SolidView {
       form === "room" ? new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial()) : undefined;
     const isConvex = form !== "room" && form !== "plane" && form !== "mesh";
     return new SolidView(solid.name, mesh, form !== "plane", isConvex, outline);
+  }
+
+  /** What a room takes up; one that turns, in all of its positions. */
+  sweptBox(): Box3 {
+    const { geometry, position, quaternion } = this.mesh;
+    geometry.computeBoundingBox();
+    const still = geometry.boundingBox!;
+    const axis = new Vector3(quaternion.x, quaternion.y, quaternion.z);
+    if (axis.length() === 0) return still.clone().translate(position);
+    axis.normalize();
+    const swept = new Box3();
+    for (let i = 0; i < turnsSeen; ++i) {
+      const turn = new Matrix4().makeRotationAxis(axis, (2 * Math.PI * i) / turnsSeen);
+      swept.union(still.clone().applyMatrix4(turn));
+    }
+    swept.min.multiplyScalar(sweptPart);
+    swept.max.multiplyScalar(sweptPart);
+    return swept.union(still).translate(position);
   }
 
   update(from: SolidPose, to: SolidPose, fraction: number): void {

@@ -130,11 +130,8 @@ export class WorldView {
       skin.geometry.computeBoundingBox();
       box.union(skin.geometry.boundingBox!);
     }
-    for (const solid of this.solids) {
-      if (!solid?.isRoom) continue;
-      solid.mesh.geometry.computeBoundingBox(); // as it is before it is turned: it is seen from all sides in turn
-      box.union(solid.mesh.geometry.boundingBox!.clone().translate(solid.mesh.position));
-    }
+    for (const solid of this.solids) if (solid?.isRoom) box.union(solid.sweptBox());
+    box.union(new Box3().setFromArray(this.joints.places())); // with what bodies hang from
     // A rigid body may have flown off; where there is nothing else, it is what there is to see.
     if (box.isEmpty()) for (const solid of this.solids) if (solid?.isBounded) box.expandByObject(solid.mesh);
     if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
