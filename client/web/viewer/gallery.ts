@@ -1,38 +1,51 @@
-// The worlds of the server as cards, each with a small live picture. Only those cards that can be seen are streamed to,
-// coarsely and slowly, and only while the gallery is open.
-import type { Client, Stream, SubscribeOptions, WorldList_World } from "../src/index.js";
+// The worlds of the server as cards, each with a small picture. The pictures are renewed one after the other, of the cards
+// that can be seen, while the gallery is open: a machine without a graphics card has the large picture to draw.
+import type { Client, Frame, SubscribeOptions, WorldList_World } from "../src/index.js";
 import { element } from "./element.js";
-import { Thumbnail, Thumbnails } from "./thumbnails.js";
+import { Thumbnails } from "./thumbnails.js";
+import { counted } from "./words.js";
 
-const rateHz = 6;
+// A card's picture is no older than that, where there are few.
+const ageMs = 20_000;
+// A world that sends no frame for so long has its turn later.
+const patienceMs = 5000;
 // Less than a pixel of a card, in a world of a few metres.
 const maxErrorM = 0.01;
 // Of a body: what a picture of this size can show.
 const verticesWanted = 300;
-// Of the streams that a connection may have, and of what a slow machine draws.
-const streamsMax = 12;
 
 interface Card {
   readonly item: HTMLLIElement;
   readonly link: HTMLAnchorElement;
   readonly facts: HTMLElement;
-  readonly thumbnail: Thumbnail;
+  readonly canvas: HTMLCanvasElement;
   world: WorldList_World;
   isSeen: boolean;
-  isBusy: boolean;
-  stream: Stream | undefined;
+  paintedAtMs: number;
 }
 
 function optionsFor({ vertices, softBodies }: WorldList_World): SubscribeOptions {
   const ofABody = vertices / Math.max(softBodies, 1);
   // Each level has a quarter of the vertices of the one before.
   const levelOfDetail = Math.min(8, Math.max(0, Math.floor(Math.log2(ofABody / verticesWanted) / 2)));
-  return { rateHz, maxErrorM, levelOfDetail };
+  return { maxErrorM, levelOfDetail };
 }
 
 function factsOf({ softBodies, rigidBodies, vertices, paused }: WorldList_World): string {
-  const bodies = softBodies + rigidBodies;
-  return `${bodies} ${bodies === 1 ? "body" : "bodies"}, ${vertices} vertices${paused ? ", paused" : ""}`;
+  const bodies = counted(softBodies + rigidBodies, "body", "bodies");
+  return `${paused ? "paused, " : ""}${bodies}, ${counted(vertices, "vertex", "vertices")}`;
+}
+
+/** One frame of a world; undefined: none came. */
+async function frameOf(client: Client, world: WorldList_World): Promise<Frame | undefined> {
+  let came: (frame?: Frame) => void = () => {};
+  const first = new Promise<Frame | undefined>((resolve) => (came = resolve));
+  const stream = await client.subscribe(world.name, optionsFor(world), { frame: came, ended: () => came() });
+  const timer = setTimeout(came, patienceMs);
+  const frame = await first;
+  clearTimeout(timer);
+  await client.unsubscribe(stream).catch(() => {}); // it ended with its world
+  return frame;
 }
 
 export class Gallery {
@@ -41,17 +54,20 @@ export class Gallery {
   private readonly observer: IntersectionObserver;
   private readonly thumbnails = new Thumbnails();
   private client: Client | undefined;
+  private shown = ""; // the world on the page, once it has a card
   private isOpen = false;
   private isDark = false;
+  private isPainting = false;
 
-  constructor() {
+  /** @param newest what came last of the world on the page, which is streamed to it already */
+  constructor(private readonly newest: () => Frame | undefined) {
     this.observer = new IntersectionObserver(
       (entries) => {
         for (const { target, isIntersecting } of entries) {
           const card = [...this.cards.values()].find(({ item }) => item === target);
           if (card) card.isSeen = isIntersecting;
         }
-        this.follow();
+        void this.paint();
       },
       { root: element("gallery") },
     );
@@ -59,12 +75,14 @@ export class Gallery {
 
   open(isOpen: boolean): void {
     this.isOpen = isOpen;
-    this.follow();
+    this.reveal();
+    void this.paint();
   }
 
   show(dark: boolean): void {
+    if (dark !== this.isDark) for (const card of this.cards.values()) card.paintedAtMs = -Infinity;
     this.isDark = dark;
-    for (const { thumbnail } of this.cards.values()) thumbnail.show(dark);
+    void this.paint();
   }
 
   /** Takes the list of worlds as it is now, and which of them is on the page. */
@@ -77,9 +95,19 @@ export class Gallery {
       const card = this.cards.get(world.name) ?? this.add(world);
       card.world = world;
       card.facts.textContent = factsOf(world);
+      card.link.title = `${world.name}: ${factsOf(world)}`;
       card.link.setAttribute("aria-current", String(world.name === shown));
     }
-    this.follow();
+    if (shown !== this.shown && this.cards.has(shown)) {
+      this.shown = shown;
+      this.reveal();
+    }
+    void this.paint();
+  }
+
+  /** Brings the card of the world on the page into sight. */
+  private reveal(): void {
+    if (this.isOpen) this.cards.get(this.shown)?.item.scrollIntoView({ block: "nearest", inline: "center" });
   }
 
   private add(world: WorldList_World): Card {
@@ -93,9 +121,7 @@ export class Gallery {
     name.textContent = world.name;
     link.append(canvas, name, facts);
     item.append(link);
-    const thumbnail = new Thumbnail(canvas, this.thumbnails);
-    thumbnail.show(this.isDark);
-    const card = { item, link, facts, thumbnail, world, isSeen: false, isBusy: false, stream: undefined };
+    const card = { item, link, facts, canvas, world, isSeen: false, paintedAtMs: -Infinity };
     this.cards.set(world.name, card);
     this.list.append(item);
     this.observer.observe(item);
@@ -106,44 +132,31 @@ export class Gallery {
     this.cards.delete(card.world.name);
     this.observer.unobserve(card.item);
     card.item.remove();
-    card.thumbnail.clear();
   }
 
   private clear(): void {
     for (const card of this.cards.values()) this.remove(card);
   }
 
-  /** Sees to it that those cards have streams that are to have them. */
-  private follow(): void {
-    let left = streamsMax;
-    for (const card of this.cards.values()) {
-      const isWanted = this.isOpen && card.isSeen && left-- > 0;
-      if (!card.isBusy && isWanted !== (card.stream !== undefined)) void this.turn(card, isWanted);
-    }
+  /** The card in sight whose picture is the oldest, if it is old. */
+  private due(): Card | undefined {
+    if (!this.isOpen || this.client?.state !== "open") return undefined;
+    const seen = [...this.cards.values()].filter(({ isSeen }) => isSeen);
+    const [oldest] = seen.sort((a, b) => a.paintedAtMs - b.paintedAtMs);
+    return oldest && performance.now() - oldest.paintedAtMs > ageMs ? oldest : undefined;
   }
 
-  private async turn(card: Card, isWanted: boolean): Promise<void> {
-    const { client } = this;
-    if (client?.state !== "open") return;
-    card.isBusy = true;
-    try {
-      if (isWanted) {
-        card.stream = await client.subscribe(card.world.name, optionsFor(card.world), {
-          frame: (frame) => card.thumbnail.take(frame),
-          ended: () => {
-            card.stream = undefined;
-            card.thumbnail.clear();
-          },
-        });
-      } else if (card.stream) {
-        await client.unsubscribe(card.stream);
-      }
-    } catch {
-      // It is tried again with the next list.
-      card.isBusy = false;
-      return;
+  /** Paints what is due, one after the other. It is called again with each list of worlds. */
+  private async paint(): Promise<void> {
+    if (this.isPainting) return;
+    this.isPainting = true;
+    for (let card = this.due(); card; card = this.due()) {
+      card.paintedAtMs = performance.now();
+      const { client, shown } = this;
+      const own = card.world.name === shown ? this.newest() : undefined;
+      const frame = own ?? (await frameOf(client!, card.world).catch(() => undefined));
+      if (frame) this.thumbnails.paint(card.canvas, frame, this.isDark);
     }
-    card.isBusy = false;
-    this.follow(); // what is wanted may be another by now
+    this.isPainting = false;
   }
 }

@@ -67,7 +67,7 @@ class Page implements Stage {
   private readonly plots = new Plots();
   private readonly plan = new Plan();
   private readonly dock = new Dock();
-  private readonly gallery = new Gallery();
+  private readonly gallery = new Gallery(() => this.newest);
   private readonly world = new ShownWorld(this);
   private readonly statsFeed = new StatsFeed(() => this.world.live);
   private readonly card = new BodyCard(this.statsFeed, () => {
@@ -332,7 +332,7 @@ class Page implements Stage {
     const isSame = options.length === worlds.length && options.every(({ text }, i) => text === worlds.options[i]!.text);
     if (!isSame) worlds.replaceChildren(...options); // an open selection would close
     worlds.value = this.world.name;
-    const ours = 1 + Number(!element("gallery").hidden) + Number(this.controls.isRecording);
+    const ours = 1 + Number(this.controls.isRecording);
     const all = list.find(({ name }) => name === this.world.name)?.subscribers ?? 0;
     this.others = Math.max(0, all - ours);
     element("make-first").hidden = list.length > 0;
