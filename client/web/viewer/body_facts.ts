@@ -11,12 +11,28 @@ export interface Known {
   readonly hasContacts: boolean;
 }
 
-type Fact = readonly [name: string, value: string];
-interface Vector {
+export type Fact = readonly [name: string, value: string];
+export interface Vector {
   readonly x: number;
   readonly y: number;
   readonly z: number;
 }
+
+export const factNames = {
+  mass: "Mass",
+  volume: "Volume",
+  gas: "Gas",
+  pressure: "Over-pressure",
+  temperature: "Temperature",
+  place: "Place, m",
+  speed: "Speed",
+  kinetic: "Kinetic energy",
+  elastic: "Elastic energy",
+  gasEnergy: "Gas energy",
+  gravityEnergy: "Gravity energy",
+  contacts: "Contacts",
+  state: "State",
+} as const;
 
 const zeroCelsiusK = 273.15;
 const nowhere = { x: 0, y: 0, z: 0 };
@@ -25,7 +41,11 @@ function length({ x, y, z }: Vector): number {
   return Math.hypot(x, y, z);
 }
 
-function placeText({ x, y, z }: Vector = nowhere): string {
+export function quantityText(value: number, unit: string): string {
+  return `${short(value)} ${unit}`;
+}
+
+export function placeText({ x, y, z }: Vector = nowhere): string {
   return [x, y, z].map((each) => each.toFixed(2)).join(", ");
 }
 
@@ -39,40 +59,40 @@ function contactsOf(name: string, { frame, hasContacts }: Known): Fact[] {
   const solid = frame.layout.solids.findIndex((body) => body.name === name);
   const isOfIt = (each: Frame["contacts"][number]) =>
     soft >= 0 ? each.soft === soft || each.otherSoft === soft : each.otherSolid === solid;
-  return [["Contacts", String(frame.contacts.filter(isOfIt).length)]];
+  return [[factNames.contacts, String(frame.contacts.filter(isOfIt).length)]];
 }
 
 function softFacts(body: Stats["softBodies"][number], known: Known): Fact[] {
   const massKg = known.scene.softBodies.find(({ name }) => name === body.name)?.massKg || 1;
   const hasGas = body.moles > 0;
   const gas: Fact[] = [
-    ["Gas", `${short(body.moles)} mol`],
-    ["Over-pressure", `${short(body.pressurePa)} Pa`],
-    ["Temperature", `${short(body.temperatureK - zeroCelsiusK)} °C`],
+    [factNames.gas, quantityText(body.moles, "mol")],
+    [factNames.pressure, quantityText(body.pressurePa, "Pa")],
+    [factNames.temperature, quantityText(body.temperatureK - zeroCelsiusK, "°C")],
   ];
   return [
-    ["Mass", `${short(massKg)} kg`],
-    ["Volume", `${short(body.volumeM3)} m³`],
+    [factNames.mass, quantityText(massKg, "kg")],
+    [factNames.volume, quantityText(body.volumeM3, "m³")],
     ...(hasGas ? gas : []),
-    ["Place, m", placeText(body.centreOfMass)],
-    ["Speed", `${short(length(body.momentum ?? nowhere) / massKg)} m/s`],
-    ["Kinetic", `${short(body.kineticJ)} J`],
-    ["Elastic", `${short(body.elasticJ)} J`],
-    ...(hasGas ? ([["In the gas", `${short(body.gasJ)} J`]] as const) : []),
-    ["By height", `${short(body.gravityJ)} J`],
+    [factNames.place, placeText(body.centreOfMass)],
+    [factNames.speed, quantityText(length(body.momentum ?? nowhere) / massKg, "m/s")],
+    [factNames.kinetic, quantityText(body.kineticJ, "J")],
+    [factNames.elastic, quantityText(body.elasticJ, "J")],
+    ...(hasGas ? ([[factNames.gasEnergy, quantityText(body.gasJ, "J")]] as const) : []),
+    [factNames.gravityEnergy, quantityText(body.gravityJ, "J")],
     ...contactsOf(body.name, known),
-    ["State", stateText(body)],
+    [factNames.state, stateText(body)],
   ];
 }
 
 function rigidFacts(body: Stats["rigidBodies"][number], known: Known): Fact[] {
   const massKg = known.scene.rigidBodies.find(({ name }) => name === body.name)?.massKg || 1;
   return [
-    ["Mass", `${short(massKg)} kg`],
-    ["Place, m", placeText(body.position)],
-    ["Speed", `${short(length(body.velocity ?? nowhere))} m/s`],
+    [factNames.mass, quantityText(massKg, "kg")],
+    [factNames.place, placeText(body.position)],
+    [factNames.speed, quantityText(length(body.velocity ?? nowhere), "m/s")],
     ...contactsOf(body.name, known),
-    ["State", stateText(body)],
+    [factNames.state, stateText(body)],
   ];
 }
 

@@ -19,6 +19,7 @@ import { Controls } from "./controls.js";
 import { Dock } from "./dock.js";
 import { refuse, say, unsay } from "./effect.js";
 import { element } from "./element.js";
+import { shownOf } from "./frame_facts.js";
 import { Gallery } from "./gallery.js";
 import { Gauge } from "./gauge.js";
 import { Pointer, type Tool } from "./hands.js";
@@ -32,13 +33,13 @@ import { PaceTold } from "./pace.js";
 import { mayEdit, permit, permitRecording, permitServer, turnOffWithout } from "./permitted.js";
 import { Picture } from "./picture.js";
 import { Plan } from "./plan.js";
-import { Playback } from "./playback.js";
+import { type Moment, Playback } from "./playback.js";
 import { Plots } from "./plots.js";
 import type { Recording } from "./recording.js";
 import { ShownWorld, type Stage } from "./shown_world.js";
 import { SlowMotion } from "./slow_motion.js";
 import { type Measured, often, StatsFeed } from "./stats_feed.js";
-import { tellStatus } from "./status_line.js";
+import { clearStatus, tellStatus } from "./status_line.js";
 import { recall, remember } from "./storage.js";
 import { beginTheme } from "./theme.js";
 import { Timeline } from "./timeline.js";
@@ -72,7 +73,10 @@ class Page implements Stage {
   private readonly statsFeed = new StatsFeed(() => this.world.live);
   private readonly card = new BodyCard(this.statsFeed, () => {
     const { selected, scene } = this.controls;
-    return { selected, scene, frame: this.newest, hasContacts: this.options().contacts ?? false };
+    const hasContacts = this.options().contacts ?? false;
+    const { moment, recording, newest: frame } = this;
+    const past = this.timeline.pastTold;
+    return { selected, scene, frame, hasContacts, moment, isRecording: recording !== undefined, past };
   });
   private readonly paceTold = new PaceTold(() => this.world.live);
   private readonly pointer: Pointer;
@@ -89,6 +93,7 @@ class Page implements Stage {
   private isConnected = false;
   private hasWorld = false;
   private newest: Frame | undefined;
+  private moment: Moment | undefined; // that is drawn
   private recording: Recording | undefined;
 
   constructor(private readonly picture: Picture) {
@@ -186,7 +191,8 @@ class Page implements Stage {
     if (kind === Event_Kind.WORLD_DESTROYED) this.world.refresh().catch(() => {});
     if (world !== this.world.name) return;
     if (kind === Event_Kind.BODY_FROZEN) this.picture.frozen.add(body);
-    if (kind === Event_Kind.WORLD_SLOWED) this.paceTold.late(world);
+    // A recording tells when its world once was late, but nothing is simulated now.
+    if (kind === Event_Kind.WORLD_SLOWED && !this.recording) this.paceTold.late(world);
     if (kind === Event_Kind.BODY_BURST) this.controls.missed(); // its gas is gone
     if (kind === Event_Kind.WORLD_RESET) {
       this.pointer.letGo(); // and so has the server
@@ -203,6 +209,7 @@ class Page implements Stage {
   /** The timeline went elsewhere, or a recording came to its end or left it. */
   private timeMoved(): void {
     if (this.timeline.isPast) this.pointer.letGo();
+    this.card.follow();
     stepButton.disabled = !this.world.isPaused || this.timeline.isAtEnd;
     if (this.recording) this.world.refresh().catch(() => {}); // whether it goes on
   }
@@ -246,7 +253,11 @@ class Page implements Stage {
     stepButton.addEventListener("click", () => void this.ask((client, world) => client.step(world)));
     const confirm = element<HTMLDialogElement>("reset-confirm");
     const reset = () => void this.ask((client, world) => client.reset(world));
-    element("reset").addEventListener("click", () => (this.controls.hasDeeds ? confirm.showModal() : reset()));
+    element("reset").addEventListener("click", () => {
+      const isAsked = this.controls.hasDeeds || (this.others > 0 && !this.recording);
+      if (isAsked) confirm.showModal();
+      else reset();
+    });
     element("reset-no").addEventListener("click", () => confirm.close());
     element("reset-yes").addEventListener("click", () => {
       confirm.close();
@@ -292,13 +303,13 @@ class Page implements Stage {
     requestAnimationFrame((nextMs) => this.draw(nextMs));
     const now = this.playback.at(nowMs);
     const moment = this.timeline.moment(now?.resets ?? 0) ?? now;
+    this.moment = moment;
     const begin = performance.now();
     if (moment) this.picture.update(moment);
     this.gauge.add({ pictures: 1, updateMs: performance.now() - begin });
     this.picture.draw(nowMs);
     this.pointer.draw();
-    const shown = moment && (moment.fraction < 1 ? moment.from : moment.to);
-    if (shown) element("status").dataset["shown"] = String(shown.tick);
+    if (moment) element("status").dataset["shown"] = String(shownOf(moment).tick);
   }
 
   private tell(): void {
@@ -318,7 +329,9 @@ class Page implements Stage {
   options(): SubscribeOptions {
     const needed = neededFor(this.shown);
     const contacts = (needed.contacts ?? false) && !this.recording;
-    return { maxErrorM, commands: true, ...needed, contacts };
+    // A recording that stands still sends one frame, which tells a speed by its velocities alone.
+    const velocities = (needed.velocities ?? false) || (this.recording?.hasVelocities ?? false);
+    return { maxErrorM, commands: true, ...needed, contacts, velocities };
   }
 
   say(text: string): void {
@@ -342,6 +355,9 @@ class Page implements Stage {
   turn(view: View | undefined): void {
     if (wantedWorld() === null && worlds.length > 1) this.dock.open("gallery");
     this.newest = undefined;
+    this.moment = undefined;
+    clearStatus();
+    document.title = "Pneuma";
     this.setPresent(this.isConnected, false);
     unsay("");
     this.paceTold.end();

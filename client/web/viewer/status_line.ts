@@ -10,23 +10,31 @@ export interface State {
   readonly others: number;
 }
 
+const explanation = "“ms a frame”: to decode it in a worker, and to bring the scene up to date, before it is drawn";
+
+/** No world is shown yet. */
+export function clearStatus(): void {
+  const { dataset } = element("status");
+  for (const name of ["tick", "time", "shown"]) delete dataset[name];
+}
+
 /** Also as numbers in its data, over the page's life: for those who measure the page. */
 export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows, others }: State): void {
   const status = element("status");
   const { frames, bytes, pictures, updateMs, decodeMs, passedS } = gauge.since();
   const aFrame = frames > 0 && pictures > 0 ? decodeMs / frames + updateMs / pictures : 0;
-  // Details do not fit a phone.
+  // What matters less comes last: it is cut off where there is no room. Details do not fit a phone.
   const texts = [
     { text: `tick ${status.dataset["tick"] ?? "–"}` },
     { text: `${status.dataset["time"] ?? "–"} s` },
+    ...(others > 0 ? [{ text: others === 1 ? "1 other watches" : `${others} others watch` }] : []),
+    ...(asleep > 0 ? [{ text: `${asleep} asleep` }] : []),
+    ...(frozen > 0 ? [{ text: `${frozen} frozen` }] : []),
     { text: `${Math.round(frames / passedS)} frames/s` },
     { text: `${Math.round(bytes / 1000 / passedS)} kB/s`, isDetail: true },
     { text: `${Math.round(pictures / passedS)} drawn/s` },
     ...(aFrame > 0 ? [{ text: `${aFrame.toFixed(1)} ms a frame`, isDetail: true }] : []),
     ...(hasShadows ? [] : [{ text: "no shadows: they are slow here", isDetail: true }]),
-    ...(others > 0 ? [{ text: others === 1 ? "1 other watches" : `${others} others watch` }] : []),
-    ...(asleep > 0 ? [{ text: `${asleep} asleep` }] : []),
-    ...(frozen > 0 ? [{ text: `${frozen} frozen` }] : []),
   ];
   status.replaceChildren(
     ...texts.map(({ text, isDetail = false }, i) => {
@@ -36,6 +44,6 @@ export function tellStatus(gauge: Gauge, { asleep, frozen, hasShadows, others }:
       return part;
     }),
   );
-  status.title = "“ms a frame”: to decode it in a worker, and to bring the scene up to date, before it is drawn";
+  status.title = `${status.textContent}\n${explanation}`;
   for (const [name, value] of Object.entries(gauge.all)) status.dataset[name] = String(value);
 }

@@ -65,6 +65,11 @@ export class Timeline {
     return this.lookedAtS !== undefined;
   }
 
+  /** How long ago is what is looked at, in words; undefined: it is now, or a recording's. */
+  get pastTold(): string | undefined {
+    return this.isPast ? this.pastText() : undefined;
+  }
+
   /** Whether a recording stands at its last frame. */
   get isAtEnd(): boolean {
     return this.recording?.isEnd(this.tick) ?? false;

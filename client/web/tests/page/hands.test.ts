@@ -1,7 +1,7 @@
 // What is done with the page's hands, in a real browser: each deed is asked of the server by another client.
 import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
-import { mkdtemp, writeFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
@@ -250,6 +250,12 @@ test("two pages see the same world: the sliders of one follow the other's", asyn
     await page.fill("#gravity", "3");
     await second.waitForFunction(() => (document.getElementById("gravity") as HTMLInputElement).value === "3");
     await page.waitForFunction(() => /1 other watches/.test(document.getElementById("status")!.textContent!));
+    await page.click("#undo");
+    await page.waitForSelector("#undo:disabled");
+    await page.keyboard.press("r"); // it takes from the other what is theirs
+    await page.waitForSelector("#reset-confirm[open]");
+    await page.click("#reset-no");
+    await page.fill("#gravity", "3");
     await page.keyboard.press("t");
     await second.waitForSelector("#selected option[value=thrown-1]", { state: "attached" });
     await client.reset(world);
@@ -346,9 +352,42 @@ test("the address opens the same view, and the scene that is saved makes the sam
   const { meshes } = await client.scene(world);
   const file = join(await mkdtemp(join(tmpdir(), "pneuma-")), "scene.json");
   await download.saveAs(file);
+  assert.ok((await readFile(file, "utf8")).includes('"soft_bodies"'));
   const { tcp } = server;
   await promisify(execFile)(clientProgram, ["--server", tcp, "create", file, "--name", "again"]);
   assert.deepEqual((await client.scene("again")).meshes, meshes);
+});
+
+/** Where the pixels of lively colour are in the middle, as a share of the picture's width. */
+function colouredAt(png: Buffer): Promise<number> {
+  return page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const picture = await createImageBitmap(new Blob([bytes]));
+    const context = new OffscreenCanvas(picture.width, picture.height).getContext("2d")!;
+    context.drawImage(picture, 0, 0);
+    const { data, width } = context.getImageData(0, 0, picture.width, picture.height);
+    let [sum, count] = [0, 0];
+    for (let i = 0; i < data.length; i += 4) {
+      const colours = [data[i]!, data[i + 1]!, data[i + 2]!];
+      if (Math.max(...colours) - Math.min(...colours) < 90) continue;
+      sum += (i / 4) % width;
+      ++count;
+    }
+    return sum / count / width;
+  }, png.toString("base64"));
+}
+
+test("a picture that is saved has in its middle what the page shows beside the panel", async () => {
+  await standStill();
+  await page.click("#frame-all");
+  await unfold("Share");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save-picture")]);
+  const folder = await mkdtemp(join(tmpdir(), "pneuma-"));
+  const file = join(folder, "picture.png");
+  await download.saveAs(file);
+  const at = await colouredAt(await readFile(file));
+  assert.ok(Math.abs(at - 0.5) < 0.05, `at ${at} of its width`);
+  await rm(folder, { recursive: true });
 });
 
 test("a world is made of a built-in scene and of a file, and destroyed when that is confirmed", async () => {

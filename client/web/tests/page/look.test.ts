@@ -62,17 +62,24 @@ async function subscribers(wanted: Record<string, number>): Promise<void> {
   });
 }
 
-test("the gallery shows the worlds live, and asks for nothing once it is closed", async () => {
+test("the gallery shows a picture of each world, by one frame of it, and in cards of one size", async () => {
   await subscribers({ [world]: 1, "five-balls": 0 });
+  await client.pause("five-balls"); // its card says so
   await page.click("#show-gallery");
-  await subscribers({ [world]: 2, "five-balls": 1 });
   await page.waitForFunction(() =>
     [...document.querySelectorAll<HTMLCanvasElement>("#cards canvas")].every(
       (canvas) => new Set(canvas.getContext("2d")!.getImageData(0, 0, canvas.width, canvas.height).data).size > 10,
     ),
   );
-  const tops = await page.$$eval("#cards li", (cards) => cards.map((card) => card.getBoundingClientRect().top));
-  assert.deepEqual(new Set(tops).size, 1, "one row");
+  await subscribers({ [world]: 1, "five-balls": 0 });
+  await page.waitForSelector("#cards small:has-text('paused, 5 bodies')");
+  const places = await page.$$eval("#cards a", (cards) =>
+    cards.map((card) => {
+      const { top, width, height } = card.getBoundingClientRect();
+      return [top, width, height].join();
+    }),
+  );
+  assert.deepEqual(new Set(places).size, 1, places.join(" / "));
   const card = page.locator("#cards li", { hasText: "five-balls" });
   assert.ok((await colours(await card.screenshot())) > 10);
   await card.locator("a").click();
@@ -81,6 +88,40 @@ test("the gallery shows the worlds live, and asks for nothing once it is closed"
   assert.ok(!(await page.isVisible("#gallery")));
   await subscribers({ [world]: 0, "five-balls": 1 });
   assert.deepEqual(complaints, []);
+});
+
+test("the card of the world that is shown is in sight, however many worlds there are", async () => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  for (const name of ["a", "b", "c", "d"])
+    await client.createWorld({ name, source: { case: "builtin", value: world } });
+  await client.createWorld({ name: "z", source: { case: "builtin", value: "hanging-ball" } });
+  await page.click("#show-gallery");
+  const isInSight = () =>
+    page.waitForFunction(() => {
+      const rect = document.querySelector('#cards a[aria-current="true"]')?.getBoundingClientRect();
+      return rect !== undefined && rect.left >= 0 && rect.right <= innerWidth;
+    });
+  await isInSight();
+  await page.evaluate(() => (location.hash = "#world=z"));
+  await page.waitForSelector('#cards a[href="#world=z"][aria-current="true"]');
+  await isInSight();
+});
+
+test("the status is one row that is cut off, and leaves its key where it is", async () => {
+  const keys = () => page.$eval("#show-keys", (button) => button.getBoundingClientRect().toJSON() as DOMRect);
+  await page.setViewportSize({ width: 800, height: 600 });
+  const before = await keys();
+  const { height, isCut } = await page.$eval("#status", (status) => {
+    status.append("much more than there is room for ".repeat(9));
+    return { height: status.clientHeight, isCut: status.scrollWidth > status.clientWidth };
+  });
+  assert.ok(isCut && height < 30, `${height} px high`);
+  assert.deepEqual(await keys(), before);
+  const panel = await page.$eval("#panel", (each) => each.getBoundingClientRect().top);
+  const effect = await page.$eval("#effect", (each) => each.getBoundingClientRect().top);
+  const header = await page.$eval("#header", (each) => each.getBoundingClientRect().bottom);
+  assert.ok(panel >= header && effect >= header, `${panel} and ${effect}, below ${header}`);
+  await page.waitForFunction(() => document.getElementById("status")!.title.startsWith("tick "));
 });
 
 test("worlds that come and go are in the gallery without being asked for", async () => {
@@ -115,6 +156,8 @@ test("a world that there is not is told of, and nothing of the one before is cha
   await page.evaluate(() => (location.hash = "#world=nosuch"));
   await page.waitForSelector("body.gone");
   assert.match((await page.textContent("#notice"))!, /no world .*nosuch/);
+  assert.equal(await page.title(), "Pneuma");
+  await page.waitForFunction(() => document.getElementById("status")!.textContent!.startsWith("tick –"));
   assert.ok(await page.isVisible("#cards"));
   await page.waitForSelector("#gravity:disabled");
   assert.ok(await page.isDisabled("#undo"));
@@ -268,7 +311,7 @@ test("a page that may keep nothing, and has no second WebGL, shows its world all
   await page.reload();
   await page.waitForSelector("#status[data-tick]");
   await page.click("#show-gallery");
-  await subscribers({ [world]: 2, "five-balls": 1 });
+  await page.waitForSelector("#cards a");
   await pastTick((await shownTick()) + 10);
   await page.waitForSelector("#notice", { state: "hidden" });
 });
@@ -324,6 +367,7 @@ test("the keys are listed, and an empty server offers to make a world", async ()
   await page.keyboard.press("?");
   await page.waitForSelector("#keys[open]");
   assert.match(await page.innerText("#key-list"), /Space\s+Pause/);
+  assert.match(await page.innerText("#key-list"), /W\s+Wireframe[^]*Delete\s+Remove/);
   await page.click("#keys-close");
   assert.ok(!(await page.isVisible("#make-first")));
   for (const { name } of await client.worlds()) await client.destroyWorld(name);

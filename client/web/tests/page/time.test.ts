@@ -44,6 +44,14 @@ async function told(pattern: RegExp): Promise<void> {
   }
 }
 
+/** Waits until the selected body's card says so. */
+async function cardTells(pattern: RegExp): Promise<void> {
+  await page.waitForFunction(
+    (source) => new RegExp(source).test(document.getElementById("card")!.innerText.replaceAll(/\s+/g, " ")),
+    pattern.source,
+  );
+}
+
 /** Waits until so many pictures have begun to be drawn. */
 async function pictures(count: number): Promise<void> {
   await page.evaluate(async (wanted) => {
@@ -86,6 +94,8 @@ test("the last seconds of a world are looked at, untouched, and left for now", a
   await pastTick((await shownTick()) + 30);
   assert.equal(await drawnTick(), drawn, "it stands still while the world goes on");
   await told(/^([2-9]|\d\d+)\.\d s ago$/); // and is longer ago
+  await page.selectOption("#selected", "ball");
+  await cardTells(/^When \d+\.\d s ago Mass .* kg Volume .* m³ Gas – .*Place, m .*Speed .* m\/s/);
   await page.mouse.move(260, 300);
   await page.mouse.down();
   await page.mouse.move(300, 260);
@@ -98,6 +108,7 @@ test("the last seconds of a world are looked at, untouched, and left for now", a
   await page.keyboard.press("b");
   await told(/^now$/);
   await until(async () => (await drawnTick()) > before);
+  await cardTells(/^Mass .* Gas .* mol /);
   assert.deepEqual(complaints, []);
 });
 
@@ -114,6 +125,8 @@ test("a recording is gone through by its timeline, and has no control that it re
     await page.waitForSelector('#play[aria-label="Play"]');
     await told(/^0\.7 \//); // it is left where it was
     assert.ok(!asked.some(({ case: kind }) => kind === "seek"));
+    await page.selectOption("#selected", "ball");
+    await cardTells(/Volume .* m³ Gas not recorded Over-pressure .* Pa.* Place, m .*Kinetic energy .* J/);
     await page.fill("#moment", "0.5");
     await told(/^0\.5 \//);
     await page.fill("#moment", "0");
@@ -193,6 +206,10 @@ test("what the page recorded is exported, filmed, and a page of its own that ope
   await page.waitForSelector("#status[data-shown]");
   assert.ok((await page.locator("#marks .key").count()) >= 2);
   assert.equal(await page.locator("#marks .deed").count(), 1);
+  const speeds = await page.$$eval("#time-scale option", (options) =>
+    options.map((option) => Number((option as HTMLOptionElement).value)),
+  );
+  assert.deepEqual(speeds, [4, 2, 1, 0.5, 0.25, 0.125]);
   await page.selectOption("#time-scale", "4");
   await page.waitForSelector('#play[aria-label="Play"]'); // it is over
   assert.match(await lately(), /ball was hit/);
