@@ -48,6 +48,8 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
+  /// Before the first substep of a tick: how many it takes.
+  void begin_tick();
   /// Whether the next substep begins a tick in which each body, or group of bodies abreast, does all its substeps by
   /// itself.
   [[nodiscard]] bool begins_free_tick() const;
@@ -93,6 +95,7 @@ class Simulation {
 
   std::uint64_t tick = 0;
   std::uint32_t substep_index = 0;  // of the tick under way
+  std::uint32_t tick_substeps = 1;  // its substeps: as chosen, or more where a gas is pressed
   // Time runs at this rate from here on; a product, not a sum, so that it does not drift.
   double time_base_s = 0.0;
   std::uint64_t tick_base = 0;

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <utility>
 
+#include "base/limits.h"
 #include "physics/forces/gas.h"
 #include "physics/lanes/body_extents.h"
 #include "physics/rigid/rigid_motion.h"
@@ -44,6 +46,33 @@ std::span<SoftState<Real>* const> states_of(SoftBodies<Real>& bodies, const Step
   return std::span(room).first(task.bodies.size());
 }
 
+// Times the substeps that were chosen: so many at most while a gas is pressed.
+constexpr std::uint32_t pressed_substeps_max = 64;
+
+// Cheaper than to ask how fast the volume changes: whether it is much less than the mesh's, or a vertex goes so far in
+// the tick that it may become so.
+template <class Real>
+bool may_be_pressed(const SoftState<Real>& body, double period_s) {
+  constexpr double pressed_share = 0.75;
+  constexpr double way_share = 0.1;
+  if (body.volume_m3 < pressed_share * body.gas->volume_ref_m3) return true;
+  Real fastest = 0;
+  for (const Vec3<Real>& v : body.v) fastest = std::max(fastest, v.squaredNorm());
+  return period_s * std::sqrt(static_cast<double>(fastest)) > way_share * static_cast<double>(body.length_m);
+}
+
+// dV/dt of a closed skin.
+template <class Real>
+double volume_rate_m3_s(const SoftState<Real>& body) {
+  double sum = 0.0;
+  for (const auto& [a, b, c] : body.body.mesh->faces) {
+    const auto at = [&](std::uint32_t i) { return Vec3d(body.x[i].template cast<double>()); };
+    const auto moves = [&](std::uint32_t i) { return Vec3d(body.v[i].template cast<double>()); };
+    sum += moves(a).dot(at(b).cross(at(c))) + moves(b).dot(at(c).cross(at(a))) + moves(c).dot(at(a).cross(at(b)));
+  }
+  return sum / 6.0;
+}
+
 // Calls work(task, scratch) for each task, on as many threads as there are.
 template <class Task, class Scratch, class Work>
 void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratch>& scratch, const Work& work) {
@@ -58,10 +87,10 @@ void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratc
 }  // namespace
 
 bool Simulation::substep(Workers& workers) {
+  if (substep_index == 0) begin_tick();
   const SubstepContext context = context_on(workers);
-  if (substep_index == 0) touches.clear();
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
-    if (is_at_rest()) return choice.substeps - substep_index;
+    if (is_at_rest()) return tick_substeps - substep_index;
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, context);
     if (!move_freely(bodies, context)) return std::uint32_t{0};
     meet(bodies, context);
@@ -69,6 +98,28 @@ bool Simulation::substep(Workers& workers) {
     return std::uint32_t{1};
   });
   return end_substeps(substeps_done);
+}
+
+void Simulation::begin_tick() {
+  touches.clear();
+  tick_substeps = choice.substeps;
+  if (choice.gas_give_m4_kg.empty()) return;
+  const double chosen_s = period_s() / choice.substeps;
+  const double shortest_s = period_s() / std::min(base::substeps_max, pressed_substeps_max * choice.substeps);
+  double step_s = chosen_s;
+  visit([&](const auto& bodies) {
+    for (std::size_t i = 0; i < bodies.states.size(); ++i) {
+      const auto& body = bodies.states[i];
+      if (!body.gas || !body.is_awake() || !may_be_pressed(body, period_s())) continue;
+      const double least_m3 = body.volume_m3 + std::min(period_s() * volume_rate_m3_s(body), 0.0);
+      const double floor_m3 = 1.001 * gas_volume_floor * body.gas->volume_ref_m3;
+      const double stiffness_pa_m3 = gas_stiffness_pa_m3(*body.gas, *body.body.gas, std::max(least_m3, floor_m3));
+      const double gas_rad_s = std::sqrt(choice.gas_give_m4_kg[i] * stiffness_pa_m3);
+      step_s = std::min(step_s, longest_gas_step_s(choice.integrator, gas_rad_s));
+    }
+  });
+  if (step_s < chosen_s)
+    tick_substeps = static_cast<std::uint32_t>(std::ceil(period_s() / std::max(step_s, shortest_s)));
 }
 
 bool Simulation::begins_free_tick() const {
@@ -79,7 +130,7 @@ bool Simulation::begins_free_tick() const {
 bool Simulation::end_substeps(std::uint32_t count) {
   substep_index += count;
   if (plan_is_stale_ && count > 0) make_plan();
-  if (substep_index < choice.substeps) return false;
+  if (substep_index < tick_substeps) return false;
   end_tick();
   return true;
 }
@@ -87,9 +138,9 @@ bool Simulation::end_substeps(std::uint32_t count) {
 SubstepContext Simulation::context_on(Workers& workers) {
   return {.integrator = choice.integrator,
           .surroundings = {scene.gravity, scene.atmosphere},
-          .dt_s = period_s() / choice.substeps,
+          .dt_s = period_s() / tick_substeps,
           .is_first_of_tick = substep_index == 0,
-          .substeps_left = choice.substeps - substep_index,
+          .substeps_left = tick_substeps - substep_index,
           .workers = &workers,
           .profile = profiling ? &profile : nullptr};
 }
@@ -209,7 +260,7 @@ std::uint32_t Simulation::step_freely(SoftBodies<Real>& bodies, const SubstepCon
   bodies.done.resize(bodies.states.size());
   if (bodies.next_task == 0) {
     bodies.tasks = cut_into_tasks<Real>(bodies.plan, bodies.states, context);
-    bodies.task_substeps = choice.substeps - substep_index;
+    bodies.task_substeps = tick_substeps - substep_index;
     const std::size_t threads_a_task = bodies.tasks.size() == 1 ? threads : 1;
     for (const StepTask& task : bodies.tasks) {
       const auto most =

@@ -146,8 +146,8 @@ std::size_t WorldBatch::step_tick(std::span<World* const> worlds) {
       world->step_tick(scratch_->alone);
       continue;
     }
+    simulation.begin_tick();
     const SubstepContext context = simulation.context_on(scratch_->alone).of_body(nullptr, nullptr);
-    simulation.touches.clear();
     simulation.visit([&]<class Real>(SoftBodies<Real>& bodies) {
       std::get<LaneBatches<Real>>(scratch_->batches).add(simulation, bodies, context);
     });
@@ -155,7 +155,7 @@ std::size_t WorldBatch::step_tick(std::span<World* const> worlds) {
   }
   const std::size_t shared =
       std::apply([](auto&... of_precision) { return (of_precision.end() + ...); }, scratch_->batches);
-  for (Simulation* simulation : together) simulation->end_substeps(simulation->choice.substeps);
+  for (Simulation* simulation : together) simulation->end_substeps(simulation->tick_substeps);
   return shared;
 }
 

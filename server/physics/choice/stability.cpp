@@ -220,6 +220,9 @@ SkinModes make_modes(const Mesh& mesh, const Springs& springs, const Shares& sha
   SkinModes modes;
   modes.volume_m3 = signed_volume_m3(mesh.positions_m, mesh.faces);
   modes.fastest_n_m = skin.largest_eigenvalue(skin.stiffness(), Part::both);
+  SpringTerms stretched = skin.stiffness();
+  stretched.across = stretched.along;
+  modes.stretched_n_m = skin.largest_eigenvalue(stretched, Part::springs);
   modes.damping_n_s_m = skin.largest_eigenvalue(skin.damping(), Part::springs);
   if (skin.bends()) modes.bending_n_m = skin.largest_eigenvalue({}, Part::bending);
   const Points gradient = shares.over_roots(volume_gradient_m2(mesh));
@@ -277,8 +280,10 @@ Frequencies frequencies_of(const SoftBody& body, const Shares& shares, const Atm
   result.fastest_rad_s = std::sqrt(largest_with_gas_n_m(modes, gas_pa_m3) / vertex_kg);
   result.fastest_decay_1_s = (modes.damping_n_s_m + drag_n_s_m(body, shares, atmosphere)) / vertex_kg;
   result.decay_lacking_1_s = modes.lacking_n_s_m / vertex_kg;
+  result.stretched_rad_s = std::sqrt(modes.stretched_n_m / vertex_kg);
   result.bending_rad_s = std::sqrt(modes.bending_n_m / vertex_kg);
-  result.gas_rad_s = std::sqrt(gas_pa_m3 * modes.gradient_m4 / vertex_kg);
+  result.gas_give_m4_kg = modes.gradient_m4 / vertex_kg;
+  result.gas_rad_s = std::sqrt(gas_pa_m3 * result.gas_give_m4_kg);
   const double restoring_j = modes.scaling_j + gas_pa_m3 * modes.scaling_m3 * modes.scaling_m3;
   result.breathing_rad_s = std::sqrt(std::max(restoring_j, 0.0) / (vertex_kg * modes.scaling_m2));
   result.breathing_decay_1_s = modes.scaling_j_s / (vertex_kg * modes.scaling_m2);
@@ -334,10 +339,12 @@ Frequencies bound_frequencies(const SoftBody& body, const Atmosphere& atmosphere
   const Points gradient = shares.over_roots(volume_gradient_m2(*body.mesh));
   const double volume_m3 = signed_volume_m3(body.mesh->positions_m, body.mesh->faces);
   const double gas = volume_stiffness_pa_m3(body, volume_m3) * sum_of_products(gradient, gradient);
-  const double all = skin.spring_bound(skin.stiffness()) + bending + gas;
+  const double springs = skin.spring_bound(skin.stiffness());
+  const double all = springs + bending + gas;
   Frequencies result;
   result.fastest_rad_s = std::sqrt(all / vertex_mass);
   result.fastest_decay_1_s = (skin.spring_bound(skin.damping()) + drag_n_s_m(body, shares, atmosphere)) / vertex_mass;
+  result.stretched_rad_s = std::sqrt(springs / vertex_mass);
   result.gas_rad_s = std::sqrt(gas / vertex_mass);
   result.bending_rad_s = std::sqrt(bending / vertex_mass);
   result.breathing_rad_s = result.fastest_rad_s;

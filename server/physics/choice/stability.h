@@ -15,7 +15,9 @@ struct Frequencies {
   double fastest_rad_s = 0.0;        // square root of the largest eigenvalue of M^-1 K: springs, bending, gas
   double fastest_decay_1_s = 0.0;    // largest eigenvalue of M^-1 D: the decay of motion by spring damping and wind
   double decay_lacking_1_s = 0.0;    // of that, what the fastest motion may lack where springs differ in stiffness
+  double stretched_rad_s = 0.0;      // of the springs alone, in no shape more: as stiff across as along
   double gas_rad_s = 0.0;            // of the gas alone, along gradV
+  double gas_give_m4_kg = 0.0;       // gas_rad_s^2 over the gas's stiffness -dP/dV
   double bending_rad_s = 0.0;        // of bending alone, which nothing damps
   double breathing_rad_s = 0.0;      // Rayleigh quotient of uniform scaling, or of the softest part's alone
   double breathing_decay_1_s = 0.0;  // of that, by spring damping alone
@@ -33,6 +35,7 @@ struct Frequencies {
 struct SkinModes {
   double volume_m3 = 0.0;
   double fastest_n_m = 0.0;     // largest eigenvalue of K
+  double stretched_n_m = 0.0;   // likewise of springs that are as stiff across as along
   double damping_n_s_m = 0.0;   // largest eigenvalue of D
   double lacking_n_s_m = 0.0;   // of that, what may not be along K's
   double bending_n_m = 0.0;     // largest eigenvalue of bending alone

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/status.h"
 #include "physics/choice/stability.h"
@@ -21,7 +22,7 @@ namespace pneuma::physics {
 
 /// The longest step that keeps a motion of these frequencies from growing, with a margin (see the source for each
 /// method's condition), and the breathing motion within error_target a period. Breathing that takes less than two ticks
-/// is not seen at all: of it the implicit methods and XPBD keep the mean alone.
+/// is not seen at all, and need only be stable: of it the implicit methods and XPBD keep the mean alone.
 [[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
                                     double tick_period_s);
 
@@ -37,7 +38,14 @@ struct SubstepChoice {
   /// Of implicit Euler: what nothing holds falls as it does in nature. That is so where its contacts are met within the
   /// step.
   bool falls_by_parabola = false;
+  /// One a soft body: Frequencies::gas_give_m4_kg. A gas that is pressed is stiffer than the substeps were chosen for,
+  /// and more of them are taken then. Empty where the scene gives the number of substeps, or the method has no limit.
+  std::vector<double> gas_give_m4_kg = {};
 };
+
+/// The longest step of an explicit method that holds a gas of this frequency; infinite for explicit Euler, which holds
+/// none without damping, and for those that solve.
+[[nodiscard]] double longest_gas_step_s(Integrator integrator, double gas_rad_s);
 
 /// The integrator and the number of substeps that a scene asks for or leaves open.
 /// Steps are chosen to hold every body's breathing (longest_step_s), its fall by its own length and, at the spin it

@@ -41,6 +41,8 @@ constexpr int pieces_max = 256;
 // Contacts solved in all pieces of a substep, about: one or two seconds' work. What is left of the substep is one piece
 // then.
 constexpr std::size_t piece_rows_max = 400'000;
+// Of a contact's size: by how much less the end of a bounce may move things.
+constexpr double cut_share = 1e-3;
 // Times that a piece is made shorter until it is short enough for the spin that its contacts leave.
 constexpr int piece_halvings_max = 8;
 // Of the length that would just do: the spin may be faster than the last one.
@@ -128,7 +130,7 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
   take_groups_for_pieces(rigid, dt_s);
   note_pressed();
   cut_moves(rigid, dt_s);
-  undo_overlaps(rigid);
+  undo_overlaps(rigid, 1.0);
   for (const std::uint32_t group : groups_in_pieces_) {
     members_.clear();
     for (std::uint32_t i = group; i < rigid.size(); ++i) {
@@ -406,11 +408,16 @@ double RigidSolver::bend_over(std::span<const RigidState> rigid, const RigidCont
 // Gives the groups that one look at their contacts is not enough for their velocities back, and forgets the contacts.
 void RigidSolver::take_groups_for_pieces(std::span<RigidState> rigid, double dt_s) {
   groups_in_pieces_.clear();
+  find_shifts(rigid, dt_s);
   for (const RigidContact& c : contacts_) {
-    if (bend_over(rigid, c, dt_s) > 1.0 ||
-        (has_bounced(c) && distance_after_m(rigid, c, dt_s) > bend_share * c.thin_m)) {
-      groups_in_pieces_.push_back(groups_[c.a]);
-    }
+    const double after_m = distance_after_m(rigid, c, dt_s);
+    const double shift_m = c.normal.dot(shift_between_m(c));
+    // Where one corner bounced, the shift may push another one in. And two bodies that pass each other would change
+    // their angular momentum by it.
+    const bool is_pushed_in = shift_m < 0.0 && after_m + shift_m < std::min(c.distance_m, 0.0) - cut_share * c.size_m;
+    const bool bounces_far =
+        has_bounced(c) && after_m > (c.b == no_body ? bend_share * c.thin_m : cut_share * c.size_m);
+    if (bend_over(rigid, c, dt_s) > 1.0 || is_pushed_in || bounces_far) groups_in_pieces_.push_back(groups_[c.a]);
   }
   if (groups_in_pieces_.empty()) return;
   std::ranges::sort(groups_in_pieces_);
@@ -474,7 +481,7 @@ void RigidSolver::move_in_pieces(std::span<RigidState> rigid, std::span<const Co
     }
     for (const std::uint32_t i : members_) pressed_[i] = 0;
     note_pressed();
-    undo_overlaps(rigid);
+    undo_overlaps(rigid, piece_s / dt_s);
     for (const RigidContact& c : contacts_) hold_spin(rigid, c, piece_s);
     for (const std::uint32_t i : members_) {
       if (touched[i] == 0 && pressed_[i] == 0) {
@@ -500,12 +507,11 @@ void RigidSolver::note_pressed() {
 }
 
 // What bounced ends the substep where it touched: the height it gets back is then that of its speed, whatever the step.
-void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
+void RigidSolver::find_shifts(std::span<const RigidState> rigid, double dt_s) {
   shifts_m_.assign(rigid.size(), Vec3d::Zero());
   for (const RigidContact& c : contacts_) {
     if (!has_bounced(c)) continue;
-    const Vec3d shift_b = c.b == no_body ? Vec3d(Vec3d::Zero()) : shifts_m_[c.b];
-    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(shifts_m_[c.a] - shift_b);
+    const double past_m = distance_after_m(rigid, c, dt_s) + c.normal.dot(shift_between_m(c));
     if (past_m <= 0.0) continue;
     const double inverse_a = inverse_mass_along_1_kg(rigid[c.a], c.normal);
     const double inverse_b = c.b == no_body ? 0.0 : inverse_mass_along_1_kg(rigid[c.b], c.normal);
@@ -516,13 +522,21 @@ void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
     shifts_m_[c.a] -= share_of(rigid[c.a]);
     if (c.b != no_body) shifts_m_[c.b] += share_of(rigid[c.b]);
   }
+}
+
+Vec3d RigidSolver::shift_between_m(const RigidContact& c) const {
+  return c.b == no_body ? shifts_m_[c.a] : Vec3d(shifts_m_[c.a] - shifts_m_[c.b]);
+}
+
+void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
+  find_shifts(rigid, dt_s);
   for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += shifts_m_[i];
 }
 
 // The same rows, of moves in place of velocities.
-void RigidSolver::undo_overlaps(std::span<RigidState> rigid) {
-  const auto wanted_m = [](const RigidContact& c) {
-    return overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
+void RigidSolver::undo_overlaps(std::span<RigidState> rigid, double share) {
+  const auto wanted_m = [share](const RigidContact& c) {
+    return share * overlap_share * (-c.distance_m - overlap_kept_share * c.size_m);
   };
   if (std::ranges::none_of(contacts_, [&](const RigidContact& c) { return wanted_m(c) > 0.0; })) return;
   load_rows(rigid);

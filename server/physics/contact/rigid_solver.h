@@ -66,8 +66,11 @@ class RigidSolver {
   [[nodiscard]] double bend_over(std::span<const RigidState> rigid, const RigidContact& c, double dt_s) const;
   [[nodiscard]] double first_bounce_s(std::span<const RigidState> rigid) const;
   void note_pressed();
+  void find_shifts(std::span<const RigidState> rigid, double dt_s);
+  [[nodiscard]] Vec3d shift_between_m(const RigidContact& c) const;
   void cut_moves(std::span<RigidState> rigid, double dt_s);
-  void undo_overlaps(std::span<RigidState> rigid);
+  /// In this share of a substep.
+  void undo_overlaps(std::span<RigidState> rigid, double share);
 
   std::vector<std::uint32_t> order_;  // of the sweep
   std::vector<RigidPair> pairs_;

@@ -52,6 +52,8 @@ class Collector {
         b_(b),
         index_a_(index_a),
         index_b_(index_b),
+        dt_s_(dt_s),
+        turn_b_(turned(Quatd::Identity(), b.angular_velocity, dt_s)),
         surface_(combine(a.surface, b.surface)),
         contacts_(contacts) {
     const double radius_m = radius_about_centre(a.shape);
@@ -62,7 +64,7 @@ class Collector {
     reach_m_ = rigid_margin_share * size_m_ + surface_.thickness_m +
                dt_s * ((a.velocity - b.velocity).norm() + a.angular_velocity.norm() * radius_m +
                        b.angular_velocity.norm() * arm_m);
-    way_m_ = dt_s * (a.velocity - velocity_at(b.velocity, b.angular_velocity, a.frame.origin - b.frame.origin));
+    way_m_ = dt_s_ * (a.velocity - velocity_at(b.velocity, b.angular_velocity, a.frame.origin - b.frame.origin));
   }
 
   void find() {
@@ -93,7 +95,8 @@ class Collector {
     contact.surface = surface_;
     if (index_b_ == no_body) {
       const Vec3d arm = point - b_.frame.origin;
-      contact.velocity_b = velocity_at(b_.velocity, b_.angular_velocity, arm);
+      // Along the chord: what friction carries along an arc would leave it by the tangent.
+      contact.velocity_b = b_.velocity + (turn_b_ * arm - arm) / dt_s_;
       const bool is_round = std::holds_alternative<SphereShape>(b_.shape);
       contact.bend_m_s2 = is_round ? 0.0 : 0.5 * b_.angular_velocity.squaredNorm() * arm.norm();
     }
@@ -275,6 +278,8 @@ class Collector {
   const Solid& b_;
   std::uint32_t index_a_;
   std::uint32_t index_b_;
+  double dt_s_;
+  Quatd turn_b_;  // by which b turns meanwhile
   ContactSurface surface_;
   std::vector<RigidContact>& contacts_;
   double size_m_ = 0.0;
