@@ -4,8 +4,10 @@
 #include <cmath>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "base/limits.h"
+#include "base/nearest_word.h"
 #include "base/number_text.h"
 #include "codec/topology_hash.h"
 
@@ -97,7 +99,9 @@ Status check_subscribed(const v1::Subscribe& request, const FrameSource& source)
   for (std::size_t i = 0; i < source.soft_body_count(); ++i) names.insert(source.soft_body_name(i));
   for (int i = 0; i < request.bodies_size(); ++i) {
     if (names.contains(request.bodies(i))) continue;
-    return base::not_found("no soft body \"" + request.bodies(i) + "\"", "subscribe.bodies[" + std::to_string(i) + "]");
+    return base::not_found("no soft body is named \"" + request.bodies(i) + "\"" +
+                               base::nearest_or_all(request.bodies(i), std::vector(names.begin(), names.end())),
+                           "subscribe.bodies[" + std::to_string(i) + "]");
   }
   if (request.velocities() && !source.has_velocities()) {
     return {StatusCode::failed_precondition, "the recording holds no velocities", "subscribe.velocities"};

@@ -7,6 +7,7 @@
 #include "app/plain_numbers.h"
 #include "app/world_stats.h"
 #include "base/limits.h"
+#include "base/nearest_word.h"
 
 namespace pneuma::app {
 
@@ -79,7 +80,9 @@ Status check_observed(const physics::World& world, const v1::Observe& asked) {
   for (std::size_t i = 0; i < world.soft_body_count(); ++i) names.insert(world.soft_body(i).name);
   for (int i = 0; i < asked.bodies_size(); ++i) {
     if (names.contains(asked.bodies(i))) continue;
-    return base::not_found("no soft body \"" + asked.bodies(i) + "\"", "bodies[" + std::to_string(i) + "]");
+    return base::not_found("no soft body is named \"" + asked.bodies(i) + "\"" +
+                               base::nearest_or_all(asked.bodies(i), std::vector(names.begin(), names.end())),
+                           "bodies[" + std::to_string(i) + "]");
   }
   if (const std::size_t bytes = observed_bytes(world, asked); bytes > base::state_bytes_max) {
     return {base::StatusCode::limit_exceeded,

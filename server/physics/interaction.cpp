@@ -4,6 +4,7 @@
 #include <set>
 
 #include "base/limits.h"
+#include "base/nearest_word.h"
 #include "physics/mesh/picking.h"
 #include "physics/queries.h"
 #include "physics/rigid/rigid_mass.h"
@@ -36,6 +37,15 @@ std::optional<Vec3d> meet(const RigidState& body, const RayPoint& ray) {
   const auto distance_m = surface_hit_m(body.body.shape, local);
   if (!distance_m) return std::nullopt;
   return Vec3d(ray.origin + *distance_m * ray.direction.stableNormalized());
+}
+
+base::Status no_such(const World& world, const std::string& kind, const std::string& name, bool with_rigid) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < world.soft_body_count(); ++i) names.push_back(world.soft_body(i).name);
+  if (with_rigid) {
+    for (const RigidState& rigid : world.rigid_bodies()) names.push_back(rigid.body.name);
+  }
+  return base::not_found("no " + kind + " is named \"" + name + "\"" + base::nearest_or_all(name, names), "body");
 }
 
 base::Status misses(const std::string& body) {
@@ -194,7 +204,7 @@ base::Result<Hit> World::apply_impulse(const std::string& body, const At& at, co
   if (soft) return std::move(*soft);
   const auto rigid =
       std::ranges::find_if(simulation_->rigid, [&](const RigidState& state) { return state.body.name == *name; });
-  if (rigid == simulation_->rigid.end()) return base::not_found("no body is named \"" + *name + "\"", "body");
+  if (rigid == simulation_->rigid.end()) return no_such(*this, "body", *name, true);
   base::Result<Hit> hit = push(*rigid, at, impulse_n_s);
   if (hit.ok()) simulation_->wake(*name);
   return hit;
@@ -231,7 +241,7 @@ base::Result<Hit> World::add_grab(std::uint64_t id, const std::string& body, con
     }
     return Hit{state.body.name, vertex};
   });
-  if (!held) return base::not_found("no soft body is named \"" + *name + "\"", "body");
+  if (!held) return no_such(*this, "soft body", *name, false);
   return std::move(*held);
 }
 

@@ -2,8 +2,10 @@
 
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/limits.h"
+#include "base/nearest_word.h"
 #include "scene_io/finite_numbers.h"
 #include "scene_io/quoted.h"
 
@@ -12,6 +14,13 @@ namespace {
 
 using base::Status;
 using base::StatusCode;
+
+template <class List>
+Status no_such(const List& list, const std::string& kind, const std::string& name, const std::string& field = {}) {
+  std::vector<std::string> names;
+  for (const auto& item : list) names.push_back(item.name());
+  return base::not_found("no " + kind + " is named " + in_quotes(name) + base::nearest_or_all(name, names), field);
+}
 
 template <class List>
 int index_of(const List& list, const std::string& name) {
@@ -42,7 +51,7 @@ Status add(List& list, const Item& item, bool taken, std::size_t limit) {
 template <class List>
 Status remove(List& list, const std::string& kind, const std::string& name) {
   const int index = index_of(list, name);
-  if (index < 0) return base::not_found("no " + kind + " is named " + in_quotes(name));
+  if (index < 0) return no_such(list, kind, name);
   list.DeleteSubrange(index, 1);
   return {};
 }
@@ -80,7 +89,7 @@ Status check_not_held(const v1::Scene& scene, const Held& holds) {
 template <class List, class Change, class Apply>
 Status change(List& list, const std::string& kind, const Change& change, Apply apply) {
   const int index = index_of(list, change.name());
-  if (index < 0) return base::not_found("no " + kind + " is named " + in_quotes(change.name()), "name");
+  if (index < 0) return no_such(list, kind, change.name(), "name");
   return apply(list[index], change);
 }
 

@@ -9,6 +9,7 @@
 
 #include "base/in_file.h"
 #include "base/limits.h"
+#include "base/nearest_word.h"
 #include "scene_io/embedded_files.h"
 #include "scene_io/json.h"
 #include "scene_io/quoted.h"
@@ -29,12 +30,6 @@ const EmbeddedFile* find_builtin(std::string_view name) {
   return found == end ? nullptr : found;
 }
 
-std::string builtin_list() {
-  std::string list;
-  for (const std::string& name : builtin_scene_names()) list += (list.empty() ? "" : ", ") + name;
-  return list;
-}
-
 base::Status cannot_read(const std::string& path, const std::string& why) {
   return {base::StatusCode::unavailable, "cannot read: " + why, path};
 }
@@ -43,7 +38,8 @@ base::Result<std::string> read_scene_file(const std::string& path) {
   std::error_code error;
   const fs::file_status found = fs::status(path, error);
   if (found.type() == fs::file_type::not_found) {
-    return base::not_found("no such scene file, and no built-in scene; built-in are: " + builtin_list(), path);
+    return base::not_found(
+        "no such scene file, and no built-in scene" + base::nearest_or_all(path, builtin_scene_names()), path);
   }
   if (error) return cannot_read(path, error.message());
   if (!fs::is_regular_file(found)) return base::invalid("is not a file", path);
@@ -81,7 +77,8 @@ std::vector<std::string> builtin_scene_names() {
 base::Result<v1::Scene> builtin_scene(const std::string& name) {
   const EmbeddedFile* file = find_builtin(name);
   if (file == nullptr) {
-    return base::not_found("no built-in scene is named " + in_quotes(name) + "; there are: " + builtin_list());
+    return base::not_found("no built-in scene is named " + in_quotes(name) +
+                           base::nearest_or_all(name, builtin_scene_names()));
   }
   return parse_scene_json(file->text);
 }

@@ -165,7 +165,7 @@ Result<const FieldDescriptor*> find_field(const Descriptor& descriptor, std::str
     if (descriptor.field(i)->json_name() == name) field = descriptor.field(i);
   }
   if (field != nullptr) return field;
-  return base::invalid("unknown field" + base::did_you_mean(name, names_of_fields(descriptor)), escaped(name));
+  return base::invalid("unknown field" + base::nearest_or_all(name, names_of_fields(descriptor)), escaped(name));
 }
 
 Status read_field(const json::value& value, Message& message, const FieldDescriptor& field) {

@@ -16,7 +16,6 @@ namespace pneuma::client {
 namespace {
 
 // As many names as a line has room for.
-constexpr std::size_t names_listed_max = 12;
 // The digits that number_text shows.
 constexpr double rounding_told = 1e-6;
 
@@ -37,15 +36,6 @@ bool lacks_subject(const std::string& what) {
   return std::find(verbs.begin(), verbs.end(), what.substr(0, what.find(' '))) != verbs.end();
 }
 
-std::string nearest_or_all(std::string_view word, std::span<const std::string> words) {
-  if (std::string meant = base::did_you_mean(word, words); !meant.empty()) return meant;
-  if (words.empty()) return "; there are none";
-  std::string list = "; there ";
-  list += words.size() == 1 ? "is " : "are ";
-  for (std::size_t i = 0; i < std::min(words.size(), names_listed_max); ++i) list.append(i > 0 ? ", " : "") += words[i];
-  return words.size() > names_listed_max ? list + "..." : list;
-}
-
 }  // namespace
 
 std::string told(const base::Status& status) {
@@ -63,7 +53,7 @@ base::Status in_users_file(const base::Status& status, const std::string& field,
 }
 
 base::Status with_suggestion(const base::Status& status, std::string_view word, std::span<const std::string> words) {
-  return {status.code(), status.what() + nearest_or_all(word, words), status.where()};
+  return {status.code(), status.what() + base::nearest_or_all(word, words), status.where()};
 }
 
 void note(const Session& session, const std::string& text) {

@@ -128,6 +128,8 @@ def test_arrays_become_a_mesh_and_come_back(seed: int) -> None:
 
 refusals: list[tuple[Any, str, str]] = [
     ({"soft_bodies": [{}, {"mas_kg": 1}]}, "scene.soft_bodies[1].mas_kg", "did you mean mass_kg?"),
+    ({"soft_bodies": [{"mass": 1}]}, "scene.soft_bodies[0].mass", "did you mean mass_kg?"),
+    ({"gravity": {"down": 1}}, "scene.gravity.down", "there are x, y, z"),
     ({"gravity": (0, 1)}, "scene.gravity", "has 2 numbers; x, y, z are 3"),
     ({"gravity": "down"}, "scene.gravity", "no numbers"),
     ({"gravity": 9.81}, "scene.gravity", "has 1 numbers"),

@@ -13,6 +13,9 @@ namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
+const std::string fields_of_a_scene =
+    "; there are name, gravity, stepping, atmosphere, meshes, soft_bodies, rigid_bodies, colliders, joints";
+
 std::string scene_error(const std::string& text) {
   const auto scene = parse_scene_json(text);
   return scene.ok() ? "no error" : scene.status().message();
@@ -48,7 +51,7 @@ TEST(SceneJson, TakesTheMappingsOtherForms) {
 TEST(SceneJson, UnknownFieldIsNamedWithItsPathAndNeighbour) {
   EXPECT_EQ(scene_error(R"({"soft_bodies": [{}, {"springs": {"stifness_n_m": 1}}]})"),
             "soft_bodies[1].springs.stifness_n_m: unknown field; did you mean stiffness_n_m?");
-  EXPECT_EQ(scene_error(R"({"zzzzzz": 1})"), "zzzzzz: unknown field");
+  EXPECT_EQ(scene_error(R"({"gravity": {"zzzzzz": 1}})"), "gravity.zzzzzz: unknown field; there are x, y, z");
 }
 
 TEST(SceneJson, WrongTypesAreNamed) {
@@ -78,8 +81,10 @@ TEST(SceneJson, NumbersThatAreNotFiniteAreNamed) {
 }
 
 TEST(SceneJson, TextFromOutsideIsCutAndEscapedInErrors) {
-  EXPECT_EQ(scene_error(R"({"\u001b[31m\nx\u009b": 1})"), "\\x1b[31m\\x0ax\\xc2\\x9b: unknown field");
-  EXPECT_EQ(scene_error("{\"" + std::string(1'000'000, 'z') + "\": 1}"), std::string(40, 'z') + "...: unknown field");
+  EXPECT_EQ(scene_error(R"({"\u001b[31m\nx\u009b": 1})"),
+            "\\x1b[31m\\x0ax\\xc2\\x9b: unknown field" + fields_of_a_scene);
+  EXPECT_EQ(scene_error("{\"" + std::string(1'000'000, 'z') + "\": 1}"),
+            std::string(40, 'z') + "...: unknown field" + fields_of_a_scene);
   // 39 bytes and a character of two: cut before it, not inside it.
   EXPECT_EQ(scene_error(R"({"gravity": ")" + std::string(39, 'z') + "\u00e9z\"}"),
             "gravity: is the string \"" + std::string(39, 'z') + "...\"; an object is wanted");

@@ -94,11 +94,18 @@ def fill_by_name(message: Message, values: Mapping[str, object], where: str) -> 
     for name, value in values.items():
         place = f"{where}.{name}" if where else name
         if name not in by_name:
-            near = difflib.get_close_matches(name, by_name, n=1)
             kind = message.DESCRIPTOR.name
-            raise invalid(place, f"unknown field of {kind}" + (f"; did you mean {near[0]}?" if near else ""))
+            raise invalid(place, f"unknown field of {kind}{meant_or_all(name, message.DESCRIPTOR)}")
         if value is not None:
             fill_field(message, by_name[name], value, place)
+
+
+def meant_or_all(name: str, kind: Descriptor) -> str:
+    """What stands behind an unknown field: the known one that it begins or is close to, or all that there are."""
+    known = [each.name for each in kind.fields]
+    longer = [each for each in known if len(name) >= 3 and each.startswith(name)]
+    meant = longer or difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean {meant[0]}?" if meant else f"; there are {', '.join(known)}"
 
 
 def fill_field(message: Message, each: FieldDescriptor, value: object, where: str) -> None:
