@@ -70,6 +70,9 @@ base::Status Connection::open(const std::string& host, const std::string& port, 
         asio::async_connect(socket_, endpoints, [done](error_code failed, const auto&) { done(failed); });
       },
       deadline);
+  if (error == boost::asio::error::connection_refused) {
+    return unavailable("cannot connect: " + error.message() + "; is a server running there?");
+  }
   if (error) return unavailable("cannot connect: " + error.message());
   socket_.set_option(asio::ip::tcp::no_delay(true), error);  // without it, requests leave a little later
 

@@ -275,8 +275,10 @@ Status HostedWorld::check_past(std::uint64_t tick, const std::string& field) con
         "is " + std::to_string(tick) + "; the world has done " + std::to_string(live_.tick()) + " ticks", field);
   }
   if (!journal_)
-    return {StatusCode::failed_precondition,
-            "nothing is kept of this world: it is owned, or the server has no --data-dir", field};
+    return {
+        StatusCode::failed_precondition,
+        "nothing is kept of this world: the server was started without --data-dir, or the world is owned by a session",
+        field};
   return {};
 }
 

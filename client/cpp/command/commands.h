@@ -58,6 +58,7 @@ struct RecordArguments {
 
 struct PlayArguments {
   std::string file;
+  std::string http;  // HOST:PORT or "off"; empty: beside `options.listen`
   replay::PlayerOptions options;
 };
 

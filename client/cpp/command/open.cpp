@@ -28,14 +28,6 @@ namespace {
 // A browser that has not failed by then is shown.
 constexpr std::chrono::milliseconds start_patience{3'000};
 
-/// The server's HTTP address where nobody gives another: the port after that of the protocol, as with 7420 and 7421.
-base::Result<std::string> page_address(const std::string& server) {
-  const std::size_t colon = server.rfind(':');
-  const unsigned long port = std::strtoul(server.c_str() + colon + 1, nullptr, 10) + 1;
-  if (port > 65'535) return base::invalid("no port follows that of the server; give --http HOST:PORT", server);
-  return server.substr(0, colon + 1) + std::to_string(port);
-}
-
 /// By the command in BROWSER, or xdg-open. False where it cannot be started or fails at once.
 bool show_in_browser(std::string link) {
   const char* chosen = std::getenv("BROWSER");
@@ -86,7 +78,7 @@ base::Status open_page(Session& session, const OpenArguments& arguments) {
       return session.json ? unknown : with_suggestion(unknown, arguments.world, names);
     }
   }
-  auto address = arguments.http.empty() ? page_address(session.server) : base::Result<std::string>(arguments.http);
+  auto address = arguments.http.empty() ? base::http_beside(session.server) : base::Result<std::string>(arguments.http);
   if (!address.ok()) return address.status();
   std::string link = base::page_link(*address, session.tls);
   if (!arguments.world.empty()) link += "/#world=" + arguments.world;

@@ -52,6 +52,12 @@ base::Status play(FileSession& session, const PlayArguments& arguments) {
   }
   replay::PlayerOptions options = arguments.options;
   options.token = session.token;
+  options.http = arguments.http;
+  if (arguments.http.empty()) {
+    auto beside = base::http_beside(options.listen);
+    if (!beside.ok()) return beside.status();
+    options.http = std::move(*beside);
+  }
   replay::Player player(std::move(*playback), options);
   if (base::Status started = player.start(); !started.ok()) return started;
   const std::string tcp = player.tcp_address();

@@ -82,8 +82,8 @@ void add_play(CLI::App& app, Task& task) {
   command->add_option("FILE", arguments->file)->required();
   command->add_option("--listen", options.listen, "HOST:PORT for the protocol; port 0 picks one")
       ->capture_default_str();
-  command->add_option("--http", options.http, "HOST:PORT for the page and /ws, or off; port 0 picks one")
-      ->capture_default_str();
+  command->add_option("--http", arguments->http,
+                      "HOST:PORT for the page and /ws, or off; otherwise the port after that of --listen");
   command
       ->add_option("--allow-host", options.allow_hosts,
                    "A name by which the HTTP address is asked, beside its addresses and localhost; * for any")

@@ -65,6 +65,9 @@ base::Status restore(Session& session, const RestoreArguments& arguments) {
   request.set_name(arguments.name);
   request.set_paused(arguments.paused);
   const auto restored = session.client.restore_world(request);
+  if (!restored.ok() && !session.json) {
+    return in_users_file(restored.status(), "restore_world.snapshot", arguments.file);
+  }
   if (restored.ok() && arguments.name.empty()) note_new_name(session, restored->world());
   return report(session, "restored", restored);
 }

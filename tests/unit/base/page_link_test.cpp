@@ -14,6 +14,13 @@ TEST(PageLink, IsTheAddressWithItsSchemeAndThisMachineWhereAnyAddressIsMeant) {
   EXPECT_EQ(page_link("off", false), "");
 }
 
+TEST(PageLink, HttpIsBesideTheProtocolUnlessItIsSaid) {
+  EXPECT_EQ(*http_beside("127.0.0.1:7420"), "127.0.0.1:7421");
+  EXPECT_EQ(*http_beside("[::1]:7430"), "[::1]:7431");
+  EXPECT_EQ(*http_beside("127.0.0.1:0"), "127.0.0.1:0");
+  EXPECT_EQ(http_beside("127.0.0.1:65535").status().where(), "127.0.0.1:65535");
+}
+
 TEST(ReadyLine, NamesThePageWhereThereIsOne) {
   EXPECT_EQ(ready_line("127.0.0.1:7420", "127.0.0.1:7421", "http://127.0.0.1:7421"),
             "ready tcp=127.0.0.1:7420 http=127.0.0.1:7421 page=http://127.0.0.1:7421");

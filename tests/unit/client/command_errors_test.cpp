@@ -80,7 +80,8 @@ TEST(CommandFailure, NoServerIsOneLineWithTheAddress) {
   const support::ClosedPort nobody;
   const Finished finished = run_program("pneuma", {"--server", nobody.address(), "worlds"});
   EXPECT_EQ(finished.exit_status, 1);
-  EXPECT_EQ(finished.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
+  EXPECT_EQ(finished.error_output,
+            "pneuma: " + nobody.address() + ": cannot connect: Connection refused; is a server running there?\n");
 }
 
 TEST(CommandFailure, TheServerOfTheEnvironmentIsAskedWhereNoFlagNamesOne) {
@@ -93,8 +94,10 @@ TEST(CommandFailure, TheServerOfTheEnvironmentIsAskedWhereNoFlagNamesOne) {
   const Finished wrong = run_program("pneuma", {"worlds"});
   EXPECT_EQ(run_program("pneuma", {"--help"}).exit_status, 0) << "that is not asked of a server";
   ::unsetenv("PNEUMA_SERVER");
-  EXPECT_EQ(told.error_output, "pneuma: " + nobody.address() + ": cannot connect: Connection refused\n");
-  EXPECT_EQ(flag.error_output, "pneuma: " + nobody_either.address() + ": cannot connect: Connection refused\n");
+  EXPECT_EQ(told.error_output,
+            "pneuma: " + nobody.address() + ": cannot connect: Connection refused; is a server running there?\n");
+  EXPECT_EQ(flag.error_output, "pneuma: " + nobody_either.address() +
+                                   ": cannot connect: Connection refused; is a server running there?\n");
   EXPECT_EQ(wrong.exit_status, 2);
   EXPECT_NE(wrong.error_output.find("not HOST:PORT: nowhere"), std::string::npos) << wrong.error_output;
 }
