@@ -38,14 +38,15 @@ bool is_subset(const std::vector<std::uint32_t>& kept, std::uint32_t count) {
 
 /// Null where the body has no mechanics. Adds to the work of those before it.
 base::Result<codec::SimulatedMotionPtr> simulation_of(const v1::Layout::Soft& soft, const Topology& topology,
-                                                      double grid_step_m, std::uint64_t& work) {
+                                                      const codec::MeshOrderPtr& order, double grid_step_m,
+                                                      std::uint64_t& work) {
   if (!soft.has_mechanics()) return codec::SimulatedMotionPtr();
-  const auto mechanics = mechanics_of(soft.mechanics(), *topology.order, grid_step_m);
+  const auto mechanics = mechanics_of(soft.mechanics(), *order, grid_step_m);
   if (!mechanics.ok()) return mechanics.status().inside("mechanics");
   work += codec::simulated_work(mechanics->substeps, topology.vertex_count, topology.indices.size() / 3,
                                 mechanics->planes.size());
   if (work > codec::simulated_work_max) return malformed("more to be simulated than any stream asks for", "mechanics");
-  return std::make_shared<codec::SimulatedMotion>(topology.order, topology.indices, *mechanics, grid_step_m);
+  return std::make_shared<codec::SimulatedMotion>(order, topology.indices, *mechanics, grid_step_m);
 }
 
 std::vector<ContactFrame> contacts_of(const v1::Frame& message) {
@@ -108,10 +109,17 @@ base::Status StreamDecoder::take_topology(const v1::Topology& message) {
   if (codec::topology_hash(topology->vertex_count, topology->indices) != topology->hash) {
     return malformed("the hash is not that of the triangles", "topology.hash");
   }
-  topology->order =
-      std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(topology->vertex_count, topology->indices));
   topologies_.emplace(topology->hash, std::move(topology));
   return {};
+}
+
+codec::MeshOrderPtr StreamDecoder::order_of(const Topology& topology) {
+  std::weak_ptr<const codec::MeshOrder>& known = orders_[topology.hash];
+  if (codec::MeshOrderPtr order = known.lock(); order != nullptr) return order;
+  const auto order =
+      std::make_shared<const codec::MeshOrder>(codec::make_mesh_order(topology.vertex_count, topology.indices));
+  known = order;
+  return order;
 }
 
 base::Status StreamDecoder::take_layout(const v1::Layout& message) {
@@ -135,8 +143,8 @@ base::Status StreamDecoder::take_layout(const v1::Layout& message) {
       return malformed("the vertices kept are not one a vertex, ascending", "soft_bodies." + soft.name());
     }
     bodies.push_back({soft.name(), topology->second, std::move(kept)});
-    orders.push_back(topology->second->order);
-    auto simulation = simulation_of(soft, *topology->second, found->second.grid_step_m, simulated_work);
+    orders.push_back(order_of(*topology->second));
+    auto simulation = simulation_of(soft, *topology->second, orders.back(), found->second.grid_step_m, simulated_work);
     if (!simulation.ok()) return simulation.status().inside("soft_bodies." + soft.name());
     simulations.push_back(std::move(*simulation));
   }

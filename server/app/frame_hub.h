@@ -35,7 +35,7 @@ class FrameHub {
   /// ended; `defer` makes coarser meshes, by default at once.
   FrameHub(
       std::function<std::uint32_t()> take_stream_id, std::function<void(std::uint32_t)> drop_stream_id,
-      MeshTopologies::Defer defer = [](const auto& make) { make(); });
+      MeshTopologies::Defer defer = [](std::size_t /*vertices*/, const auto& make) { make(); });
 
   /// What the source's own places and velocities may be off by; told in the bounds of every stream. 0 at first.
   void set_source_error(double source_error_m, double source_velocity_error_m_s) {

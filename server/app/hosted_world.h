@@ -37,7 +37,7 @@ class HostedWorld {
     std::function<std::uint32_t()> take_stream_id;
     std::function<void(std::uint32_t)> drop_stream_id;
     Metrics* metrics = nullptr;
-    MeshTopologies::Defer defer = [](const auto& make) { make(); };
+    MeshTopologies::Defer defer = [](std::size_t /*vertices*/, const auto& make) { make(); };
     LookBackOn look_back = nullptr;
     std::optional<net::SessionId> owner = std::nullopt;  // the session that it ends with
   };

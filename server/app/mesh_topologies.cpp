@@ -77,7 +77,7 @@ void MeshTopologies::make_missing() {
     if (collect()) return;
     if (found_.contains(key)) continue;
     workshop_->busy = true;
-    defer_([workshop = workshop_, key] { workshop->make(key); });
+    defer_(key.first->positions_m.size(), [workshop = workshop_, key] { workshop->make(key); });
   }
   static_cast<void>(collect());
 }

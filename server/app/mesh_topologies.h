@@ -1,6 +1,7 @@
 // The topologies that a world's streams name: those of its meshes, and of their coarser versions.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -27,9 +28,9 @@ using TopologyMessagePtr = std::shared_ptr<const TopologyMessage>;
 /// Each is made once for as long as someone holds it. Coarser versions may take long, so they are made apart.
 class MeshTopologies {
  public:
-  /// Carries `make` out, now or on another thread; then sees to it that the world asks again. `make` makes one mesh and
-  /// does not throw.
-  using Defer = std::function<void(std::function<void()> make)>;
+  /// Carries `make` out, now or on another thread; then sees to it that the world asks again. `make` makes one mesh, a
+  /// coarser one of so many vertices, and does not throw.
+  using Defer = std::function<void(std::size_t vertices, std::function<void()> make)>;
   explicit MeshTopologies(Defer defer);
 
   /// Null where it is yet to be made.

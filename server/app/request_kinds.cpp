@@ -35,13 +35,13 @@ constexpr std::array kinds{
     // Of one of the session's own streams.
     Kind{Message::kUnsubscribe, Role::view, nullptr},
     Kind{Message::kRequestKey, Role::view, nullptr},
-    Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>},
-    Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>},
+    Kind{Message::kGetStats, Role::view, named_in<&Message::get_stats>, true},
+    Kind{Message::kGetScene, Role::view, named_in<&Message::get_scene>, true},
     Kind{Message::kGetState, Role::view, named_in<&Message::get_state>, true},
     Kind{Message::kRaycast, Role::view, named_in<&Message::raycast>, true},
     Kind{Message::kNearestPoint, Role::view, named_in<&Message::nearest_point>, true},
     Kind{Message::kBodiesInBox, Role::view, named_in<&Message::bodies_in_box>, true},
-    Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>},
+    Kind{Message::kTakeSnapshot, Role::view, named_in<&Message::take_snapshot>, true},
     // Of one that the session took.
     Kind{Message::kReadSnapshot, Role::view, nullptr},
     Kind{Message::kEdit, Role::edit, named_in<&Message::edit>},

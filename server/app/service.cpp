@@ -376,15 +376,23 @@ net::HttpReply Service::page(const net::PageRequest& asked) {
   const Gatekeeper::Verdict reader = who_reads(asked);
   const GrantPtr& grant = reader.grant;
   const MayName may_name = [&grant](std::string_view world) { return grant != nullptr && grant->worlds.covers(world); };
-  if (path == "/healthz") return health_page(recent_statuses(), steady_clock::now(), may_name);
+  const std::string may_read = grant == nullptr ? "" : grant->worlds.text();
+  if (path == "/healthz") {
+    return pages_.get("/healthz " + may_read, steady_clock::now,
+                      [&] { return health_page(recent_statuses(), steady_clock::now(), may_name); });
+  }
   if (reader.retry_after_s > 0.0) return net::text_reply(429, reader.refusal.what() + "\n");
   if (!reader.refusal.ok()) return token_wanted_page();
   if (path == "/metrics") {
-    count_sessions();
-    metrics_.log_lines_dropped.Increment(static_cast<double>(log_lines_dropped()) - metrics_.log_lines_dropped.Value());
-    return metrics_page(metrics_, recent_statuses(), steady_clock::now(), may_name);
+    return pages_.get("/metrics " + may_read, steady_clock::now, [&] {
+      count_sessions();
+      const double dropped = static_cast<double>(log_lines_dropped());
+      metrics_.log_lines_dropped.Increment(dropped - metrics_.log_lines_dropped.Value());
+      return metrics_page(metrics_, recent_statuses(), steady_clock::now(), may_name);
+    });
   }
-  return grant == nullptr ? token_wanted_page() : start_page(recent_statuses(), may_name);
+  if (grant == nullptr) return token_wanted_page();
+  return pages_.get("/worlds " + may_read, steady_clock::now, [&] { return start_page(recent_statuses(), may_name); });
 }
 
 const std::vector<WorldStatus>& Service::recent_statuses() {

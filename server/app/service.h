@@ -18,6 +18,7 @@
 #include "app/host.h"
 #include "app/message_parts.h"
 #include "app/metrics.h"
+#include "app/recent_pages.h"
 #include "app/session.h"
 #include "app/session_gate.h"
 #include "app/token_file.h"
@@ -104,6 +105,7 @@ class Service {
   MessageParts parts_;
   std::map<net::SessionId, Guest> guests_;
   std::map<std::string, base::MemoryBudget> requests_of_;  // by client
+  RecentPages pages_;
   std::vector<WorldStatus> statuses_;
   std::optional<std::chrono::steady_clock::time_point> statuses_at_;
   std::thread network_;

@@ -15,18 +15,18 @@
 
 namespace pneuma::app {
 
-/// Holds one snapshot a session: a new one takes the place of the one before. It goes with its last piece, with its
-/// session, and where nobody asks for it for a while.
+/// Holds one snapshot a session and two a client: a new one takes the place of the oldest. It goes with its last piece,
+/// with its session, and where nobody asks for more of it for a while.
 class SnapshotShelf {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  /// Its bytes are taken of `budget`, which outlives the shelf.
-  explicit SnapshotShelf(const base::MemoryBudget& budget) : budget_(budget) {}
+  /// Its bytes are taken of `budget`, and are an eighth of it at most.
+  explicit SnapshotShelf(const base::MemoryBudget& budget);
 
   /// The first piece. `head` has all but that. UNAVAILABLE where the budget has no room for the file.
-  [[nodiscard]] base::Result<v1::Snapshot> put(net::SessionId session, v1::Snapshot head, std::string bytes,
-                                               TimePoint now);
+  [[nodiscard]] base::Result<v1::Snapshot> put(net::SessionId session, const std::string& client, v1::Snapshot head,
+                                               std::string bytes, TimePoint now);
   /// The piece from `offset` on.
   [[nodiscard]] base::Result<v1::Snapshot> read(net::SessionId session, const v1::ReadSnapshot& request, TimePoint now);
   void drop(net::SessionId session);
@@ -35,15 +35,18 @@ class SnapshotShelf {
 
  private:
   struct Held {
-    v1::Snapshot head;
+    v1::Snapshot head;  // ids ascend
+    std::string client;
     std::string bytes;
     base::MemoryBudget::Share share;
-    TimePoint last_read;
+    std::size_t read_to = 0;
+    TimePoint last_read;  // when more of it was read than before
   };
   [[nodiscard]] static v1::Snapshot piece_of(const Held& held, std::size_t offset);
   void drop_old_locked(TimePoint now);
+  void make_room_locked(const std::string& client);
 
-  const base::MemoryBudget& budget_;
+  const base::MemoryBudget budget_;
   std::mutex mutex_;
   std::map<net::SessionId, Held> held_;
   std::uint64_t last_id_ = 0;

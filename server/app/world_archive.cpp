@@ -7,6 +7,7 @@
 
 #include "app/log.h"
 #include "app/replay_log.h"
+#include "app/request_fields.h"
 #include "app/saved_world.h"
 
 namespace pneuma::app {
@@ -21,8 +22,20 @@ Result<WorldArchive> WorldArchive::open(const std::string& data_dir, std::chrono
   auto opened = persist::DataDir::open(data_dir, files);
   if (!opened.ok()) return opened.status();
   auto held = std::make_unique<persist::DataDir>(std::move(*opened));
+  for (const Status& left : held->left()) spdlog::warn("left over: {}", left.message());
   const WorldJournal::Wiring wiring{held.get(), &disk, &metrics, checkpoint_interval, sync};
   return WorldArchive(std::move(held), wiring);
+}
+
+Result<std::vector<std::string>> WorldArchive::names() const {
+  auto names = data_dir_->list_worlds();
+  if (!names.ok()) return names;
+  std::erase_if(*names, [](const std::string& name) {
+    const Status wrong = check_world_name(name, log_name(name));
+    if (!wrong.ok()) spdlog::warn("no world, left alone: {}", wrong.message());
+    return !wrong.ok();
+  });
+  return names;
 }
 
 Result<WorldArchive::Restored> WorldArchive::restore(const std::string& name, const WorldMemory::Limits& room,

@@ -32,8 +32,8 @@ class WorldArchive {
     std::unique_ptr<WorldJournal> journal;
     WorldMemory memory;
   };
-  /// The worlds that are kept, by name.
-  [[nodiscard]] base::Result<std::vector<std::string>> names() const { return data_dir_->list_worlds(); }
+  /// The worlds that are kept, by name. Folders whose names no world can have are left alone, and logged.
+  [[nodiscard]] base::Result<std::vector<std::string>> names() const;
   /// A world's latest good checkpoint with its commands replayed. It counts in the memory of `room`, and comes back
   /// past its limit too. With `recover` it comes back up to a damage, and the damaged files are kept aside. Where
   /// `is_over` becomes true, UNAVAILABLE. Any thread; one at a time for a world.
@@ -47,6 +47,12 @@ class WorldArchive {
   [[nodiscard]] base::Result<persist::History> read_history(const std::string& name,
                                                             const persist::HistoryRange& range) const {
     return persist::read_history(*data_dir_, name, range);
+  }
+
+  /// persist::history_bytes of a world, likewise.
+  [[nodiscard]] base::Result<std::uint64_t> history_bytes(const std::string& name,
+                                                          const persist::HistoryRange& range) const {
+    return persist::history_bytes(*data_dir_, name, range);
   }
 
   /// A journal for a new world, whose first checkpoint is written; nothing is left of it where that fails.

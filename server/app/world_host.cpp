@@ -23,6 +23,8 @@ using std::chrono::steady_clock;
 namespace {
 
 // How long a heavy world may keep its thread when another one is due.
+// Coarser versions of a mesh of so many vertices take some 50 ms to make; they do not wait for those of larger ones.
+constexpr std::size_t small_mesh_vertices = 4'096;
 constexpr std::chrono::milliseconds slice_length{2};
 // How long it may keep it when none is, before it looks for a request that cannot wait.
 constexpr std::chrono::milliseconds slice_length_max{100};
@@ -206,6 +208,11 @@ WorldRoom WorldHost::room_of(const std::string& client) {
           StepBudget(config_.step_time.world_processors, known.time)};
 }
 
+base::MemoryBudget WorldHost::memory_of(const std::string& client) {
+  const std::lock_guard lock(clients_mutex_);
+  return client_of(client).memory;
+}
+
 /// Under a reserved name, which is given back where it fails. Tells what was done to meshes.
 base::Result<std::vector<v1::MendedMesh>> WorldHost::build(const std::string& name, v1::Scene scene, bool paused,
                                                            WorldRoom room, std::optional<net::SessionId> owner) {
@@ -255,8 +262,9 @@ void WorldHost::host(const std::string& name, LiveWorld live, bool paused, std::
   wiring.take_stream_id = [this, name] { return registry_.take_stream_id(name); };
   wiring.drop_stream_id = [this](std::uint32_t stream_id) { registry_.drop_stream_id(stream_id); };
   wiring.metrics = &metrics_;
-  wiring.defer = [this, name](std::function<void()> make) {
-    coarsener_.post([this, name, make = std::move(make)] {
+  wiring.defer = [this, name](std::size_t vertices, std::function<void()> make) {
+    BackgroundQueue& queue = vertices > small_mesh_vertices ? coarsener_ : small_coarsener_;
+    queue.post([this, name, make = std::move(make)] {
       if (closed_) return;
       make();
       if (const auto entry = registry_.find(name); entry.world != nullptr) scheduler_.wake(entry.task);
@@ -446,9 +454,11 @@ void WorldHost::close() {
   for (BackgroundQueue& restorer : restorers_) restorer.finish();
   builder_.finish();
   coarsener_.finish();
+  small_coarsener_.finish();
   scheduler_.stop();
   disk_.flush();
   historian_.finish();
+  filer_.finish();
   Outbox outbox;
   const TimePoint deadline = steady_clock::now() + config_.limits.drain_timeout;
   for (const auto& entry : registry_.all()) {

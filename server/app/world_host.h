@@ -105,7 +105,7 @@ class WorldHost final : public Host {
   void give_back_place(const std::string& client);
   [[nodiscard]] base::Status look_back(const std::string& world, const Request& request,
                                        const std::function<WorldMoment()>& moment);
-  void read_past(LookBack& asked) const;
+  void read_past(LookBack& asked);
   void answer_look_back(LookBack& asked);
   [[nodiscard]] base::Status take_snapshot(LookBack& asked);
   [[nodiscard]] base::Status branch(LookBack& asked);
@@ -130,6 +130,8 @@ class WorldHost final : public Host {
   [[nodiscard]] WorldRoom own_room() const;
   /// A part of the room that a client's worlds have together.
   [[nodiscard]] WorldRoom room_of(const std::string& client);
+  /// What a client's worlds may take together.
+  [[nodiscard]] base::MemoryBudget memory_of(const std::string& client);
   /// With clients_mutex_ held.
   [[nodiscard]] Client& client_of(const std::string& name);
   void refuse(const Request& request, const base::Status& why, double retry_after_s = 0.0);
@@ -154,10 +156,12 @@ class WorldHost final : public Host {
   BackgroundQueue disk_;
   BackgroundQueue builder_{BackgroundQueue::Priority::low};
   BackgroundQueue coarsener_{BackgroundQueue::Priority::low};
-  BackgroundQueue historian_{BackgroundQueue::Priority::low};
-  std::deque<BackgroundQueue> restorers_;  // while there is something to bring back
-  const std::size_t threads_;              // that step worlds
-  Scheduler scheduler_;                    // last: its threads use the rest
+  BackgroundQueue small_coarsener_{BackgroundQueue::Priority::low};  // of meshes that take milliseconds
+  BackgroundQueue historian_{BackgroundQueue::Priority::low};        // replays
+  BackgroundQueue filer_{BackgroundQueue::Priority::low};            // what is asked of the past and needs no replay
+  std::deque<BackgroundQueue> restorers_;                            // while there is something to bring back
+  const std::size_t threads_;                                        // that step worlds
+  Scheduler scheduler_;                                              // last: its threads use the rest
 };
 
 }  // namespace pneuma::app

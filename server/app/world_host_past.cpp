@@ -71,13 +71,15 @@ Status WorldHost::look_back(const std::string& world, const Request& request,
   const auto entry = registry_.find(world);
   if (entry.world == nullptr) return base::not_found("no world " + world, kind + ".world");
   WorldMoment now = moment();
-  auto share = memory_.take(now.world.live.snapshot.size());
+  auto share = memory_of(request.session->client()).take(now.world.live.snapshot.size());
   if (!share) return {StatusCode::unavailable, "there is no memory for it now", kind};
   const auto asked =
       std::make_shared<LookBack>(request, std::move(now), entry.world, std::move(*share), std::move(place));
   disk_.post([this, asked] {
     read_past(*asked);
-    historian_.post([this, asked] { answer_look_back(*asked); }, asked->request.session->client());
+    // A replay may take as long as what it repeats. What needs none does not wait for it.
+    BackgroundQueue& queue = asked->tick() ? historian_ : filer_;
+    queue.post([this, asked] { answer_look_back(*asked); }, asked->request.session->client());
   });
   return {};
 }
@@ -97,7 +99,7 @@ void WorldHost::give_back_place(const std::string& client) {
   --client_of(client).looking_back;
 }
 
-void WorldHost::read_past(LookBack& asked) const {
+void WorldHost::read_past(LookBack& asked) {
   const bool is_snapshot = asked.message().has_take_snapshot();
   if (!is_snapshot && !asked.tick()) return;
   if (!archive_ || !asked.moment.log_end) {
@@ -109,7 +111,9 @@ void WorldHost::read_past(LookBack& asked) const {
   range.sequence_min = asked.moment.first_checkpoint;
   range.until = *asked.moment.log_end;
   const std::size_t bytes_max = is_snapshot ? base::world_file_bytes_max : base::history_bytes_max;
-  auto share = memory_.take(std::min(bytes_max, memory_.bytes_left()));
+  const base::MemoryBudget memory = memory_of(asked.request.session->client());
+  const auto kept = archive_->history_bytes(asked.world->name(), range);
+  auto share = memory.take(std::min({bytes_max, kept.ok() ? *kept : bytes_max, memory.bytes_left()}));
   if (!share) share.emplace();
   range.bytes_max = share->bytes();
   auto history = archive_->read_history(asked.world->name(), range);
@@ -150,7 +154,8 @@ Status WorldHost::take_snapshot(LookBack& asked) {
   head.set_tick(file.tick());
   head.set_state_hash(file.state_hash());
   if (!file.earlier_state().empty()) head.set_history_from_tick(file.earlier_tick());
-  auto piece = snapshots_.put(asked.request.session->id(), std::move(head), std::move(*bytes), steady_clock::now());
+  auto piece = snapshots_.put(asked.request.session->id(), asked.request.session->client(), std::move(head),
+                              std::move(*bytes), steady_clock::now());
   if (!piece.ok()) return piece.status();
   v1::ServerMessage reply;
   reply.set_request_id(asked.message().request_id());

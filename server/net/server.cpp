@@ -15,6 +15,7 @@
 #include <boost/asio/use_awaitable.hpp>
 
 #include "net/admission.h"
+#include "net/handshake_pace.h"
 #include "net/http_front.h"
 #include "net/listening.h"
 #include "net/output_queue.h"
@@ -59,6 +60,8 @@ struct Server::Impl {
   base::Status listen(const std::string& address, const std::optional<Tls>& tls, Kind kind);
   asio::awaitable<void> accept_connections(Listener& listener);
   void take(Tcp::socket socket, const Listener& listener, base::Status refusal);
+  asio::awaitable<void> begin(Tcp::socket socket, const Listener& listener, PeerInfo peer, PlacePtr place,
+                              std::chrono::steady_clock::duration wait);
   asio::awaitable<void> serve_page(Tcp::socket socket, std::shared_ptr<asio::ssl::context> tls, PeerInfo peer,
                                    PlacePtr place);
   void open_session(std::unique_ptr<Transport> transport, PeerInfo peer, PlacePtr place);
@@ -86,6 +89,7 @@ struct Server::Impl {
   Callbacks callbacks;
   Clock clock;
   Admission admission;
+  HandshakePace handshakes;
   SpareDescriptors spares;
   const base::MemoryBudget received_memory;
   const base::MemoryBudget queued_memory;
@@ -146,12 +150,25 @@ void Server::Impl::take(Tcp::socket socket, const Listener& listener, base::Stat
   if (place == nullptr) return;
   tune(socket);
   PeerInfo info{to_text(peer), std::move(counted), listener.kind == Kind::http, listener.tls != nullptr};
+  const auto wait = info.tls ? handshakes.wait(info.counted_as, std::chrono::steady_clock::now())
+                             : std::chrono::steady_clock::duration{};
+  asio::co_spawn(io, begin(std::move(socket), listener, std::move(info), std::move(place), wait), asio::detached);
+}
+
+asio::awaitable<void> Server::Impl::begin(Tcp::socket socket, const Listener& listener, PeerInfo peer, PlacePtr place,
+                                          std::chrono::steady_clock::duration wait) {
+  if (wait > std::chrono::steady_clock::duration::zero()) {
+    error_code ignored;
+    asio::steady_timer until(io, wait);
+    co_await until.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+    if (stopping) co_return;
+  }
   if (listener.kind == Kind::http) {
-    asio::co_spawn(io, serve_page(std::move(socket), listener.tls, std::move(info), std::move(place)), asio::detached);
+    co_await serve_page(std::move(socket), listener.tls, std::move(peer), std::move(place));
   } else {
     open_session(make_stream_transport(std::move(socket), listener.tls.get(), base::message_bytes_max_before_hello,
                                        received_memory),
-                 std::move(info), std::move(place));
+                 std::move(peer), std::move(place));
   }
 }
 

@@ -67,9 +67,26 @@ base::Result<std::vector<fs::directory_entry>> list_folder(const std::string& fo
   return base::Status(base::StatusCode::unavailable, "cannot list: " + error.message(), folder);
 }
 
+// Not through a link: what that leads to is not the server's.
+bool is_folder(const fs::path& path) {
+  std::error_code error;
+  return fs::symlink_status(path, error).type() == fs::file_type::directory;
+}
+
+// A world's folder has files alone, and a link is removed without what it leads to.
+base::Status check_removable(const std::string& folder) {
+  if (!is_folder(folder)) return {};
+  const auto entries = list_folder(folder);
+  if (!entries.ok()) return entries.status();
+  const auto inner = std::ranges::find_if(*entries, [](const auto& entry) { return is_folder(entry.path()); });
+  if (inner == entries->end()) return {};
+  return {base::StatusCode::failed_precondition, "cannot remove: it holds a folder, which no server made",
+          inner->path().string()};
+}
+
 // A folder that has nothing but what is written before the first checkpoint is in its place.
 bool was_being_made(const fs::path& folder) {
-  if (decode_name(folder.filename().string()).empty()) return false;
+  if (decode_name(folder.filename().string()).empty() || !is_folder(folder)) return false;
   const auto entries = list_folder(folder.string());
   return entries.ok() && std::ranges::all_of(*entries, [&](const fs::directory_entry& entry) {
            std::error_code error;
@@ -94,18 +111,22 @@ base::Result<DataDir> DataDir::open(const std::string& path, Files& files) {
   if (!entries.ok()) return entries.status();
   for (const fs::directory_entry& entry : *entries) {
     if (!entry.path().filename().string().starts_with(removed_prefix) && !was_being_made(entry.path())) continue;
-    if (auto status = data_dir.remove_folder(entry.path().string()); !status.ok()) return status;
+    if (auto status = data_dir.remove_folder(entry.path().string()); !status.ok()) data_dir.left_.push_back(status);
   }
   return data_dir;
 }
 
 DataDir::DataDir(DataDir&& other) noexcept
-    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)), files_(other.files_) {}
+    : path_(std::move(other.path_)),
+      lock_(std::exchange(other.lock_, -1)),
+      files_(other.files_),
+      left_(std::move(other.left_)) {}
 
 DataDir& DataDir::operator=(DataDir&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(lock_, other.lock_);
   std::swap(files_, other.files_);
+  std::swap(left_, other.left_);
   return *this;
 }
 
@@ -163,6 +184,7 @@ base::Status DataDir::remove_world(const std::string& world) const {
   if (!folder.ok()) return folder.status();
   const std::string removed = worlds_folder(path_) + "/" + std::string(removed_prefix) + encode_name(world);
   if (auto status = remove_folder(removed); !status.ok()) return status;
+  if (auto status = check_removable(*folder); !status.ok()) return status;
   if (files_->rename(folder->c_str(), removed.c_str()) < 0) {
     return errno == ENOENT ? base::Status() : system_failure("remove", *folder);
   }
@@ -171,6 +193,10 @@ base::Status DataDir::remove_world(const std::string& world) const {
 }
 
 base::Status DataDir::remove_folder(const std::string& folder) const {
+  if (auto status = check_removable(folder); !status.ok()) return status;
+  if (!is_folder(folder)) {
+    return files_->unlink(folder.c_str()) == 0 || errno == ENOENT ? base::Status() : system_failure("remove", folder);
+  }
   const auto entries = list_folder(folder);
   if (!entries.ok()) return entries.status();
   for (const fs::directory_entry& entry : *entries) {

@@ -20,9 +20,14 @@ class DataDir {
   DataDir& operator=(DataDir&& other) noexcept;
   ~DataDir();
 
+  /// Why something that was being made or removed is still there, one each.
+  [[nodiscard]] const std::vector<base::Status>& left() const { return left_; }
+
   /// The worlds that have a folder, sorted by name.
   [[nodiscard]] base::Result<std::vector<std::string>> list_worlds() const;
   /// Removes what is kept of a world, at once for whoever looks: half a world is never seen. OK where there is none.
+  /// Fails with failed_precondition, and removes nothing, where a folder lies among its files. Of a link to a folder
+  /// the link is removed alone.
   [[nodiscard]] base::Status remove_world(const std::string& world) const;
 
   /// Keeps a second name of each of a world's checkpoints and logs, "damaged-" before its own, which nothing removes
@@ -43,6 +48,7 @@ class DataDir {
   std::string path_;
   int lock_;  // a file, held with flock
   Files* files_;
+  std::vector<base::Status> left_;
 };
 
 }  // namespace pneuma::persist

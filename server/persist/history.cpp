@@ -23,16 +23,36 @@ std::uint64_t bytes_from(const std::string& folder, std::uint64_t sequence, std:
   return bytes;
 }
 
+/// Of the checkpoints within the range, ascending.
+base::Result<std::vector<std::uint64_t>> sequences_in(const std::string& folder, const HistoryRange& range) {
+  auto sequences = numbered_files(folder, checkpoint_prefix);
+  if (!sequences.ok()) return sequences;
+  std::erase_if(*sequences, [&](std::uint64_t sequence) {
+    return sequence < range.sequence_min || sequence > range.until.sequence;
+  });
+  return sequences;
+}
+
 }  // namespace
+
+base::Result<std::uint64_t> history_bytes(const DataDir& data_dir, const std::string& world,
+                                          const HistoryRange& range) {
+  const auto folder = data_dir.world_folder(world);
+  if (!folder.ok()) return folder.status();
+  const auto sequences = sequences_in(*folder, range);
+  if (!sequences.ok()) return sequences.status();
+  std::uint64_t most = 0;
+  for (const std::uint64_t sequence : *sequences) {
+    most = std::max(most, bytes_from(*folder, sequence, range.until.sequence));
+  }
+  return most;
+}
 
 base::Result<History> read_history(const DataDir& data_dir, const std::string& world, const HistoryRange& range) {
   const auto folder = data_dir.world_folder(world);
   if (!folder.ok()) return folder.status();
-  auto sequences = numbered_files(*folder, checkpoint_prefix);
+  auto sequences = sequences_in(*folder, range);
   if (!sequences.ok()) return sequences.status();
-  std::erase_if(*sequences, [&](std::uint64_t sequence) {
-    return sequence < range.sequence_min || sequence > range.until.sequence;
-  });
   // Forwards to find the oldest of all, or back from now to the newest before the tick.
   if (range.tick) std::ranges::reverse(*sequences);
 

@@ -32,4 +32,8 @@ struct HistoryRange {
 [[nodiscard]] base::Result<History> read_history(const DataDir& data_dir, const std::string& world,
                                                  const HistoryRange& range);
 
+/// What read_history reads at most, whatever the range's tick and bytes_max.
+[[nodiscard]] base::Result<std::uint64_t> history_bytes(const DataDir& data_dir, const std::string& world,
+                                                        const HistoryRange& range);
+
 }  // namespace pneuma::persist

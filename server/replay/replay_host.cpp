@@ -14,7 +14,7 @@ ReplayHost::ReplayHost(client::Playback playback, const PlayOptions& options, ne
     : server_(server),
       world_(std::move(playback), options,
              {[this] { return ++last_stream_id_; }, [](std::uint32_t) {},
-              [this](std::function<void()> make) {
+              [this](std::size_t /*vertices*/, std::function<void()> make) {
                 coarsener_.post([this, make = std::move(make)] {
                   make();
                   wake();

@@ -38,7 +38,7 @@ class ReplayedWorld {
   struct Wiring {
     std::function<std::uint32_t()> take_stream_id;
     std::function<void(std::uint32_t)> drop_stream_id;
-    app::MeshTopologies::Defer defer = [](const auto& make) { make(); };
+    app::MeshTopologies::Defer defer = [](std::size_t /*vertices*/, const auto& make) { make(); };
   };
 
   ReplayedWorld(client::Playback playback, const PlayOptions& options, Wiring wiring);

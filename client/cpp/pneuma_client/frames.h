@@ -22,7 +22,6 @@ struct Topology {
   std::string hash;  // 16 bytes
   std::uint32_t vertex_count = 0;
   std::vector<std::uint32_t> indices;  // three a face
-  codec::MeshOrderPtr order;           // of the vertices in frames
 };
 using TopologyPtr = std::shared_ptr<const Topology>;
 
@@ -130,6 +129,9 @@ class StreamDecoder {
     std::array<State, 3> layers;
   };
 
+  /// Of the vertices in frames. It is made for as long as a stream holds it: most of what a mesh without triangles
+  /// takes, of which a server may send any number.
+  [[nodiscard]] codec::MeshOrderPtr order_of(const Topology& topology);
   [[nodiscard]] static base::Status check_frame(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static base::Status check_contacts(const Stream& stream, const v1::Frame& message);
   [[nodiscard]] static const State* base_of(const Stream& stream, const v1::Frame& message);
@@ -138,8 +140,9 @@ class StreamDecoder {
   [[nodiscard]] static base::Status fill_bodies(const Stream& stream, const State& state, const v1::Frame& message,
                                                 DecodedFrame& frame);
 
-  std::map<std::string, TopologyPtr> topologies_;  // by hash
-  std::map<std::uint32_t, Stream> streams_;        // by id
+  std::map<std::string, TopologyPtr> topologies_;                        // by hash
+  std::map<std::string, std::weak_ptr<const codec::MeshOrder>> orders_;  // likewise
+  std::map<std::uint32_t, Stream> streams_;                              // by id
 };
 
 }  // namespace pneuma::client

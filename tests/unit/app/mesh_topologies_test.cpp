@@ -39,7 +39,10 @@ class Topologies : public testing::Test {
   }
 
   std::deque<std::function<void()>> jobs_;
-  MeshTopologies topologies_{[this](std::function<void()> make) { jobs_.push_back(std::move(make)); }};
+  MeshTopologies topologies_{[this](std::size_t vertices, std::function<void()> make) {
+    EXPECT_EQ(vertices, 162U);
+    jobs_.push_back(std::move(make));
+  }};
   std::vector<TopologyMessagePtr> held_;
 };
 
@@ -82,7 +85,7 @@ TEST_F(Topologies, OneThatWasAskedForIsKeptUntilItIsAskedForAgain) {
 }
 
 TEST(TopologiesAtOnce, AreThereWhenTheyAreAskedForAgain) {
-  MeshTopologies topologies([](const auto& make) { make(); });
+  MeshTopologies topologies([](std::size_t /*vertices*/, const auto& make) { make(); });
   const MeshPtr mesh = *physics::make_icosphere(2, 1.0);
   EXPECT_EQ(topologies.find(mesh, 1), nullptr);
   EXPECT_EQ(topologies.find(mesh, 2), nullptr);

@@ -212,7 +212,7 @@ TEST_F(SimulatedStream, GoesOnAfterAReset) {
 TEST_F(SimulatedStream, OffersNoMoreThanItsWork) {
   // Balls of 42 vertices and 80 faces over a floor.
   const LiveFrames source(world_.physics());
-  MeshTopologies topologies([](const auto& make) { make(); });
+  MeshTopologies topologies([](std::size_t /*vertices*/, const auto& make) { make(); });
   const auto topology = topologies.find(source.mesh(0), 0);
   const auto work_of = [](const codec::Mechanics& own) {
     return codec::simulated_work(own.substeps, 42, 80, own.planes.size());

@@ -93,7 +93,7 @@ class StreamContents : public testing::Test {
   StreamContents()
       : world_(std::move(*LiveWorld::create(ball_scene()))),
         hub_([this] { return ++last_stream_id_; }, [](std::uint32_t) {},
-             [this](std::function<void()> make) { deferred_ = std::move(make); }) {}
+             [this](std::size_t /*vertices*/, std::function<void()> make) { deferred_ = std::move(make); }) {}
 
   void change(const v1::ClientMessage& message) {
     ASSERT_TRUE(world_.change(message).ok());
@@ -303,7 +303,7 @@ TEST_F(StreamContents, ContactsAreTheWorldsOwnInKeysAndDeltas) {
 
 TEST_F(StreamContents, OfTooManyContactsASpreadChoiceIsToldThatStaysTheSame) {
   WorldLayout layout(View(), {});
-  MeshTopologies topologies([](const auto& make) { make(); });
+  MeshTopologies topologies([](std::size_t /*vertices*/, const auto& make) { make(); });
   CountedMeasures source(world_.physics());
   ASSERT_EQ(layout.update(source, topologies, 0), WorldLayout::Update::changed);
   const auto told = [&](std::size_t touched) {

@@ -104,6 +104,43 @@ TEST(DataDir, HalfRemovedWorldIsSweptOnOpen) {
   EXPECT_FALSE(fs::exists(folder / "worlds/.removed-a"));
 }
 
+// What is not the server's own is neither removed nor in the way.
+TEST(DataDir, LeavesAFolderWithinAWorldsAlone) {
+  const support::TemporaryFolder folder;
+  {
+    const auto data_dir = DataDir::open(folder.path());
+    ASSERT_TRUE(data_dir.ok());
+    ASSERT_TRUE(write_checkpoint(*data_dir, "a", {0, 5, "x"}).ok());
+    fs::create_directories(folder / "worlds/a/lost+found");
+    const base::Status removed = data_dir->remove_world("a");
+    EXPECT_EQ(removed.code(), base::StatusCode::failed_precondition);
+    EXPECT_EQ(removed.where(), folder / "worlds/a/lost+found");
+    EXPECT_TRUE(read_latest_checkpoint(*data_dir, "a").ok());
+  }
+  fs::rename(folder / "worlds/a", folder / "worlds/.removed-a");
+  const auto again = DataDir::open(folder.path());
+  ASSERT_TRUE(again.ok());
+  ASSERT_EQ(again->left().size(), 1U);
+  EXPECT_EQ(again->left()[0].where(), folder / "worlds/.removed-a/lost+found");
+}
+
+TEST(DataDir, OfALinkRemovesTheLinkAlone) {
+  const support::TemporaryFolder folder;
+  const support::TemporaryFolder elsewhere;
+  fs::create_directories(elsewhere / "a");
+  std::ofstream(elsewhere / "a/precious") << "kept";
+  fs::create_directories(folder / "worlds");
+  fs::create_directory_symlink(elsewhere / "a", folder / "worlds/a");
+  fs::create_directory_symlink(elsewhere / "a", folder / "worlds/.removed-b");
+  fs::create_directory_symlink(elsewhere / "nowhere", folder / "worlds/.removed-c");
+  const auto data_dir = DataDir::open(folder.path());
+  ASSERT_TRUE(data_dir.ok());
+  EXPECT_TRUE(data_dir->left().empty());
+  EXPECT_TRUE(data_dir->remove_world("a").ok());
+  EXPECT_TRUE(fs::is_empty(folder / "worlds"));
+  EXPECT_TRUE(fs::exists(elsewhere / "a/precious"));
+}
+
 // Nobody was told of it; so its name is free.
 TEST(DataDir, AWorldThatWasBeingMadeIsSweptOnOpen) {
   const support::TemporaryFolder folder;
