@@ -38,7 +38,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {
   if (word.empty() || word.size() > name_bytes_max) return {};  // no name, and the table would be large
   const std::string* nearest = nullptr;
-  std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
+  // Words that share no letter are not near, however short they are.
+  std::size_t least = std::min(std::max<std::size_t>(2, word.size() / 3) + 1, word.size());
   std::size_t cells_left = cells_max;
   for (const std::string& candidate : candidates) {
     const std::size_t cells = word.size() * candidate.size();

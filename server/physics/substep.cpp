@@ -61,12 +61,12 @@ bool may_be_pressed(const SoftState<Real>& body, double period_s) {
   return period_s * std::sqrt(static_cast<double>(fastest)) > way_share * static_cast<double>(body.length_m);
 }
 
-// dV/dt of a closed skin.
+// dV/dt of a closed skin, wherever it is.
 template <class Real>
 double volume_rate_m3_s(const SoftState<Real>& body) {
   double sum = 0.0;
   for (const auto& [a, b, c] : body.body.mesh->faces) {
-    const auto at = [&](std::uint32_t i) { return Vec3d(body.x[i].template cast<double>()); };
+    const auto at = [&](std::uint32_t i) { return Vec3d((body.x[i] - body.x[0]).template cast<double>()); };
     const auto moves = [&](std::uint32_t i) { return Vec3d(body.v[i].template cast<double>()); };
     sum += moves(a).dot(at(b).cross(at(c))) + moves(b).dot(at(c).cross(at(a))) + moves(c).dot(at(a).cross(at(b)));
   }

@@ -179,7 +179,9 @@ double period_step_s(Integrator integrator, double w, double error) {
 double longest_accurate_step_s(Integrator integrator, const Frequencies& frequencies, double error,
                                double tick_period_s) {
   const double w = frequencies.breathing_rad_s;
-  const bool seen = w * tick_period_s < std::numbers::pi || (is_explicit(integrator) && !is_damped(frequencies));
+  const bool may_miss_it =
+      !is_explicit(integrator) || (integrator == Integrator::symplectic_euler && is_damped(frequencies));
+  const bool seen = w * tick_period_s < std::numbers::pi || !may_miss_it;
   const double to_breathe = seen ? period_step_s(integrator, w, error) : unlimited;
   if (integrator != Integrator::xpbd) return to_breathe;
   return std::min({to_breathe, tick_period_s / xpbd_substeps_min, xpbd_rest_step_s(frequencies, error)});

@@ -22,7 +22,8 @@ namespace pneuma::physics {
 
 /// The longest step that keeps a motion of these frequencies from growing, with a margin (see the source for each
 /// method's condition), and the breathing motion within error_target a period. Breathing that takes less than two ticks
-/// is not seen at all, and need only be stable: of it the implicit methods and XPBD keep the mean alone.
+/// is not seen at all: of it the implicit methods and XPBD keep the mean alone, and by symplectic Euler it need only be
+/// stable where springs are damped.
 [[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
                                     double tick_period_s);
 
