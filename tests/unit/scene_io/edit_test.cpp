@@ -193,7 +193,7 @@ TEST(Edit, PrecisionOfARunningWorldStays) {
 TEST(Edit, WhatCannotBeMadeIsNamedByPath) {
   const std::string good = R"({"set_gravity": {}}, )";
   EXPECT_EQ(error_of(edit(good + R"({"change_soft_body": {"name": "x"}})")),
-            "changes[1].change_soft_body.name: no soft body is named \"x\"; there is a");
+            "changes[1].change_soft_body.name: no soft body is named \"x\"; there are a, b");
   EXPECT_EQ(error_of(edit(good + R"({"remove_collider": "a"})")),
             "changes[1].remove_collider: no collider is named \"a\"; there is c");
   EXPECT_EQ(error_of(edit(R"({"add_rigid_body": {"name": "a"}})")), "changes[0].add_rigid_body.name: \"a\" is taken");
