@@ -85,7 +85,7 @@ base::Result<std::vector<physics::BodyRef>> read_bodies(const physics::World& wo
   for (int i = 0; i < names.size(); ++i) {
     const auto body = by_name.find(names[i]);
     const auto place = [&] { return std::string(field).append("[").append(std::to_string(i)).append("]"); };
-    if (body == by_name.end()) return base::not_found("no such body \"" + names[i] + "\"", place());
+    if (body == by_name.end()) return physics::no_such_body(world, names[i], place());
     if (!seen.insert(body->second).second) return base::invalid("\"" + names[i] + "\" is named twice", place());
     bodies.push_back(body->second);
   }

@@ -14,10 +14,6 @@ using base::Status;
 
 namespace {
 
-Status no_such(const std::string& name, const std::string& field) {
-  return base::not_found("no such body \"" + name + "\"", field);
-}
-
 bool touches(const physics::World& world, physics::BodyRef first, physics::BodyRef second) {
   return std::ranges::any_of(world.touches(), [&](const physics::BodyTouch& touch) {
     return (touch.first == first && touch.second == second) || (touch.first == second && touch.second == first);
@@ -41,16 +37,16 @@ std::optional<physics::Vec3d> centre_of(const physics::World& world, const std::
 
 Status check_touch(const physics::World& world, const v1::StepUntil::Touch& touch) {
   const auto first = physics::find_body(world, touch.first());
-  if (!first) return no_such(touch.first(), "step_until.touch.first");
+  if (!first) return physics::no_such_body(world, touch.first(), "step_until.touch.first");
   const auto second = physics::find_body(world, touch.second());
-  if (!second) return no_such(touch.second(), "step_until.touch.second");
+  if (!second) return physics::no_such_body(world, touch.second(), "step_until.touch.second");
   if (touch.first() == touch.second()) return base::invalid("is the first one", "step_until.touch.second");
   const bool can_move = first->kind != physics::BodyKind::collider || second->kind != physics::BodyKind::collider;
   return can_move ? Status() : base::invalid("both are colliders, which never touch", "step_until.touch");
 }
 
 Status check_past(const physics::World& world, const v1::StepUntil::Past& past) {
-  if (!centre_of(world, past.body())) return no_such(past.body(), "step_until.past.body");
+  if (!centre_of(world, past.body())) return physics::no_such_body(world, past.body(), "step_until.past.body");
   const auto normal = read_vector(past.normal(), base::coordinate_max_m, "step_until.past.normal");
   if (!normal.ok()) return normal.status();
   if (normal->isZero(0.0)) return base::invalid("has no length", "step_until.past.normal");

@@ -15,7 +15,7 @@ constexpr std::size_t beginning_min = 3;
 constexpr std::size_t part_min = 4;
 // Comparing with them all may take this many steps, about a millisecond: a client asks, and a world waits.
 constexpr std::size_t cells_max = 500'000;
-constexpr std::size_t names_listed_max = 20;
+constexpr std::size_t list_bytes_max = 200;
 
 /// The number of single-character changes that turn one word into the other (Levenshtein).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -78,10 +78,12 @@ std::string nearest_or_all(std::string_view word, std::span<const std::string> c
   if (std::string meant = did_you_mean(word, candidates); !meant.empty()) return meant;
   if (candidates.empty()) return "; there are none";
   std::string list = candidates.size() == 1 ? "; there is " : "; there are ";
-  for (std::size_t i = 0; i < std::min(candidates.size(), names_listed_max); ++i) {
-    list.append(i > 0 ? ", " : "").append(candidates[i]);
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (i > 0) list += ", ";
+    if (i > 0 && list.size() + candidates[i].size() > list_bytes_max) return list + "...";
+    list += candidates[i];
   }
-  return candidates.size() > names_listed_max ? list + ", ..." : list;
+  return list;
 }
 
 }  // namespace pneuma::base

@@ -14,7 +14,7 @@ namespace pneuma::base {
 /// "; did you mean CANDIDATE?", to stand behind what is wrong; empty likewise.
 [[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> candidates);
 
-/// The same, and where none is near "; there are A, B, ...": the first of the candidates.
+/// The same, and where none is near "; there are A, B, ...": the first of the candidates, some 200 bytes of them.
 [[nodiscard]] std::string nearest_or_all(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace pneuma::base

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/limits.h"
+#include "base/nearest_word.h"
 #include "base/number_text.h"
 #include "physics/rigid/rigid_mass.h"
 #include "physics/simulation.h"
@@ -49,7 +50,11 @@ Status find_all(std::vector<State>& states, const std::vector<Placement>& placem
     const std::string& name = placements[i].body;
     const std::string field = list + "[" + std::to_string(i) + "].name";
     const auto state = std::ranges::find(states, name, [](const State& each) { return each.body.name; });
-    if (state == states.end()) return base::not_found("no such body \"" + name + "\"", field);
+    if (state == states.end()) {
+      std::vector<std::string> names;
+      for (const State& each : states) names.push_back(each.body.name);
+      return base::not_found("no such body \"" + name + "\"" + base::nearest_or_all(name, names), field);
+    }
     if (!seen.insert(name).second) return base::invalid("\"" + name + "\" is named twice", field);
     if (state->frozen) return {base::StatusCode::failed_precondition, "\"" + name + "\" is frozen", field};
     found.push_back(&*state);

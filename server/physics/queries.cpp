@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/nearest_word.h"
 #include "physics/scene/shape_parts.h"
 
 namespace pneuma::physics {
@@ -42,6 +43,12 @@ std::optional<BodyRef> find_body(const World& world, const std::string& name) {
   const auto bodies = all_bodies(world);
   const auto found = std::ranges::find_if(bodies, [&](BodyRef body) { return name_of(world, body) == name; });
   return found == bodies.end() ? std::nullopt : std::optional(*found);
+}
+
+base::Status no_such_body(const World& world, const std::string& name, const std::string& field) {
+  std::vector<std::string> names;
+  for (const BodyRef body : all_bodies(world)) names.push_back(name_of(world, body));
+  return base::not_found("no such body \"" + name + "\"" + base::nearest_or_all(name, names), field);
 }
 
 const std::string& name_of(const World& world, BodyRef body) {

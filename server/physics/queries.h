@@ -24,6 +24,9 @@ namespace pneuma::physics {
 /// All of them: soft bodies, rigid bodies, colliders.
 [[nodiscard]] std::vector<BodyRef> all_bodies(const World& world);
 
+/// NOT_FOUND at `field`, with the nearest of the world's bodies and colliders, or with those that there are.
+[[nodiscard]] base::Status no_such_body(const World& world, const std::string& name, const std::string& field);
+
 /// The box along the world's axes about a soft or rigid body.
 [[nodiscard]] FaceTree::Box box_about(const World& world, BodyRef body);
 

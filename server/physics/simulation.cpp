@@ -132,6 +132,7 @@ void Simulation::make_tables(SoftBodies<Real>& bodies, std::span<const HeldMatri
 
 void Simulation::end_tick() {
   substep_index = 0;
+  tick_substeps = 0;
   ++tick;
   visit([](auto& bodies) {
     bodies.contacts.end_tick();

@@ -48,7 +48,7 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   bool substep(Workers& workers);
-  /// Before the first substep of a tick: how many it takes.
+  /// Finds how many substeps the tick takes. Once a tick, before its first substep.
   void begin_tick();
   /// Whether the next substep begins a tick in which each body, or group of bodies abreast, does all its substeps by
   /// itself.
@@ -95,7 +95,8 @@ class Simulation {
 
   std::uint64_t tick = 0;
   std::uint32_t substep_index = 0;  // of the tick under way
-  std::uint32_t tick_substeps = 1;  // its substeps: as chosen, or more where a gas is pressed
+  // Its substeps: as chosen, or more where a gas is pressed; 0 between ticks.
+  std::uint32_t tick_substeps = 0;
   // Time runs at this rate from here on; a product, not a sum, so that it does not drift.
   double time_base_s = 0.0;
   std::uint64_t tick_base = 0;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/limits.h"
+#include "physics/choice/longest_step.h"
 #include "physics/forces/gas.h"
 #include "physics/lanes/body_extents.h"
 #include "physics/rigid/rigid_motion.h"
@@ -87,7 +88,7 @@ void run_tasks(Workers& workers, std::span<const Task> tasks, std::vector<Scratc
 }  // namespace
 
 bool Simulation::substep(Workers& workers) {
-  if (substep_index == 0) begin_tick();
+  if (tick_substeps == 0) begin_tick();
   const SubstepContext context = context_on(workers);
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
     if (is_at_rest()) return tick_substeps - substep_index;

@@ -30,6 +30,15 @@ const EmbeddedFile* find_builtin(std::string_view name) {
   return found == end ? nullptr : found;
 }
 
+/// The nearest of those there are, and all of them.
+std::string builtin_hint(std::string_view name) {
+  const std::vector<std::string> names = builtin_scene_names();
+  std::string hint = base::did_you_mean(name, names) + " built-in are: ";
+  if (!hint.starts_with(';')) hint.insert(0, ";");
+  for (std::size_t i = 0; i < names.size(); ++i) hint.append(i > 0 ? ", " : "") += names[i];
+  return hint;
+}
+
 base::Status cannot_read(const std::string& path, const std::string& why) {
   return {base::StatusCode::unavailable, "cannot read: " + why, path};
 }
@@ -38,8 +47,7 @@ base::Result<std::string> read_scene_file(const std::string& path) {
   std::error_code error;
   const fs::file_status found = fs::status(path, error);
   if (found.type() == fs::file_type::not_found) {
-    return base::not_found(
-        "no such scene file, and no built-in scene" + base::nearest_or_all(path, builtin_scene_names()), path);
+    return base::not_found("no such scene file, and no built-in scene" + builtin_hint(path), path);
   }
   if (error) return cannot_read(path, error.message());
   if (!fs::is_regular_file(found)) return base::invalid("is not a file", path);
@@ -77,8 +85,7 @@ std::vector<std::string> builtin_scene_names() {
 base::Result<v1::Scene> builtin_scene(const std::string& name) {
   const EmbeddedFile* file = find_builtin(name);
   if (file == nullptr) {
-    return base::not_found("no built-in scene is named " + in_quotes(name) +
-                           base::nearest_or_all(name, builtin_scene_names()));
+    return base::not_found("no built-in scene is named " + in_quotes(name) + builtin_hint(name));
   }
   return parse_scene_json(file->text);
 }

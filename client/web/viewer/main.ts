@@ -266,15 +266,18 @@ class Page implements Stage {
   }
 
   private listenToCamera(): void {
-    const note = () => noteView(this.world.name, this.picture.view);
+    const note = () => {
+      if (this.picture.isLooking) noteView(this.world.name, this.picture.view);
+    };
     this.picture.orbit.addEventListener("end", note);
     element("frame-all").addEventListener("click", () => {
+      if (!this.picture.isLooking) return;
       this.picture.frameAll();
       note();
     });
     canvas.addEventListener("blur", () => this.pointer.letGo());
     canvas.addEventListener("keydown", ({ key, shiftKey, ctrlKey, metaKey, altKey, repeat }) => {
-      if (ctrlKey || metaKey || altKey) return;
+      if (ctrlKey || metaKey || altKey || !this.picture.isLooking) return;
       if (key === "Enter" && !repeat) this.pointer.press(this.picture.hitOn(this.controls.selected));
       if (key === "Escape") this.pointer.letGo();
       const way = shiftKey ? undefined : wayOf(this.picture.view, key);

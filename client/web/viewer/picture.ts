@@ -240,6 +240,11 @@ export class Picture {
     }
   }
 
+  /** Whether there is a world to look at: until then the camera is nowhere. */
+  get isLooking(): boolean {
+    return this.isFramed;
+  }
+
   /** Names of the bodies that are frozen. */
   get frozen(): Set<string> {
     return this.world.frozen;

@@ -16,17 +16,6 @@ namespace pneuma::physics {
 /// As the scene format has it: "SYMPLECTIC_EULER".
 [[nodiscard]] std::string_view name_of(Integrator integrator);
 
-/// Past this step the motion grows out of bounds: no margin, except that explicit Euler and midpoint, which grow at any
-/// step without damping, may grow e-fold in a second. Infinite for the implicit methods and XPBD.
-[[nodiscard]] double stability_limit_s(Integrator integrator, const Frequencies& frequencies);
-
-/// The longest step that keeps a motion of these frequencies from growing, with a margin (see the source for each
-/// method's condition), and the breathing motion within error_target a period. Breathing that takes less than two ticks
-/// is not seen at all: of it the implicit methods and XPBD keep the mean alone, and by symplectic Euler it need only be
-/// stable where springs are damped.
-[[nodiscard]] double longest_step_s(Integrator integrator, const Frequencies& frequencies, double error_target,
-                                    double tick_period_s);
-
 /// Of a body that an implicit step solves for together with its contacts: what a row costs there grows with the
 /// vertices, and past this many a substep took minutes. Larger bodies answer by the masses of their vertices, after the
 /// step.
@@ -43,10 +32,6 @@ struct SubstepChoice {
   /// and more of them are taken then. Empty where the scene gives the number of substeps, or the method has no limit.
   std::vector<double> gas_give_m4_kg = {};
 };
-
-/// The longest step of an explicit method that holds a gas of this frequency; infinite for explicit Euler, which holds
-/// none without damping, and for those that solve.
-[[nodiscard]] double longest_gas_step_s(Integrator integrator, double gas_rad_s);
 
 /// The integrator and the number of substeps that a scene asks for or leaves open.
 /// Steps are chosen to hold every body's breathing (longest_step_s), its fall by its own length and, at the spin it

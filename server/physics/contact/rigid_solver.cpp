@@ -129,7 +129,7 @@ void RigidSolver::solve(std::span<RigidState> rigid, std::span<const ColliderSta
   solve_velocities(rigid, dt_s);
   take_groups_for_pieces(rigid, dt_s);
   note_pressed();
-  cut_moves(rigid, dt_s);
+  cut_moves(rigid);
   undo_overlaps(rigid, 1.0);
   for (const std::uint32_t group : groups_in_pieces_) {
     members_.clear();
@@ -429,6 +429,7 @@ void RigidSolver::take_groups_for_pieces(std::span<RigidState> rigid, double dt_
     if (!turns(i)) continue;
     rigid[i].velocity = before_[i].velocity;
     rigid[i].angular_velocity = before_[i].angular_velocity;
+    shifts_m_[i].setZero();
   }
 }
 
@@ -528,8 +529,7 @@ Vec3d RigidSolver::shift_between_m(const RigidContact& c) const {
   return c.b == no_body ? shifts_m_[c.a] : Vec3d(shifts_m_[c.a] - shifts_m_[c.b]);
 }
 
-void RigidSolver::cut_moves(std::span<RigidState> rigid, double dt_s) {
-  find_shifts(rigid, dt_s);
+void RigidSolver::cut_moves(std::span<RigidState> rigid) const {
   for (std::size_t i = 0; i < rigid.size(); ++i) rigid[i].position += shifts_m_[i];
 }
 

@@ -68,7 +68,7 @@ class RigidSolver {
   void note_pressed();
   void find_shifts(std::span<const RigidState> rigid, double dt_s);
   [[nodiscard]] Vec3d shift_between_m(const RigidContact& c) const;
-  void cut_moves(std::span<RigidState> rigid, double dt_s);
+  void cut_moves(std::span<RigidState> rigid) const;
   /// In this share of a substep.
   void undo_overlaps(std::span<RigidState> rigid, double share);
 
@@ -82,7 +82,7 @@ class RigidSolver {
   std::vector<std::uint8_t> yields_;
   std::vector<double> still_m_s_;      // scratch, one a row of a group: what it reaches without a bounce
   std::vector<Response> responses_;    // one a rigid body, and of all colliders
-  std::vector<Vec3d> shifts_m_;        // one a body
+  std::vector<Vec3d> shifts_m_;        // one a body: what ends its substep where it bounced
   std::vector<std::uint8_t> pressed_;  // one a body: a contact pushed it in this substep
   std::vector<Motion> before_;         // one a body: as contact found it
   std::vector<std::uint32_t> groups_in_pieces_;

@@ -5,6 +5,7 @@
 
 #include "numerics/report/methods.h"
 #include "numerics/report/small_motions.h"
+#include "physics/choice/longest_step.h"
 #include "physics/choice/stability.h"
 #include "physics/choice/step_choice.h"
 

@@ -9,6 +9,7 @@
 #include "numerics/report/part.h"
 #include "numerics/report/small_motions.h"
 #include "numerics/report/stability_limits.h"
+#include "physics/choice/longest_step.h"
 #include "physics/choice/step_choice.h"
 
 namespace pneuma::report {

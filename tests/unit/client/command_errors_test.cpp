@@ -156,7 +156,7 @@ TEST(CommandFailure, AWorldThatIsNotThereIsToldWithTheNearestOrAllThatAre) {
             "pneuma: no such world; there are five-balls, hand (pause.world)\n");
   EXPECT_EQ(told_of_world("x", {}), "pneuma: no such world; there are none (pause.world)\n");
   const std::string many = told_of_world("x", std::vector<std::string>(100, "another-world"));
-  EXPECT_LT(many.size(), 400U) << many;
+  EXPECT_LT(many.size(), 300U) << many;
 }
 
 /// What is said where the server refuses.

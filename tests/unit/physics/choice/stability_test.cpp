@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/choice/longest_step.h"
 #include "physics/choice/step_choice.h"
 #include "physics/mesh/mesh_builders.h"
 #include "physics/world.h"
