@@ -122,6 +122,8 @@ class Simulation {
 
   // A substep and its parts, substep.cpp.
   template <class Real>
+  [[nodiscard]] Moving<Real> moving(SoftBodies<Real>& bodies);
+  template <class Real>
   [[nodiscard]] bool move_freely(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
   void meet(SoftBodies<Real>& bodies, const SubstepContext& context);

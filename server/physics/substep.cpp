@@ -93,12 +93,23 @@ bool Simulation::substep(Workers& workers) {
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
     if (is_at_rest()) return tick_substeps - substep_index;
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, context);
+    if (is_explicit(choice.integrator)) bodies.contacts.keep_start(context, moving(bodies));
     if (!move_freely(bodies, context)) return std::uint32_t{0};
     meet(bodies, context);
+    if (const std::uint32_t left = bodies.contacts.take_back(moving(bodies)); left > 0) {
+      substep_index = tick_substeps - left;
+      return std::uint32_t{0};
+    }
     move(bodies, context);
     return std::uint32_t{1};
   });
   return end_substeps(substeps_done);
+}
+
+template <class Real>
+Moving<Real> Simulation::moving(SoftBodies<Real>& bodies) {
+  return {bodies.states, rigid, colliders, noting ? &touches : nullptr,
+          frozen.size() + gas_events.size() + broken_joints.size()};
 }
 
 void Simulation::begin_tick() {

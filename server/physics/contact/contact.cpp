@@ -33,6 +33,22 @@ void wake_touched(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, 
 }
 
 template <class Real>
+bool may_meet_soft(std::span<const SoftState<Real>> soft) {
+  const auto meets_soft = [](const SoftState<Real>& body) {
+    return !body.frozen && body.body.collision.soft != SoftCollision::none;
+  };
+  return std::ranges::count_if(soft, meets_soft) > 1;
+}
+
+template <class Real>
+bool may_meet_surfaces(std::span<const SoftState<Real>> soft, std::span<const ColliderState> colliders) {
+  const auto meets_itself = [](const SoftState<Real>& body) { return !body.frozen && body.body.collision.self; };
+  const auto is_mesh = [](const ColliderState& state) { return state.tree != nullptr; };
+  return may_meet_soft(soft) || std::ranges::any_of(soft, meets_itself) ||
+         (std::ranges::any_of(colliders, is_mesh) && !soft.empty());
+}
+
+template <class Real>
 Aabb<double> swept_by(const SoftState<Real>& body, const BodyBounds& bounds) {
   const Vec3d thickness_m = Vec3d::Constant(body.body.surface.thickness_m);
   return {bounds.swept.min - thickness_m, bounds.swept.max + thickness_m};
@@ -71,6 +87,16 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
 }
 
 template <class Real>
+void Contacts<Real>::keep_start(const SubstepContext& context, const Moving<Real>& moving) {
+  if (may_meet_surfaces<Real>(moving.soft, moving.colliders)) lumped_->keep_start(context, moving);
+}
+
+template <class Real>
+std::uint32_t Contacts<Real>::take_back(const Moving<Real>& moving) {
+  return lumped_.held() != nullptr ? lumped_->take_back(moving) : 0;
+}
+
+template <class Real>
 void Contacts<Real>::end_tick() {
   lumped_.give_back(surfaces_.kept_bytes_max());
   surfaces_.give_back_room();
@@ -80,16 +106,10 @@ template <class Real>
 Contacts<Real>::Meetings::Meetings(const ContactWorld<Real>& world) {
   const auto is_awake = [](const auto& body) { return body.is_awake(); };
   if (std::ranges::none_of(world.soft, is_awake) && std::ranges::none_of(world.rigid, is_awake)) return;
-  const auto meets_soft = [](const SoftState<Real>& body) {
-    return !body.frozen && body.body.collision.soft != SoftCollision::none;
-  };
-  const auto meets_itself = [](const SoftState<Real>& body) { return !body.frozen && body.body.collision.self; };
-  const auto is_mesh = [](const ColliderState& state) { return state.tree != nullptr; };
   solids = !world.rigid.empty() || !world.colliders.empty();
-  pairs = std::ranges::count_if(world.soft, meets_soft) > 1;
+  pairs = may_meet_soft<Real>(world.soft);
   joints = !world.joints.empty();
-  const bool self = std::ranges::any_of(world.soft, meets_itself);
-  surfaces = pairs || self || (std::ranges::any_of(world.colliders, is_mesh) && !world.soft.empty());
+  surfaces = may_meet_surfaces<Real>(world.soft, world.colliders);
   any = solids || surfaces || joints;
 }
 

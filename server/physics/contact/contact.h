@@ -34,6 +34,10 @@ class Contacts {
   /// with nobody awake, nothing is computed.
   void resolve(const ContactWorld<Real>& world);
 
+  /// By explicit methods, before a substep's free motion: see LumpedContacts::keep_start, and after it: take_back.
+  void keep_start(const SubstepContext& context, const Moving<Real>& moving);
+  [[nodiscard]] std::uint32_t take_back(const Moving<Real>& moving);
+
   /// Gives back what worlds use in turns.
   void end_tick();
 

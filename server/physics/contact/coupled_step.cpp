@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "physics/contact/bounce_limit.h"
 #include "physics/contact/coupled_rows.h"
@@ -11,6 +12,7 @@
 #include "physics/contact/resting_start.h"
 #include "physics/contact/solver.h"
 #include "physics/contact/spins.h"
+#include "physics/contact/taken_energy.h"
 #include "physics/forces/force_terms.h"
 #include "physics/implicit/implicit_euler.h"
 #include "physics/rigid/rigid_mass.h"
@@ -19,7 +21,10 @@
 namespace pneuma::physics {
 namespace {
 
-constexpr int coupled_passes_max = 4;
+constexpr int coupled_passes = 4;
+// Where these leave more energy than there was, by more than that share of the kinetic energy, the step goes on.
+constexpr int coupled_passes_max = 16;
+constexpr double gained_share_max = 1e-2;
 constexpr std::uint32_t coupled_sweeps_max = 30;
 // Of these many rows, a dense program of three times as many unknowns takes a few milliseconds.
 constexpr std::size_t direct_rows_max = 160;
@@ -53,12 +58,21 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
       find_coupled_rows(world, surfaces, passes_);
     } while (take_touching(world, surfaces));
     leave_out_failed();
-    const bool is_last = is_settled || pass + 1 == coupled_passes_max;
+    const bool is_last = is_settled || pass + 1 >= coupled_passes;
     const bool is_exact = solve(world, is_last ? coupled_enough_share : coupled_enough_early_share);
     take_answers(world, surfaces);
     is_settled = move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m();
     if (is_settled && (is_exact || is_last)) break;
+    if (!is_last) continue;
+    const double gained_j = -taken_energy_j(world, passes_);
+    if (gained_j <= gained_share_max * kinetic_energy_j(world)) {
+      least_.reset();
+      break;
+    }
+    if (!least_ || gained_j < least_->gained_j) keep_outcome(world, surfaces, gained_j);
   }
+  take_least(world, surfaces);
+  stop_cut(world);
   keep_spins(world, passes_);
   rebound(world, passes_);
   mark_broken(world);
@@ -151,6 +165,97 @@ bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceCo
     }
   }
   return any;
+}
+
+// Before the substep or after it, whichever is more.
+template <class Real>
+double CoupledStep<Real>::kinetic_energy_j(const CoupledWorld<Real>& world) const {
+  double sum_j = 0.0;
+  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
+    const CoupledBody& body = passes_.bodies[i];
+    if (!body.in_contact) continue;
+    for (std::size_t k = 0; k < body.u.size(); ++k) {
+      sum_j += 0.5 * world.soft[i].mass_kg(k) * std::max(body.u0[k].squaredNorm(), body.u[k].squaredNorm());
+    }
+  }
+  for (std::size_t k = 0; k < world.rigid.size(); ++k) {
+    const double speed_m_s = std::max(world.rigid[k].velocity.norm(), passes_.rigid_velocities_m_s[k].norm());
+    sum_j += 0.5 * world.rigid[k].body.mass_kg * speed_m_s * speed_m_s;
+  }
+  return sum_j;
+}
+
+template <class Real>
+void CoupledStep<Real>::keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces,
+                                     double gained_j) {
+  least_.emplace();
+  least_->gained_j = gained_j;
+  least_->bodies.resize(passes_.bodies.size());
+  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
+    if (!world.bounds[i].active) continue;
+    least_->bodies[i] = {surfaces.bodies()[i].from, passes_.bodies[i].u};
+  }
+  least_->solids = passes_.solids;
+  least_->rigid_velocities_m_s = passes_.rigid_velocities_m_s;
+  least_->rigid_turnings_rad_s = passes_.rigid_turnings_rad_s;
+  least_->rows = passes_.rows;
+  least_->stopped = stopped_;
+}
+
+template <class Real>
+void CoupledStep<Real>::take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
+  if (!least_) return;
+  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
+    if (!world.bounds[i].active) continue;
+    surfaces.bodies()[i].from.swap(least_->bodies[i].places_m);
+    passes_.bodies[i].u.swap(least_->bodies[i].u);
+  }
+  passes_.solids.swap(least_->solids);
+  passes_.rigid_velocities_m_s.swap(least_->rigid_velocities_m_s);
+  passes_.rigid_turnings_rad_s.swap(least_->rigid_turnings_rad_s);
+  passes_.rows.swap(least_->rows);
+  stopped_ = std::move(least_->stopped);
+  least_.reset();
+  keep_impulses(*world.warm);
+}
+
+// The velocities are those that nothing was cut for.
+template <class Real>
+void CoupledStep<Real>::stop_cut(const CoupledWorld<Real>& world) {
+  for (StoppedFeatures::Vertex& of : stopped_.vertices()) {
+    const bool is_soft = of.body < passes_.bodies.size() && passes_.bodies[of.body].in_contact;
+    of.is_held = !is_soft || !world.soft[of.body].is_awake() || world.soft[of.body].is_pinned(of.vertex);
+    if (of.is_held) continue;
+    of.mass_kg = world.soft[of.body].mass_kg(of.vertex);
+    of.velocity_m_s = passes_.bodies[of.body].u[of.vertex];
+  }
+  stopped_.stop();
+  for (const StoppedFeatures::Vertex& of : stopped_.vertices()) {
+    if (of.mass_kg > 0.0) passes_.bodies[of.body].u[of.vertex] = of.velocity_m_s;
+  }
+}
+
+// What a solid may hold is not taken along by other surfaces.
+template <class Real>
+void CoupledStep<Real>::mark_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) const {
+  const std::size_t count = passes_.bodies.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!world.bounds[i].active) continue;
+    SurfaceBody& surface = surfaces.bodies()[i];
+    surface.free.assign(surface.from.size(), world.soft[i].is_awake() ? 1 : 0);
+    for (std::size_t k = 0; k < surface.free.size(); ++k) {
+      if (surface.cuts[k] < 1.0) surface.free[k] = 0;
+    }
+  }
+  for (const ContactRow& row : passes_.rows) {
+    const bool is_of_surfaces =
+        row.first.body < count && (row.second.body < count || surfaces.is_mesh(row.second.body));
+    if (is_of_surfaces && !joint_of(row)) continue;
+    for (const Support* side : {&row.first, &row.second}) {
+      if (side->body >= count || surfaces.bodies()[side->body].free.empty()) continue;
+      for (std::uint32_t k = 0; k < side->count; ++k) surfaces.bodies()[side->body].free[side->vertices[k]] = 0;
+    }
+  }
 }
 
 template <class Real>
@@ -395,7 +500,21 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
       if (may_meet(surface, way, solid)) passes_.solid_cutter.cut(surface, solid, s);
     }
   }
-  cut_moves(surfaces.pairs(), surfaces.bodies());
+  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
+    if (!world.bounds[i].active || !passes_.bodies[i].in_contact) continue;
+    const SurfaceBody& surface = surfaces.bodies()[i];
+    for (std::uint32_t k = 0; k < surface.from.size(); ++k) {
+      furthest_m2 = std::max(furthest_m2, surface.move_m(k).squaredNorm());
+    }
+  }
+  mark_free(world, surfaces);
+  stopped_ = surfaces.filter(world.soft);
+  for (const StoppedFeatures::Vertex& of : stopped_.vertices()) {
+    const bool is_taken_along = of.body < passes_.bodies.size() && surfaces.bodies()[of.body].cuts[of.vertex] == 1.0;
+    if (!is_taken_along || of.missed_m.isZero(0.0)) continue;
+    ++counts_.cut_vertices;
+    passes_.bodies[of.body].is_cut = true;
+  }
   for (std::size_t i = passes_.bodies.size(); i < surfaces.bodies().size(); ++i) {
     SurfaceBody& mesh = surfaces.bodies()[i];
     mesh.from = mesh.to;
@@ -405,19 +524,15 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
     if (!world.bounds[i].active) continue;
     CoupledBody& body = passes_.bodies[i];
     SurfaceBody& surface = surfaces.bodies()[i];
-    for (std::size_t k = 0; k < surface.from.size(); ++k) {
-      const Vec3d move_m = surface.move_m(static_cast<std::uint32_t>(k));
-      if (body.in_contact) furthest_m2 = std::max(furthest_m2, move_m.squaredNorm());
-      if (surface.cuts[k] < 1.0) {
-        surface.from[k] += surface.cuts[k] * move_m;
-        surface.cuts[k] = 1.0;
-        if (move_m.isZero(0.0)) continue;  // it was not going anywhere
-        ++counts_.cut_vertices;
-        body.is_cut = true;
-      } else {
-        surface.from[k] = surface.to[k];
-      }
+    for (std::uint32_t k = 0; k < surface.from.size(); ++k) {
+      const bool is_cut = surface.cuts[k] < 1.0 && !surface.move_m(k).isZero(0.0);
+      surface.from[k] += surface.cut_move_m(k);
+      surface.cuts[k] = 1.0;
+      if (!is_cut) continue;
+      ++counts_.cut_vertices;
+      body.is_cut = true;
     }
+    surface.drifts.clear();
   }
   for (std::size_t k = 0; k < passes_.solids.size(); ++k) {
     SolidPlace& solid = passes_.solids[k];

@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "physics/contact/coupled_passes.h"
 #include "physics/contact/groups.h"
 #include "physics/contact/response.h"
+#include "physics/contact/stopped_features.h"
 #include "physics/contact/surface_contacts.h"
 #include "physics/implicit/implicit_solver.h"
 
@@ -27,6 +29,11 @@ class CoupledStep {
   void load_bodies(const CoupledWorld<Real>& world);
   void load_solids(const CoupledWorld<Real>& world);
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  [[nodiscard]] double kinetic_energy_j(const CoupledWorld<Real>& world) const;
+  void keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces, double gained_j);
+  void take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  void stop_cut(const CoupledWorld<Real>& world);
+  void mark_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) const;
   [[nodiscard]] double least_spacing_m() const;
   [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
                                          SurfaceContacts<Real>& surfaces);
@@ -45,7 +52,23 @@ class CoupledStep {
   void note(const CoupledWorld<Real>& world) const;
   [[nodiscard]] Vec3d place_of(const Support& side) const;
 
+  /// Of a pass: where it left everything.
+  struct Outcome {
+    struct Body {
+      std::vector<Vec3d> places_m;
+      std::vector<Vec3d> u;
+    };
+    double gained_j = 0.0;
+    std::vector<Body> bodies;
+    std::vector<SolidPlace> solids;
+    std::vector<Vec3d> rigid_velocities_m_s, rigid_turnings_rad_s;
+    std::vector<ContactRow> rows;
+    StoppedFeatures stopped;
+  };
+
   CoupledPasses passes_;
+  StoppedFeatures stopped_;          // in the last pass
+  std::optional<Outcome> least_;     // of the passes that left too much energy, the one that left least
   std::vector<std::uint8_t> rests_;  // one a soft body: on another, as the step began
   std::vector<RowGroup> groups_;
   std::vector<Response> responses_;  // soft bodies, rigid ones, colliders, the world

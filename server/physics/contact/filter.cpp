@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
+#include "physics/contact/groups.h"
 #include "physics/contact/surface_rows.h"
 
 namespace pneuma::physics {
@@ -51,13 +53,14 @@ class MoveFilter {
  public:
   MoveFilter(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) : pairs_(pairs), bodies_(bodies) {}
 
-  void run() {
+  std::vector<FeatureCorners> run() {
     bool cut = true;
     for (std::uint32_t round = 1; cut; ++round) {
       cuts_.clear();
       for (const SurfacePair& pair : pairs_) find_cuts(pair, round);
       cut = apply(round);
     }
+    return std::move(stopped_);
   }
 
  private:
@@ -89,9 +92,8 @@ class MoveFilter {
     for (const std::uint32_t index : {pair.first, pair.second}) {
       if (moves_[index]) continue;
       const SurfaceBody& body = bodies_[index];
-      moves_[index] = drift_of(body.to.size(), [&](std::size_t i) -> Vec3d {
-        return body.cuts[i] * body.move_m(static_cast<std::uint32_t>(i));
-      });
+      moves_[index] = drift_of(body.to.size(),
+                               [&](std::size_t i) -> Vec3d { return body.cut_move_m(static_cast<std::uint32_t>(i)); });
     }
     return between_m(*moves_[pair.first], *moves_[pair.second]);
   }
@@ -106,12 +108,10 @@ class MoveFilter {
 
   bool apply(std::uint32_t round) {
     if (cuts_.empty()) return false;
-    changed_in_.resize(bodies_.size());
-    for (const SurfacePair& pair : pairs_) {
-      for (const std::uint32_t body : {pair.first, pair.second}) changed_in_[body].resize(bodies_[body].cuts.size());
-    }
+    if (stopped_.empty()) begin();
     const bool at_once = round > patient_rounds;
     for (const Cut& cut : cuts_) {
+      stopped_.push_back(cut.corners);
       for (std::size_t i = 0; i < 4; ++i) {
         next_.push_back({cut.corners.bodies[i], cut.corners.vertices[i],
                          at_once ? 0.0 : caution * cut.share * share_of(cut.corners, i)});
@@ -126,11 +126,78 @@ class MoveFilter {
       changed_in_[cut.body][cut.vertex] = round;
     }
     next_.clear();
+    return take_along(round) || changed;
+  }
+
+  void begin() {
+    changed_in_.resize(bodies_.size());
+    first_of_.assign(bodies_.size(), 0);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      first_of_[i] = count;
+      count += bodies_[i].cuts.size();
+    }
+    for (const SurfacePair& pair : pairs_) {
+      for (const std::uint32_t body : {pair.first, pair.second}) changed_in_[body].resize(bodies_[body].cuts.size());
+    }
+    const auto has_free = [](const SurfaceBody& body) { return !body.free.empty(); };
+    any_free_ = std::ranges::any_of(bodies_, has_free);
+    if (!any_free_) return;
+    joined_.begin(count);
+    is_stopped_.assign(count, 0);
+    sums_.assign(count, {});
+    for (SurfaceBody& body : bodies_) {
+      if (has_free(body)) body.drifts.assign(body.cuts.size(), Vec3d::Zero());
+    }
+  }
+
+  // Joins the features that stop each other, and has each such group go by its mean move. True where that is another
+  // one than before.
+  bool take_along(std::uint32_t round) {
+    if (!any_free_) return false;
+    for (const Cut& cut : cuts_) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        const std::uint32_t vertex = index_of(cut.corners, i);
+        joined_.join(index_of(cut.corners, 0), vertex);
+        if (is_stopped_[vertex] != 0) continue;
+        is_stopped_[vertex] = 1;
+        stops_.push_back({cut.corners.bodies[i], cut.corners.vertices[i], 1.0});
+      }
+    }
+    // In an order that does not follow from that of the candidates.
+    std::ranges::sort(stops_, {}, [](const VertexCut& stop) { return std::pair(stop.body, stop.vertex); });
+    for (const VertexCut& stop : stops_) sums_[first_of_[stop.body] + stop.vertex] = {};
+    for (const VertexCut& stop : stops_) {
+      const SurfaceBody& body = bodies_[stop.body];
+      Sum& sum = sum_of(stop);
+      if (body.free.empty() || body.free[stop.vertex] == 0 || body.inverse_masses_1_kg[stop.vertex] == 0.0) {
+        sum.is_held = true;
+      } else {
+        const double mass_kg = 1.0 / body.inverse_masses_1_kg[stop.vertex];
+        sum.mass_kg += mass_kg;
+        sum.moves_kg_m += mass_kg * body.move_m(stop.vertex);
+      }
+    }
+    bool changed = false;
+    for (const VertexCut& stop : stops_) {
+      SurfaceBody& body = bodies_[stop.body];
+      if (body.drifts.empty()) continue;
+      const Sum& sum = sum_of(stop);
+      const Vec3d drift_m = sum.is_held ? Vec3d(Vec3d::Zero()) : Vec3d(sum.moves_kg_m / sum.mass_kg);
+      if (drift_m == body.drifts[stop.vertex]) continue;
+      body.drifts[stop.vertex] = drift_m;
+      changed_in_[stop.body][stop.vertex] = round;
+      changed = true;
+    }
     return changed;
   }
 
   [[nodiscard]] double share_of(const FeatureCorners& corners, std::size_t i) const {
     return bodies_[corners.bodies[i]].cuts[corners.vertices[i]];
+  }
+
+  [[nodiscard]] std::uint32_t index_of(const FeatureCorners& corners, std::size_t i) const {
+    return static_cast<std::uint32_t>(first_of_[corners.bodies[i]] + corners.vertices[i]);
   }
 
   struct VertexCut {
@@ -139,18 +206,36 @@ class MoveFilter {
     double share = 1.0;
   };
 
+  // Of a group of vertices that stop each other.
+  struct Sum {
+    bool is_held = false;
+    double mass_kg = 0.0;
+    Vec3d moves_kg_m = Vec3d::Zero();
+  };
+  [[nodiscard]] Sum& sum_of(const VertexCut& stop) {
+    return sums_[joined_.lowest_with(static_cast<std::uint32_t>(first_of_[stop.body] + stop.vertex))];
+  }
+
   std::span<const SurfacePair> pairs_;
   std::span<SurfaceBody> bodies_;
   std::vector<std::optional<SurfaceDrift>> moves_;      // one a body of a pair
   std::vector<std::vector<std::uint32_t>> changed_in_;  // one a vertex, of each body: the round that last cut it
   std::vector<Cut> cuts_;
   std::vector<VertexCut> next_;
+  std::vector<FeatureCorners> stopped_;
+  bool any_free_ = false;
+  // Of all bodies' vertices, one after the other, where any is free.
+  std::vector<std::size_t> first_of_;  // one a body: its first
+  JoinedBodies joined_;
+  std::vector<std::uint8_t> is_stopped_;
+  std::vector<Sum> sums_;         // of groups, at their lowest vertices
+  std::vector<VertexCut> stops_;  // all that are stopped
 };
 
 }  // namespace
 
-void cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) {
-  MoveFilter(pairs, bodies).run();
+std::vector<FeatureCorners> cut_moves(std::span<const SurfacePair> pairs, std::span<SurfaceBody> bodies) {
+  return MoveFilter(pairs, bodies).run();
 }
 
 }  // namespace pneuma::physics

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <functional>
 
-#include "physics/contact/filter.h"
+#include "base/limits.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
+#include "physics/mesh/hinge.h"
 
 namespace pneuma::physics {
 namespace {
@@ -19,18 +20,95 @@ constexpr std::size_t parallel_rows_min = 150;
 // Groups that are kept though a span has no use for them.
 constexpr std::size_t idle_groups_max = 8;
 
+// A span of which cuts make more energy than this share of what its bodies move by among themselves, or than lifts them
+// by this share of the distance that they keep, is stepped again.
+constexpr double cut_energy_share = 1e-3;
+constexpr double cut_lift_share = 0.1;
+// In so many spans, of a fraction of its substeps.
+constexpr std::uint32_t spans_again = 4;
+
 template <class Real>
 bool has_solids(const ContactWorld<Real>& world) {
   return !world.rigid.empty() || !world.colliders.empty();
 }
 
+// What springs and hinges hold with the cuts, over what they hold without. Those cut are of this body.
+template <class Real>
+double stretched_by_cuts_j(const SoftState<Real>& state, const SurfaceBody& body,
+                           std::span<const StoppedFeatures::Vertex> cut) {
+  std::vector<Vec3d> ends_m(body.to.size());
+  std::vector<Vec3d> missed_m(body.to.size(), Vec3d::Zero());
+  for (std::uint32_t k = 0; k < ends_m.size(); ++k) ends_m[k] = body.from[k] + body.cut_move_m(k);
+  for (const StoppedFeatures::Vertex& of : cut) {
+    if (!state.is_pinned(of.vertex)) missed_m[of.vertex] = of.missed_m;
+  }
+  const Springs& springs = state.body.springs;
+  const std::vector<Edge>& edges = state.body.mesh->edges;
+  double sum_j = 0.0;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    const auto [a, b] = edges[e];
+    const Vec3d change_m = missed_m[a] - missed_m[b];
+    if (change_m.isZero(0.0)) continue;
+    const double rest_m = static_cast<double>(state.rest_length_m(e));
+    const Vec3d edge_m = ends_m[a] - ends_m[b];
+    const double cut_m = edge_m.norm() - rest_m;
+    const double free_m = (edge_m + change_m).norm() - rest_m;
+    sum_j += 0.5 * springs.stiffness_n_m * springs.stiffness_scale(edges[e]) * (cut_m * cut_m - free_m * free_m);
+  }
+  if (state.hinges.empty()) return sum_j;
+  sum_j += bending_energy_j(state.hinges, springs.bend_stiffness_n_m, ends_m);
+  for (std::size_t k = 0; k < ends_m.size(); ++k) ends_m[k] += missed_m[k];
+  return sum_j - bending_energy_j(state.hinges, springs.bend_stiffness_n_m, ends_m);
+}
+
+// Of the bodies' vertices among themselves.
+template <class Real>
+double kinetic_among_j(std::span<const SoftState<Real>> soft, std::span<const std::uint32_t> bodies) {
+  double mass_kg = 0.0;
+  Vec3d momentum_n_s = Vec3d::Zero();
+  double all_j = 0.0;
+  for (const std::uint32_t i : bodies) {
+    for (std::size_t k = 0; k < soft[i].v.size(); ++k) {
+      const Vec3d v = soft[i].v[k].template cast<double>();
+      mass_kg += soft[i].mass_kg(k);
+      momentum_n_s += soft[i].mass_kg(k) * v;
+      all_j += 0.5 * soft[i].mass_kg(k) * v.squaredNorm();
+    }
+  }
+  return all_j - 0.5 * momentum_n_s.squaredNorm() / mass_kg;
+}
+
 }  // namespace
+
+template <class Real>
+bool LumpedContacts<Real>::begins_span(const SubstepContext& context) const {
+  return substeps_left_ == 0 || context.is_first_of_tick;
+}
+
+template <class Real>
+void LumpedContacts<Real>::keep_start(const SubstepContext& context, const Moving<Real>& moving) {
+  if (!begins_span(context)) return;
+  if (context.is_first_of_tick && !is_taken_back_) substeps_max_ = context.substeps_left;
+  start_.forget();
+  if (std::min(substeps_max_, context.substeps_left) > 1) start_.keep(moving, context.substeps_left);
+}
+
+template <class Real>
+std::uint32_t LumpedContacts<Real>::take_back(const Moving<Real>& moving) {
+  if (!std::exchange(is_to_be_taken_back_, false) || !start_.can_restore(moving)) return 0;
+  start_.restore(moving);
+  moments_ = moments_before_;
+  substeps_left_ = 0;
+  substeps_max_ = std::max(1U, span_substeps_ / spans_again);
+  is_taken_back_ = true;
+  return start_.substeps_left();
+}
 
 template <class Real>
 void LumpedContacts<Real>::answer(const Substep& substep, SurfaceContacts<Real>& surfaces) {
   const SubstepContext& context = substep.world.substep;
   moments_.begin(substep.world.soft.size() + substep.world.rigid.size(), context.is_first_of_tick);
-  if (substeps_left_ == 0 || context.is_first_of_tick) begin_span(substep, surfaces);
+  if (begins_span(context)) begin_span(substep, surfaces);
   answer_groups(substep, surfaces);
   if (context.is_last_of_tick()) moments_.turn_back(substep.world.soft, substep.world.rigid);
 }
@@ -40,7 +118,10 @@ void LumpedContacts<Real>::begin_span(const Substep& substep, SurfaceContacts<Re
   using Whose = typename SurfaceContacts<Real>::Whose;
   const ContactWorld<Real>& world = substep.world;
   const Whose whose = has_solids(world) ? Whose::all : Whose::of_those_that_meet;
+  const bool is_again = std::exchange(is_taken_back_, false);
+  moments_before_ = moments_;
   substeps_left_ = world.substep.substeps_left;
+  if (start_.substeps_left() > 0) substeps_left_ = std::min(substeps_left_, substeps_max_);
   awake_.clear();
   for (const SoftState<Real>& state : world.soft) awake_.push_back(state.is_awake() ? 1 : 0);
   for (const RigidState& state : world.rigid) awake_.push_back(state.is_awake() ? 1 : 0);
@@ -51,7 +132,8 @@ void LumpedContacts<Real>::begin_span(const Substep& substep, SurfaceContacts<Re
     substeps_left_ = static_cast<std::uint32_t>(std::max(1.0, held));
     surfaces.load(world.soft, substep.bounds, whose, substeps_left_);
   }
-  keep_impulses(!world.substep.is_first_of_tick);
+  span_substeps_ = substeps_left_;
+  if (!is_again) keep_impulses(!world.substep.is_first_of_tick);
   surfaces.find_pairs(world.soft);
   find_rows(substep, surfaces);
   join_bodies(world, surfaces);
@@ -190,33 +272,96 @@ void LumpedContacts<Real>::cut(const Substep& substep, SurfaceContacts<Real>& su
   if (--substeps_left_ > 0 && is_as_begun) return;
   substeps_left_ = 0;
   const std::span<SoftState<Real>> soft = substep.world.soft;
-  const auto load_ends = [&] {
-    for (const std::uint32_t i : surfaces.loaded()) {
-      SurfaceBody& body = surfaces.bodies()[i];
-      const bool moves = soft[i].is_awake();
-      for (std::size_t k = 0; k < body.to.size(); ++k) {
-        body.to[k] = soft[i].position_m(k);
-        if (moves) body.to[k] += soft[i].dr[k].template cast<double>();
-      }
-    }
-  };
-  load_ends();
-  if (stop_missed(substep, surfaces)) load_ends();
+  load_ends(soft, surfaces);
+  mark_free(soft, surfaces);
+  if (stop_missed(substep, surfaces)) load_ends(soft, surfaces);
   surfaces.update_crossing_candidates(soft, !is_as_begun);
   if (surfaces.pairs().empty()) return;
   surfaces.carry(soft.size());
-  cut_moves(surfaces.pairs(), surfaces.bodies());
-  for (const std::uint32_t i : surfaces.loaded()) {
-    const SurfaceBody& body = surfaces.bodies()[i];
-    for (std::uint32_t k = 0; k < body.cuts.size(); ++k) {
-      if (body.cuts[k] >= 1.0 || soft[i].is_pinned(k) || !soft[i].is_awake()) continue;
-      const Vec3d end = body.from[k] + body.cuts[k] * body.move_m(k);
-      soft[i].dr[k] = (end - soft[i].position_m(k)).template cast<Real>();
-      ++counts_.cut_vertices;
-    }
+  StoppedFeatures stopped = surfaces.filter(soft);
+  for (const StoppedFeatures::Vertex& of : stopped.vertices()) {
+    if (of.body >= soft.size() || soft[of.body].is_pinned(of.vertex) || !soft[of.body].is_awake()) continue;
+    const SurfaceBody& body = surfaces.bodies()[of.body];
+    const Vec3d end = body.from[of.vertex] + body.cut_move_m(of.vertex);
+    soft[of.body].dr[of.vertex] = (end - soft[of.body].position_m(of.vertex)).template cast<Real>();
+    ++counts_.cut_vertices;
   }
+  is_to_be_taken_back_ = span_substeps_ > 1 && is_as_begun && is_cut_short(substep, surfaces, stopped);
+  if (span_substeps_ == 1) stop_cut(substep, surfaces, stopped);
+  substeps_max_ = std::min(2 * substeps_max_, base::substeps_max);
   for (std::size_t i = soft.size(); i < surfaces.bodies().size(); ++i) {
     std::ranges::fill(surfaces.bodies()[i].cuts, 1.0);
+  }
+}
+
+// Where the bodies would go now. A free vertex that goes elsewhere than when it was loaded before was stopped by a
+// solid.
+template <class Real>
+void LumpedContacts<Real>::load_ends(std::span<const SoftState<Real>> soft, SurfaceContacts<Real>& surfaces) const {
+  for (const std::uint32_t i : surfaces.loaded()) {
+    SurfaceBody& body = surfaces.bodies()[i];
+    const bool moves = soft[i].is_awake();
+    for (std::size_t k = 0; k < body.to.size(); ++k) {
+      Vec3d end_m = soft[i].position_m(k);
+      if (moves) end_m += soft[i].dr[k].template cast<double>();
+      if (!body.free.empty() && end_m != body.to[k]) body.free[k] = 0;
+      body.to[k] = end_m;
+    }
+  }
+}
+
+template <class Real>
+void LumpedContacts<Real>::mark_free(std::span<const SoftState<Real>> soft, SurfaceContacts<Real>& surfaces) const {
+  for (const std::uint32_t i : surfaces.loaded()) {
+    std::vector<std::uint8_t>& free = surfaces.bodies()[i].free;
+    free.assign(soft[i].x.size(), soft[i].is_awake() ? 1 : 0);
+  }
+  for (const ContactRow& row : std::span(rows_).subspan(skin_rows_)) {
+    for (std::uint32_t k = 0; k < row.first.count; ++k) {
+      surfaces.bodies()[row.first.body].free[row.first.vertices[k]] = 0;
+    }
+  }
+}
+
+// Whether the cuts give more energy than may be overlooked.
+template <class Real>
+bool LumpedContacts<Real>::is_cut_short(const Substep& substep, const SurfaceContacts<Real>& surfaces,
+                                        const StoppedFeatures& stopped) const {
+  const std::span<const SoftState<Real>> soft = substep.world.soft;
+  std::vector<std::uint32_t> cut;
+  double made_j = 0.0;
+  double lifted_j = 0.0;
+  const std::span<const StoppedFeatures::Vertex> vertices = stopped.vertices();
+  for (auto begin = vertices.begin(); begin != vertices.end();) {
+    const std::uint32_t i = begin->body;
+    const auto end = std::ranges::find_if(begin, vertices.end(), [i](const auto& of) { return of.body != i; });
+    if (i < soft.size() && soft[i].is_awake()) {
+      const SurfaceBody& body = surfaces.bodies()[i];
+      cut.push_back(i);
+      made_j += stretched_by_cuts_j(soft[i], body, std::span(begin, end));
+      lifted_j += cut_lift_share * body.shell_m * soft[i].body.mass_kg * substep.world.physics().gravity_m_s2.norm();
+    }
+    begin = end;
+  }
+  return made_j > lifted_j && made_j > lifted_j + cut_energy_share * kinetic_among_j(soft, std::span(cut));
+}
+
+// In a longer span rows have answered since then. What turned back already is not stopped once more.
+template <class Real>
+void LumpedContacts<Real>::stop_cut(const Substep& substep, const SurfaceContacts<Real>& surfaces,
+                                    StoppedFeatures& stopped) const {
+  const std::span<SoftState<Real>> soft = substep.world.soft;
+  for (StoppedFeatures::Vertex& of : stopped.vertices()) {
+    const Vec3d move_m = surfaces.bodies()[of.body].move_m(of.vertex);
+    of.is_held = of.body >= soft.size() || !soft[of.body].is_awake() || soft[of.body].is_pinned(of.vertex);
+    of.velocity_m_s = of.is_held ? Vec3d(move_m / (span_substeps_ * substep.world.substep.dt_s))
+                                 : Vec3d(soft[of.body].v[of.vertex].template cast<double>());
+    if (of.is_held || of.velocity_m_s.dot(of.missed_m) < 0.0) continue;
+    of.mass_kg = soft[of.body].mass_kg(of.vertex);
+  }
+  stopped.stop();
+  for (const StoppedFeatures::Vertex& of : stopped.vertices()) {
+    if (of.mass_kg > 0.0) soft[of.body].v[of.vertex] = of.velocity_m_s.template cast<Real>();
   }
 }
 
@@ -234,16 +379,17 @@ void LumpedContacts<Real>::clear() {
   for (LumpedGroup<Real>& group : groups_) group.clear();
   group_count_ = 0;
   solids_.clear();
+  start_.forget();
 }
 
 template <class Real>
 std::size_t LumpedContacts<Real>::bytes() const {
   std::size_t of_groups = groups_.capacity() * sizeof(LumpedGroup<Real>);
   for (const LumpedGroup<Real>& group : groups_) of_groups += group.bytes();
-  return of_groups + awake_.capacity() + rows_.capacity() * sizeof(ContactRow) + solids_.bytes() + turns_.bytes() +
-         joined_.bytes() + group_of_.capacity() * sizeof(std::uint32_t) +
+  return of_groups + start_.bytes() + awake_.capacity() + rows_.capacity() * sizeof(ContactRow) + solids_.bytes() +
+         turns_.bytes() + joined_.bytes() + group_of_.capacity() * sizeof(std::uint32_t) +
          counts_of_groups_.capacity() * sizeof(RowCounts) + slots_.bytes() + warm_.capacity() * sizeof(WarmImpulse) +
-         moments_.bytes();
+         moments_.bytes() + moments_before_.bytes();
 }
 
 template class LumpedContacts<float>;

@@ -45,9 +45,12 @@ struct SurfaceBody {
   double shell_m = 0.0;                     // that it keeps free around itself; two surfaces keep the sum of theirs
   std::vector<double> inverse_masses_1_kg;  // one a vertex; 0 of pinned ones
   // One a vertex, of bodies that are near others in this substep.
-  std::vector<Vec3d> from;           // where the substep finds it, m; nothing crosses there
-  std::vector<Vec3d> to;             // where it would end
-  std::vector<double> cuts;          // the share of its move that it may make
+  std::vector<Vec3d> from;   // where the substep finds it, m; nothing crosses there
+  std::vector<Vec3d> to;     // where it would end
+  std::vector<double> cuts;  // the share of its move that it may make
+  // Vertices that nothing but surfaces holds: they may be taken along by those that they meet. Empty: none.
+  std::vector<std::uint8_t> free;
+  std::vector<Vec3d> drifts;         // what they are taken along by, which is not cut, m; empty: nothing
   SurfaceDrift substep;              // of the move of the substep that it was loaded in
   std::vector<Vec3d> boxed_to;       // `to` as the candidates were found for it
   std::vector<std::uint8_t> astray;  // vertices that end too far beside that way
@@ -59,6 +62,11 @@ struct SurfaceBody {
   SurfaceBoxes boxes;     // of bodies that meet themselves
 
   [[nodiscard]] Vec3d move_m(std::uint32_t vertex) const { return to[vertex] - from[vertex]; }
+  /// As far as it may go.
+  [[nodiscard]] Vec3d cut_move_m(std::uint32_t vertex) const {
+    if (drifts.empty()) return cuts[vertex] * move_m(vertex);
+    return drifts[vertex] + cuts[vertex] * (move_m(vertex) - drifts[vertex]);
+  }
   [[nodiscard]] Box box_of_moves() const {
     Box box;
     for (const Vec3d& at : from) box.include(at);
@@ -66,8 +74,8 @@ struct SurfaceBody {
     return box;
   }
   [[nodiscard]] std::size_t bytes() const {
-    return (from.capacity() + to.capacity() + boxed_to.capacity()) * sizeof(Vec3d) +
-           (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) + astray.capacity() +
+    return (from.capacity() + to.capacity() + boxed_to.capacity() + drifts.capacity()) * sizeof(Vec3d) +
+           (inverse_masses_1_kg.capacity() + cuts.capacity()) * sizeof(double) + astray.capacity() + free.capacity() +
            (boxes.nodes.capacity() + boxes.faces.capacity()) * sizeof(Box);
   }
 };
@@ -111,8 +119,7 @@ struct FeatureCorners {
   [[nodiscard]] FourPoints moves(std::span<const SurfaceBody> all) const {
     FourPoints points;
     for (std::size_t i = 0; i < 4; ++i) {
-      const SurfaceBody& body = all[bodies[i]];
-      points[i] = body.cuts[vertices[i]] * body.move_m(vertices[i]);
+      points[i] = all[bodies[i]].cut_move_m(vertices[i]);
     }
     return points;
   }

@@ -5,6 +5,7 @@
 #include <ranges>
 #include <utility>
 
+#include "physics/contact/filter.h"
 #include "physics/contact/surface_shell.h"
 #include "physics/rigid/sweep.h"
 
@@ -130,6 +131,8 @@ void SurfaceContacts<Real>::list_selves(std::span<const SoftState<Real>> soft) {
 template <class Real>
 void SurfaceContacts<Real>::load_vertices(const SoftState<Real>& state, double moves, SurfaceBody& body) {
   std::ranges::fill(body.cuts, 1.0);
+  body.free.clear();
+  body.drifts.clear();
   for (std::size_t i = 0; i < body.from.size(); ++i) body.from[i] = state.position_m(i);
   body.at = {};
   for (const Vec3d& at : body.from) body.at.include(at);
@@ -363,6 +366,47 @@ template <class Real>
 void SurfaceContacts<Real>::carry(std::size_t soft_count) {
   if (!std::exchange(may_carry_, false)) return;
   carry_with_meshes(room_->pairs, meshes_, soft_count, bodies_, carried_);
+}
+
+// What is taken along may leave the ways that the candidates are of. Then they are found for its new way, on which it
+// is only cut.
+template <class Real>
+StoppedFeatures SurfaceContacts<Real>::filter(std::span<SoftState<Real>> soft) {
+  std::vector<FeatureCorners> stopped = cut_moves(room_->pairs, bodies_);
+  StoppedFeatures features(stopped);
+  bool any_taken_along = false;
+  for (StoppedFeatures::Vertex& of : features.vertices()) {
+    SurfaceBody& body = bodies_[of.body];
+    const Vec3d end_m = body.from[of.vertex] + body.cut_move_m(of.vertex);
+    of.share = body.cuts[of.vertex];
+    of.missed_m = body.to[of.vertex] - end_m;
+    any_taken_along = any_taken_along || (!body.drifts.empty() && !body.drifts[of.vertex].isZero(0.0));
+  }
+  if (!any_taken_along) return features;
+  for (const StoppedFeatures::Vertex& of : features.vertices()) {
+    bodies_[of.body].to[of.vertex] -= of.missed_m;
+    bodies_[of.body].cuts[of.vertex] = 1.0;
+  }
+  for (const std::uint32_t i : loaded_) {
+    bodies_[i].free.clear();
+    bodies_[i].drifts.clear();
+  }
+  update_crossing_candidates(soft, false);
+  const std::vector<FeatureCorners> again = cut_moves(room_->pairs, bodies_);
+  if (again.empty()) return features;
+  stopped.insert(stopped.end(), again.begin(), again.end());
+  StoppedFeatures all(stopped);
+  auto before = features.vertices().begin();
+  for (StoppedFeatures::Vertex& of : all.vertices()) {
+    const SurfaceBody& body = bodies_[of.body];
+    of.share = body.cuts[of.vertex];
+    of.missed_m = (1.0 - of.share) * body.move_m(of.vertex);
+    if (before == features.vertices().end() || before->body != of.body || before->vertex != of.vertex) continue;
+    of.share *= before->share;
+    of.missed_m += before->missed_m;
+    ++before;
+  }
+  return all;
 }
 
 // A body that was moved so may run through a third one now, so its pairs are looked at once more.

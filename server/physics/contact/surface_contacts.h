@@ -15,6 +15,7 @@
 #include "physics/contact/feature_measures.h"
 #include "physics/contact/mesh_colliders.h"
 #include "physics/contact/row.h"
+#include "physics/contact/stopped_features.h"
 #include "physics/contact/surface_body.h"
 #include "physics/contact/surface_rows.h"
 #include "physics/machine/room_pool.h"
@@ -76,6 +77,9 @@ class SurfaceContacts {
   void add_ways_out(std::vector<ContactRow>& rows) const;
   /// Once, before moves are cut: see carry_with_meshes.
   void carry(std::size_t soft_count);
+  /// Cuts the moves (filter.h), also of bodies that are taken along beside their ways, and returns what was stopped.
+  /// Their `to` are then where they go, with the cuts that they have left. `bodies()` says who is free.
+  [[nodiscard]] StoppedFeatures filter(std::span<SoftState<Real>> soft);
   /// Moves bodies that were put into each other apart, whole and without a velocity: by the smaller one's length in
   /// `parting_time_s`. What they approach each other by ends.
   void part(std::span<SoftState<Real>> soft, double dt_s);

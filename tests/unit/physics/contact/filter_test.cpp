@@ -189,6 +189,53 @@ TEST(Filter, SeesWhatHasCutAMoveBefore) {
   EXPECT_EQ(crossings(bodies, false), 0U);
 }
 
+/// Where all vertices end.
+std::vector<Vec3d> ends_of(std::span<const SurfaceBody> bodies) {
+  std::vector<Vec3d> ends;
+  for (const SurfaceBody& body : bodies) {
+    for (std::uint32_t i = 0; i < body.from.size(); ++i) ends.push_back(body.from[i] + body.cut_move_m(i));
+  }
+  return ends;
+}
+
+/// Two balls that run into each other, and both as fast sideways.
+std::vector<SurfaceBody> free_balls(const Vec3d& both_m) {
+  std::vector<SurfaceBody> bodies = two_balls();
+  const Vec3d towards = bodies[1].from.front() - bodies[0].from.front();
+  for (std::size_t i = 0; i < 2; ++i) {
+    bodies[i].free.assign(bodies[i].from.size(), 1);
+    for (Vec3d& x : bodies[i].to) x += both_m + (i == 0 ? 0.5 : -0.5) * towards;
+  }
+  return bodies;
+}
+
+// Cut along its own way, what is stopped in a fast pile would be left behind by it.
+TEST(Filter, CutsFreeBodiesAsSeenByOneThatFliesWithThem) {
+  const Vec3d flight_m(0.0, -7.0, 2.0);
+  std::vector<SurfaceBody> still = free_balls(Vec3d::Zero());
+  std::vector<SurfaceBody> flying = free_balls(flight_m);
+  EXPECT_FALSE(cut_moves(all_pairs(still, false), still).empty());
+  EXPECT_FALSE(cut_moves(all_pairs(flying, false), flying).empty());
+  const std::vector<Vec3d> ends = ends_of(still);
+  const std::vector<Vec3d> flown = ends_of(flying);
+  for (std::size_t i = 0; i < ends.size(); ++i) EXPECT_LT((flown[i] - flight_m - ends[i]).norm(), 1e-9) << i;
+  for (std::vector<SurfaceBody>* bodies : {&still, &flying}) {
+    for (SurfaceBody& body : *bodies) {
+      for (std::uint32_t i = 0; i < body.from.size(); ++i) body.to[i] = body.from[i] + body.cut_move_m(i);
+      body.from = body.to;
+    }
+    EXPECT_EQ(crossings(*bodies, false), 0U);
+  }
+}
+
+// As one that stands on a solid, or is pinned.
+TEST(Filter, TakesNobodyAlongWithOneThatIsNotFree) {
+  std::vector<SurfaceBody> bodies = free_balls(Vec3d::Zero());
+  bodies[0].free.clear();
+  EXPECT_FALSE(cut_moves(all_pairs(bodies, false), bodies).empty());
+  for (const Vec3d& drift : bodies[1].drifts) EXPECT_TRUE(drift.isZero(0.0));
+}
+
 /// A vertex close above a wide face, and how it goes on: along it for so long that one advance after another would not
 /// get there, and down.
 struct GlideOverFace {
