@@ -10,8 +10,8 @@
 
 namespace pneuma::app {
 
-/// However often they are asked for, making each takes a twentieth of the time at most: one is given again for nineteen
-/// times what it took to make. None is older than five seconds.
+/// However often they are asked for, making each takes a twentieth of the time: one is given again for nineteen times
+/// what it took to make. But none is older than five seconds, whatever that takes.
 class RecentPages {
  public:
   using Clock = std::function<std::chrono::steady_clock::time_point()>;

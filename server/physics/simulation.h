@@ -47,6 +47,7 @@ class Simulation {
  public:
   explicit Simulation(Scene scene, SubstepChoice choice);
 
+  /// As World::substep. Where contact takes a span back, the tick goes on from an earlier substep.
   bool substep(Workers& workers);
   /// Finds how many substeps the tick takes. Once a tick, before its first substep.
   void begin_tick();

@@ -252,6 +252,7 @@ base::Status World::restore(std::string_view snapshot) {
     return {base::StatusCode::malformed, "the snapshot does not belong to this scene, or is damaged"};
   }
   restored->substep_index = 0;
+  restored->tick_substeps = 0;
   restored->touches.clear();
   restored->remove_joints([](const JointState& joint) { return joint.broken; });
   restored->visit([](auto& bodies) {

@@ -117,7 +117,7 @@ base::Result<World> World::create(Scene scene) {
 }
 
 base::Status World::apply(Scene scene, const std::vector<std::string>& renewed) {
-  assert(simulation_->substep_index == 0);
+  assert(simulation_->tick_substeps == 0);
   if (base::Status status = check_scene(scene); !status.ok()) return status;
   if (scene.stepping.precision != simulation_->scene.stepping.precision) {
     return {base::StatusCode::failed_precondition, "the precision of a running world cannot change",

@@ -34,8 +34,9 @@ class Contacts {
   /// with nobody awake, nothing is computed.
   void resolve(const ContactWorld<Real>& world);
 
-  /// By explicit methods, before a substep's free motion: see LumpedContacts::keep_start, and after it: take_back.
+  /// By explicit methods, before a substep's free motion: see LumpedContacts::keep_start.
   void keep_start(const SubstepContext& context, const Moving<Real>& moving);
+  /// After resolve(), before anything moves: see LumpedContacts::take_back. Its moves are void where it is not 0.
   [[nodiscard]] std::uint32_t take_back(const Moving<Real>& moving);
 
   /// Gives back what worlds use in turns.

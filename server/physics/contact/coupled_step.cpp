@@ -62,17 +62,19 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     const bool is_exact = solve(world, is_last ? coupled_enough_share : coupled_enough_early_share);
     take_answers(world, surfaces);
     is_settled = move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m();
-    if (is_settled && (is_exact || is_last)) break;
+    const bool is_done = is_settled && (is_exact || is_last);
+    if (is_done && !least_) break;
     if (!is_last) continue;
-    const double gained_j = -taken_energy_j(world, passes_);
+    const double gained_j = is_any_driven() ? 0.0 : -taken_energy_j(world, passes_);
     if (gained_j <= gained_share_max * kinetic_energy_j(world)) {
       least_.reset();
       break;
     }
     if (!least_ || gained_j < least_->gained_j) keep_outcome(world, surfaces, gained_j);
+    if (is_done) break;
   }
   take_least(world, surfaces);
-  stop_cut(world);
+  stop_cut(world, surfaces);
   keep_spins(world, passes_);
   rebound(world, passes_);
   mark_broken(world);
@@ -167,7 +169,13 @@ bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceCo
   return any;
 }
 
-// Before the substep or after it, whichever is more.
+// What holds or moves a body may do work on those that it touches.
+template <class Real>
+bool CoupledStep<Real>::is_any_driven() const {
+  return std::ranges::any_of(passes_.bodies, [](const CoupledBody& body) { return body.in_contact && !body.is_free; });
+}
+
+// Of what is in contact, before the substep or after it, whichever is more.
 template <class Real>
 double CoupledStep<Real>::kinetic_energy_j(const CoupledWorld<Real>& world) const {
   double sum_j = 0.0;
@@ -179,8 +187,10 @@ double CoupledStep<Real>::kinetic_energy_j(const CoupledWorld<Real>& world) cons
     }
   }
   for (std::size_t k = 0; k < world.rigid.size(); ++k) {
-    const double speed_m_s = std::max(world.rigid[k].velocity.norm(), passes_.rigid_velocities_m_s[k].norm());
-    sum_j += 0.5 * world.rigid[k].body.mass_kg * speed_m_s * speed_m_s;
+    const Vec3d& before_m_s = world.rigid[k].velocity;
+    const Vec3d& after_m_s = passes_.rigid_velocities_m_s[k];
+    if (before_m_s == after_m_s) continue;
+    sum_j += 0.5 * world.rigid[k].body.mass_kg * std::max(before_m_s.squaredNorm(), after_m_s.squaredNorm());
   }
   return sum_j;
 }
@@ -193,7 +203,8 @@ void CoupledStep<Real>::keep_outcome(const CoupledWorld<Real>& world, const Surf
   least_->bodies.resize(passes_.bodies.size());
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
     if (!world.bounds[i].active) continue;
-    least_->bodies[i] = {surfaces.bodies()[i].from, passes_.bodies[i].u};
+    const SurfaceBody& surface = surfaces.bodies()[i];
+    least_->bodies[i] = {surface.from, surface.to, passes_.bodies[i].u, passes_.bodies[i].stress_n_m};
   }
   least_->solids = passes_.solids;
   least_->rigid_velocities_m_s = passes_.rigid_velocities_m_s;
@@ -208,7 +219,9 @@ void CoupledStep<Real>::take_least(const CoupledWorld<Real>& world, SurfaceConta
   for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
     if (!world.bounds[i].active) continue;
     surfaces.bodies()[i].from.swap(least_->bodies[i].places_m);
+    surfaces.bodies()[i].to.swap(least_->bodies[i].ends_m);
     passes_.bodies[i].u.swap(least_->bodies[i].u);
+    passes_.bodies[i].stress_n_m = least_->bodies[i].stress_n_m;
   }
   passes_.solids.swap(least_->solids);
   passes_.rigid_velocities_m_s.swap(least_->rigid_velocities_m_s);
@@ -219,15 +232,20 @@ void CoupledStep<Real>::take_least(const CoupledWorld<Real>& world, SurfaceConta
   keep_impulses(*world.warm);
 }
 
-// The velocities are those that nothing was cut for.
+// The velocities are those that nothing was cut for. Bodies out of contact keep theirs.
 template <class Real>
-void CoupledStep<Real>::stop_cut(const CoupledWorld<Real>& world) {
+void CoupledStep<Real>::stop_cut(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces) {
   for (StoppedFeatures::Vertex& of : stopped_.vertices()) {
-    const bool is_soft = of.body < passes_.bodies.size() && passes_.bodies[of.body].in_contact;
-    of.is_held = !is_soft || !world.soft[of.body].is_awake() || world.soft[of.body].is_pinned(of.vertex);
-    if (of.is_held) continue;
-    of.mass_kg = world.soft[of.body].mass_kg(of.vertex);
-    of.velocity_m_s = passes_.bodies[of.body].u[of.vertex];
+    if (of.body >= passes_.bodies.size()) {
+      of.is_held = true;
+      of.velocity_m_s = surfaces.mesh_move_m(of.body, of.vertex) / world.substep.dt_s;
+      continue;
+    }
+    const CoupledBody& body = passes_.bodies[of.body];
+    const SoftState<Real>& state = world.soft[of.body];
+    of.is_held = !body.in_contact || !state.is_awake() || state.is_pinned(of.vertex);
+    if (state.is_awake()) of.velocity_m_s = body.u[of.vertex];
+    if (!of.is_held) of.mass_kg = state.mass_kg(of.vertex);
   }
   stopped_.stop();
   for (const StoppedFeatures::Vertex& of : stopped_.vertices()) {
@@ -242,18 +260,16 @@ void CoupledStep<Real>::mark_free(const CoupledWorld<Real>& world, SurfaceContac
   for (std::size_t i = 0; i < count; ++i) {
     if (!world.bounds[i].active) continue;
     SurfaceBody& surface = surfaces.bodies()[i];
-    surface.free.assign(surface.from.size(), world.soft[i].is_awake() ? 1 : 0);
+    physics::mark_free(world.soft[i], surface);
     for (std::size_t k = 0; k < surface.free.size(); ++k) {
       if (surface.cuts[k] < 1.0) surface.free[k] = 0;
     }
   }
   for (const ContactRow& row : passes_.rows) {
-    const bool is_of_surfaces =
-        row.first.body < count && (row.second.body < count || surfaces.is_mesh(row.second.body));
-    if (is_of_surfaces && !joint_of(row)) continue;
-    for (const Support* side : {&row.first, &row.second}) {
-      if (side->body >= count || surfaces.bodies()[side->body].free.empty()) continue;
-      for (std::uint32_t k = 0; k < side->count; ++k) surfaces.bodies()[side->body].free[side->vertices[k]] = 0;
+    const bool is_of_solid = row.second.body >= count && !surfaces.is_mesh(row.second.body);
+    if (!is_of_solid || row.first.body >= count || surfaces.bodies()[row.first.body].free.empty()) continue;
+    for (std::uint32_t k = 0; k < row.first.count; ++k) {
+      surfaces.bodies()[row.first.body].free[row.first.vertices[k]] = 0;
     }
   }
 }
@@ -534,6 +550,11 @@ double CoupledStep<Real>::move_as_far_as_free(const CoupledWorld<Real>& world, S
     }
     surface.drifts.clear();
   }
+  for (const StoppedFeatures::Vertex& of : stopped_.vertices()) {
+    if (of.body >= passes_.bodies.size()) continue;
+    SurfaceBody& surface = surfaces.bodies()[of.body];
+    surface.to[of.vertex] = surface.from[of.vertex] + of.missed_m;  // also where it was taken along
+  }
   for (std::size_t k = 0; k < passes_.solids.size(); ++k) {
     SolidPlace& solid = passes_.solids[k];
     const Quatd orientation = turned(Quatd(solid.at.rotation), solid.ahead_turning, s);
@@ -615,6 +636,7 @@ std::size_t CoupledStep<Real>::bytes() const {
   std::size_t sum = solver_.bytes() + passes_.rows.capacity() * sizeof(ContactRow) +
                     responses_.capacity() * sizeof(Response) + passes_.solid_rows.bytes() +
                     passes_.solid_cutter.bytes() + (x_.capacity() + residual_.capacity()) * sizeof(Vec3d);
+  sum += stopped_.bytes();
   for (const CoupledBody& body : passes_.bodies) {
     sum +=
         (body.start.capacity() + body.x0.capacity() + body.u0.capacity() + body.u.capacity() + body.step.capacity()) *

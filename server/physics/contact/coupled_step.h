@@ -29,10 +29,11 @@ class CoupledStep {
   void load_bodies(const CoupledWorld<Real>& world);
   void load_solids(const CoupledWorld<Real>& world);
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  [[nodiscard]] bool is_any_driven() const;
   [[nodiscard]] double kinetic_energy_j(const CoupledWorld<Real>& world) const;
   void keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces, double gained_j);
   void take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
-  void stop_cut(const CoupledWorld<Real>& world);
+  void stop_cut(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces);
   void mark_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) const;
   [[nodiscard]] double least_spacing_m() const;
   [[nodiscard]] bool step_by_first_order(const CoupledWorld<Real>& world, std::size_t index,
@@ -56,7 +57,9 @@ class CoupledStep {
   struct Outcome {
     struct Body {
       std::vector<Vec3d> places_m;
+      std::vector<Vec3d> ends_m;  // without cuts
       std::vector<Vec3d> u;
+      double stress_n_m = 0.0;
     };
     double gained_j = 0.0;
     std::vector<Body> bodies;

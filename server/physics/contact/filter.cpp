@@ -17,8 +17,8 @@ constexpr double start_share = 0.9;
 // But no nearer than this share of what they keep, which single precision still tells from nothing: what is pressed for
 // long would lose a tenth of its distance in each substep.
 constexpr double floor_share = 0.02;
-// A cut changes what other pairs of its vertices do, which may need another. From here on, a pair that would still
-// cross stays where it is, and one more such round than there are vertices ends it.
+// A cut changes what other pairs of its vertices do, which may need another. From here on, the vertices of a pair that
+// would still cross do not move among themselves. Each such round stops a vertex or joins two groups, so they end.
 constexpr std::uint32_t patient_rounds = 12;
 // Of a safe share: so that the next round need not cut the same pair by its last digit.
 constexpr double caution = 0.98;
@@ -218,8 +218,9 @@ class MoveFilter {
 
   std::span<const SurfacePair> pairs_;
   std::span<SurfaceBody> bodies_;
-  std::vector<std::optional<SurfaceDrift>> moves_;      // one a body of a pair
-  std::vector<std::vector<std::uint32_t>> changed_in_;  // one a vertex, of each body: the round that last cut it
+  std::vector<std::optional<SurfaceDrift>> moves_;  // one a body of a pair
+  std::vector<std::vector<std::uint32_t>>
+      changed_in_;  // one a vertex, of each body: the round that last cut it, or took it along
   std::vector<Cut> cuts_;
   std::vector<VertexCut> next_;
   std::vector<FeatureCorners> stopped_;

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 
 #include "base/limits.h"
+#include "physics/contact/cut_energy.h"
 #include "physics/machine/profile.h"
 #include "physics/machine/workers.h"
-#include "physics/mesh/hinge.h"
 
 namespace pneuma::physics {
 namespace {
@@ -20,62 +21,16 @@ constexpr std::size_t parallel_rows_min = 150;
 // Groups that are kept though a span has no use for them.
 constexpr std::size_t idle_groups_max = 8;
 
-// A span of which cuts make more energy than this share of what its bodies move by among themselves, or than lifts them
-// by this share of the distance that they keep, is stepped again.
+// A span is stepped again where its cuts make more energy than lifts its bodies by a share of the distance that they
+// keep, and a share of what they move by among themselves.
 constexpr double cut_energy_share = 1e-3;
 constexpr double cut_lift_share = 0.1;
-// In so many spans, of a fraction of its substeps.
+// Its next try has this fraction of its substeps. Each span that goes well has twice as many as the one before.
 constexpr std::uint32_t spans_again = 4;
 
 template <class Real>
 bool has_solids(const ContactWorld<Real>& world) {
   return !world.rigid.empty() || !world.colliders.empty();
-}
-
-// What springs and hinges hold with the cuts, over what they hold without. Those cut are of this body.
-template <class Real>
-double stretched_by_cuts_j(const SoftState<Real>& state, const SurfaceBody& body,
-                           std::span<const StoppedFeatures::Vertex> cut) {
-  std::vector<Vec3d> ends_m(body.to.size());
-  std::vector<Vec3d> missed_m(body.to.size(), Vec3d::Zero());
-  for (std::uint32_t k = 0; k < ends_m.size(); ++k) ends_m[k] = body.from[k] + body.cut_move_m(k);
-  for (const StoppedFeatures::Vertex& of : cut) {
-    if (!state.is_pinned(of.vertex)) missed_m[of.vertex] = of.missed_m;
-  }
-  const Springs& springs = state.body.springs;
-  const std::vector<Edge>& edges = state.body.mesh->edges;
-  double sum_j = 0.0;
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const auto [a, b] = edges[e];
-    const Vec3d change_m = missed_m[a] - missed_m[b];
-    if (change_m.isZero(0.0)) continue;
-    const double rest_m = static_cast<double>(state.rest_length_m(e));
-    const Vec3d edge_m = ends_m[a] - ends_m[b];
-    const double cut_m = edge_m.norm() - rest_m;
-    const double free_m = (edge_m + change_m).norm() - rest_m;
-    sum_j += 0.5 * springs.stiffness_n_m * springs.stiffness_scale(edges[e]) * (cut_m * cut_m - free_m * free_m);
-  }
-  if (state.hinges.empty()) return sum_j;
-  sum_j += bending_energy_j(state.hinges, springs.bend_stiffness_n_m, ends_m);
-  for (std::size_t k = 0; k < ends_m.size(); ++k) ends_m[k] += missed_m[k];
-  return sum_j - bending_energy_j(state.hinges, springs.bend_stiffness_n_m, ends_m);
-}
-
-// Of the bodies' vertices among themselves.
-template <class Real>
-double kinetic_among_j(std::span<const SoftState<Real>> soft, std::span<const std::uint32_t> bodies) {
-  double mass_kg = 0.0;
-  Vec3d momentum_n_s = Vec3d::Zero();
-  double all_j = 0.0;
-  for (const std::uint32_t i : bodies) {
-    for (std::size_t k = 0; k < soft[i].v.size(); ++k) {
-      const Vec3d v = soft[i].v[k].template cast<double>();
-      mass_kg += soft[i].mass_kg(k);
-      momentum_n_s += soft[i].mass_kg(k) * v;
-      all_j += 0.5 * soft[i].mass_kg(k) * v.squaredNorm();
-    }
-  }
-  return all_j - 0.5 * momentum_n_s.squaredNorm() / mass_kg;
 }
 
 }  // namespace
@@ -87,6 +42,7 @@ bool LumpedContacts<Real>::begins_span(const SubstepContext& context) const {
 
 template <class Real>
 void LumpedContacts<Real>::keep_start(const SubstepContext& context, const Moving<Real>& moving) {
+  is_asked_ = true;
   if (!begins_span(context)) return;
   if (context.is_first_of_tick && !is_taken_back_) substeps_max_ = context.substeps_left;
   start_.forget();
@@ -108,20 +64,22 @@ template <class Real>
 void LumpedContacts<Real>::answer(const Substep& substep, SurfaceContacts<Real>& surfaces) {
   const SubstepContext& context = substep.world.substep;
   moments_.begin(substep.world.soft.size() + substep.world.rigid.size(), context.is_first_of_tick);
-  if (begins_span(context)) begin_span(substep, surfaces);
+  const bool may_be_taken_back = std::exchange(is_asked_, false);
+  if (!may_be_taken_back) start_.forget();
+  if (begins_span(context)) begin_span(substep, surfaces, may_be_taken_back ? substeps_max_ : context.substeps_left);
   answer_groups(substep, surfaces);
   if (context.is_last_of_tick()) moments_.turn_back(substep.world.soft, substep.world.rigid);
 }
 
 template <class Real>
-void LumpedContacts<Real>::begin_span(const Substep& substep, SurfaceContacts<Real>& surfaces) {
+void LumpedContacts<Real>::begin_span(const Substep& substep, SurfaceContacts<Real>& surfaces,
+                                      std::uint32_t substeps_max) {
   using Whose = typename SurfaceContacts<Real>::Whose;
   const ContactWorld<Real>& world = substep.world;
   const Whose whose = has_solids(world) ? Whose::all : Whose::of_those_that_meet;
   const bool is_again = std::exchange(is_taken_back_, false);
   moments_before_ = moments_;
-  substeps_left_ = world.substep.substeps_left;
-  if (start_.substeps_left() > 0) substeps_left_ = std::min(substeps_left_, substeps_max_);
+  substeps_left_ = std::min(world.substep.substeps_left, substeps_max);
   awake_.clear();
   for (const SoftState<Real>& state : world.soft) awake_.push_back(state.is_awake() ? 1 : 0);
   for (const RigidState& state : world.rigid) awake_.push_back(state.is_awake() ? 1 : 0);
@@ -286,7 +244,8 @@ void LumpedContacts<Real>::cut(const Substep& substep, SurfaceContacts<Real>& su
     soft[of.body].dr[of.vertex] = (end - soft[of.body].position_m(of.vertex)).template cast<Real>();
     ++counts_.cut_vertices;
   }
-  is_to_be_taken_back_ = span_substeps_ > 1 && is_as_begun && is_cut_short(substep, surfaces, stopped);
+  is_to_be_taken_back_ =
+      start_.substeps_left() > 0 && span_substeps_ > 1 && is_as_begun && is_cut_short(substep, surfaces, stopped);
   if (span_substeps_ == 1) stop_cut(substep, surfaces, stopped);
   substeps_max_ = std::min(2 * substeps_max_, base::substeps_max);
   for (std::size_t i = soft.size(); i < surfaces.bodies().size(); ++i) {
@@ -312,10 +271,7 @@ void LumpedContacts<Real>::load_ends(std::span<const SoftState<Real>> soft, Surf
 
 template <class Real>
 void LumpedContacts<Real>::mark_free(std::span<const SoftState<Real>> soft, SurfaceContacts<Real>& surfaces) const {
-  for (const std::uint32_t i : surfaces.loaded()) {
-    std::vector<std::uint8_t>& free = surfaces.bodies()[i].free;
-    free.assign(soft[i].x.size(), soft[i].is_awake() ? 1 : 0);
-  }
+  for (const std::uint32_t i : surfaces.loaded()) physics::mark_free(soft[i], surfaces.bodies()[i]);
   for (const ContactRow& row : std::span(rows_).subspan(skin_rows_)) {
     for (std::uint32_t k = 0; k < row.first.count; ++k) {
       surfaces.bodies()[row.first.body].free[row.first.vertices[k]] = 0;
@@ -323,27 +279,36 @@ void LumpedContacts<Real>::mark_free(std::span<const SoftState<Real>> soft, Surf
   }
 }
 
-// Whether the cuts give more energy than may be overlooked.
+// Whether the cuts of any group give more energy than may be overlooked.
 template <class Real>
 bool LumpedContacts<Real>::is_cut_short(const Substep& substep, const SurfaceContacts<Real>& surfaces,
                                         const StoppedFeatures& stopped) const {
+  struct Group {
+    std::vector<std::uint32_t> bodies;
+    double made_j = 0.0;
+    double lifted_j = 0.0;
+  };
+  std::map<std::uint32_t, Group> groups;
   const std::span<const SoftState<Real>> soft = substep.world.soft;
-  std::vector<std::uint32_t> cut;
-  double made_j = 0.0;
-  double lifted_j = 0.0;
   const std::span<const StoppedFeatures::Vertex> vertices = stopped.vertices();
   for (auto begin = vertices.begin(); begin != vertices.end();) {
     const std::uint32_t i = begin->body;
-    const auto end = std::ranges::find_if(begin, vertices.end(), [i](const auto& of) { return of.body != i; });
+    const auto end = std::find_if(begin, vertices.end(), [i](const auto& of) { return of.body != i; });
     if (i < soft.size() && soft[i].is_awake()) {
       const SurfaceBody& body = surfaces.bodies()[i];
-      cut.push_back(i);
-      made_j += stretched_by_cuts_j(soft[i], body, std::span(begin, end));
-      lifted_j += cut_lift_share * body.shell_m * soft[i].body.mass_kg * substep.world.physics().gravity_m_s2.norm();
+      Group& group = groups[group_of_[i]];
+      group.bodies.push_back(i);
+      group.made_j += stretched_by_cuts_j(soft[i], body, std::span(begin, end));
+      group.lifted_j +=
+          cut_lift_share * body.shell_m * soft[i].body.mass_kg * substep.world.physics().gravity_m_s2.norm();
     }
     begin = end;
   }
-  return made_j > lifted_j && made_j > lifted_j + cut_energy_share * kinetic_among_j(soft, std::span(cut));
+  return std::ranges::any_of(groups, [&](const auto& each) {
+    const Group& group = each.second;
+    return group.made_j > group.lifted_j &&
+           group.made_j > group.lifted_j + cut_energy_share * kinetic_among_j(soft, std::span(group.bodies));
+  });
 }
 
 // In a longer span rows have answered since then. What turned back already is not stopped once more.
@@ -352,11 +317,15 @@ void LumpedContacts<Real>::stop_cut(const Substep& substep, const SurfaceContact
                                     StoppedFeatures& stopped) const {
   const std::span<SoftState<Real>> soft = substep.world.soft;
   for (StoppedFeatures::Vertex& of : stopped.vertices()) {
-    const Vec3d move_m = surfaces.bodies()[of.body].move_m(of.vertex);
-    of.is_held = of.body >= soft.size() || !soft[of.body].is_awake() || soft[of.body].is_pinned(of.vertex);
-    of.velocity_m_s = of.is_held ? Vec3d(move_m / (span_substeps_ * substep.world.substep.dt_s))
-                                 : Vec3d(soft[of.body].v[of.vertex].template cast<double>());
-    if (of.is_held || of.velocity_m_s.dot(of.missed_m) < 0.0) continue;
+    if (of.body >= soft.size()) {
+      of.is_held = true;
+      of.velocity_m_s = surfaces.mesh_move_m(of.body, of.vertex) / substep.world.substep.dt_s;
+      continue;
+    }
+    of.is_held = !soft[of.body].is_awake() || soft[of.body].is_pinned(of.vertex);
+    if (of.is_held) continue;
+    of.velocity_m_s = soft[of.body].v[of.vertex].template cast<double>();
+    if (of.velocity_m_s.dot(of.missed_m) < 0.0) continue;
     of.mass_kg = soft[of.body].mass_kg(of.vertex);
   }
   stopped.stop();
@@ -380,6 +349,7 @@ void LumpedContacts<Real>::clear() {
   group_count_ = 0;
   solids_.clear();
   start_.forget();
+  is_asked_ = is_taken_back_ = is_to_be_taken_back_ = false;
 }
 
 template <class Real>

@@ -53,7 +53,7 @@ class LumpedContacts {
   static constexpr std::uint32_t unnumbered = no_group - 1;
 
   [[nodiscard]] bool is_as_begun(const ContactWorld<Real>& world) const;
-  void begin_span(const Substep& substep, SurfaceContacts<Real>& surfaces);
+  void begin_span(const Substep& substep, SurfaceContacts<Real>& surfaces, std::uint32_t substeps_max);
   [[nodiscard]] double substeps_that_rows_hold(const Substep& substep, SurfaceContacts<Real>& surfaces) const;
   void keep_impulses(bool of_this_tick);
   void find_rows(const Substep& substep, SurfaceContacts<Real>& surfaces);
@@ -73,6 +73,7 @@ class LumpedContacts {
   std::uint32_t span_substeps_ = 0;  // of the span, as it began
   std::uint32_t substeps_max_ = 0;   // of the tick's next span
   SpanStart<Real> start_;
+  bool is_asked_ = false;       // keep_start() was, for the substep under way
   bool is_taken_back_ = false;  // the next span is the last one again
   bool is_to_be_taken_back_ = false;
   std::vector<std::uint8_t> awake_;  // one a soft body, then one a rigid one: as the span began

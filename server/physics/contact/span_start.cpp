@@ -23,7 +23,8 @@ void SpanStart<Real>::keep(const Moving<Real>& moving, std::uint32_t substeps_le
   }
   rigid_.clear();
   for (const RigidState& state : moving.rigid) {
-    rigid_.push_back({state.is_awake(), state.position, state.orientation, state.velocity, state.angular_velocity});
+    rigid_.push_back(
+        {state.is_awake(), state.position, state.orientation, state.velocity, state.angular_velocity, state.has_moved});
   }
   colliders_.clear();
   for (const ColliderState& state : moving.colliders) colliders_.push_back({state.position, state.orientation});
@@ -34,10 +35,10 @@ template <class Real>
 bool SpanStart<Real>::can_restore(const Moving<Real>& moving) const {
   if (substeps_left_ == 0 || events_ != moving.events) return false;
   for (std::size_t i = 0; i < moving.soft.size(); ++i) {
-    if (moving.soft[i].is_awake() != soft_[i].is_awake) return false;
+    if (moving.soft[i].is_awake() != soft_[i].is_awake || moving.soft[i].is_crowded) return false;
   }
   for (std::size_t i = 0; i < moving.rigid.size(); ++i) {
-    if (moving.rigid[i].is_awake() != rigid_[i].is_awake) return false;
+    if (moving.rigid[i].is_awake() != rigid_[i].is_awake || moving.rigid[i].is_crowded) return false;
   }
   return true;
 }
@@ -62,6 +63,7 @@ void SpanStart<Real>::restore(const Moving<Real>& moving) const {
     state.orientation = kept.orientation;
     state.velocity = kept.velocity;
     state.angular_velocity = kept.angular_velocity;
+    state.has_moved = kept.has_moved;
   }
   for (std::size_t i = 0; i < moving.colliders.size(); ++i) {
     moving.colliders[i].position = colliders_[i].position;

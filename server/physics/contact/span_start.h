@@ -22,15 +22,15 @@ struct Moving {
   std::size_t events = 0;         // so many so far: bodies that froze, gases that burst, joints that broke
 };
 
-/// A copy of it between two substeps of a tick.
+/// The state of all that moves, between two substeps of a tick.
 template <class Real>
 class SpanStart {
  public:
   void keep(const Moving<Real>& moving, std::uint32_t substeps_left);
   /// How many substeps of the tick were left. 0: nothing is kept.
   [[nodiscard]] std::uint32_t substeps_left() const { return substeps_left_; }
-  /// Whether all that changed since is put back by restore(): nobody woke or fell asleep, and nothing happened that is
-  /// told.
+  /// Whether all that changed since is put back by restore(): nobody woke, froze or is crowded, no gas burst or turned
+  /// inside out, and no joint broke.
   [[nodiscard]] bool can_restore(const Moving<Real>& moving) const;
   void restore(const Moving<Real>& moving) const;
   void forget() { substeps_left_ = 0; }
@@ -52,6 +52,7 @@ class SpanStart {
     Quatd orientation = Quatd::Identity();
     Vec3d velocity = Vec3d::Zero();
     Vec3d angular_velocity = Vec3d::Zero();
+    bool has_moved = false;
   };
   struct Pose {
     Vec3d position = Vec3d::Zero();

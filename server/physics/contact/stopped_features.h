@@ -1,6 +1,7 @@
 // Features that the filter stopped (filter.h): they hit each other.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -32,6 +33,7 @@ class StoppedFeatures {
   [[nodiscard]] std::span<const Vertex> vertices() const { return vertices_; }
   /// Sets the velocities of those that have a mass.
   void stop();
+  [[nodiscard]] std::size_t bytes() const { return vertices_.capacity() * sizeof(Vertex) + joined_.bytes(); }
 
  private:
   std::vector<Vertex> vertices_;

@@ -61,6 +61,15 @@ void mark_astray(SurfaceBody& body) {
 }  // namespace
 
 template <class Real>
+void mark_free(const SoftState<Real>& state, SurfaceBody& surface) {
+  const bool is_tied = state.tie != 0;
+  surface.free.assign(state.x.size(), state.is_awake() && !is_tied ? 1 : 0);
+  for (const Grab& grab : state.grabs) surface.free[grab.vertex] = 0;
+}
+template void mark_free(const SoftState<float>&, SurfaceBody&);
+template void mark_free(const SoftState<double>&, SurfaceBody&);
+
+template <class Real>
 std::shared_ptr<const SurfaceTopology> SurfaceContacts<Real>::topology_of(const std::shared_ptr<const Mesh>& mesh) {
   const auto known = std::ranges::find(topologies_, mesh, [](const auto& topology) { return topology->mesh; });
   if (known != topologies_.end()) return *known;

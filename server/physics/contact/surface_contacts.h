@@ -37,6 +37,11 @@ struct SurfaceRoom {
   [[nodiscard]] std::size_t bytes() const;
 };
 
+/// Marks the vertices of a body that is awake which neither a hand nor a joint holds. What solids hold is left to be
+/// taken out.
+template <class Real>
+void mark_free(const SoftState<Real>& state, SurfaceBody& surface);
+
 /// Between ticks it holds lists that save work; what they give is what fresh ones would.
 template <class Real>
 class SurfaceContacts {
@@ -51,6 +56,11 @@ class SurfaceContacts {
   [[nodiscard]] std::span<const MeshCollider> meshes() const { return meshes_; }
   [[nodiscard]] bool is_mesh(std::uint32_t body) const { return body >= meshes_begin_; }
   [[nodiscard]] const MeshCollider& mesh(std::uint32_t body) const { return meshes_[body - meshes_begin_]; }
+  /// How far the mesh takes its vertex in the substep, once it has gone there.
+  [[nodiscard]] Vec3d mesh_move_m(std::uint32_t body, std::uint32_t vertex) const {
+    const Vec3d& end_m = bodies_[body].from[vertex];
+    return end_m - mesh(body).start.to_world(mesh(body).end.to_local(end_m));
+  }
 
   /// Whose surfaces are loaded.
   enum class Whose { all, of_those_that_meet };
@@ -77,8 +87,9 @@ class SurfaceContacts {
   void add_ways_out(std::vector<ContactRow>& rows) const;
   /// Once, before moves are cut: see carry_with_meshes.
   void carry(std::size_t soft_count);
-  /// Cuts the moves (filter.h), also of bodies that are taken along beside their ways, and returns what was stopped.
-  /// Their `to` are then where they go, with the cuts that they have left. `bodies()` says who is free.
+  /// Cuts the moves (filter.h), also of those who are taken along beside their ways, and returns what was stopped.
+  /// `bodies()` says who is free. Afterwards a vertex goes by its cut_move_m; `to` of one that was taken along has
+  /// changed.
   [[nodiscard]] StoppedFeatures filter(std::span<SoftState<Real>> soft);
   /// Moves bodies that were put into each other apart, whole and without a velocity: by the smaller one's length in
   /// `parting_time_s`. What they approach each other by ends.

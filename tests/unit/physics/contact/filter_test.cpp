@@ -233,6 +233,7 @@ TEST(Filter, TakesNobodyAlongWithOneThatIsNotFree) {
   std::vector<SurfaceBody> bodies = free_balls(Vec3d::Zero());
   bodies[0].free.clear();
   EXPECT_FALSE(cut_moves(all_pairs(bodies, false), bodies).empty());
+  EXPECT_FALSE(bodies[1].drifts.empty());
   for (const Vec3d& drift : bodies[1].drifts) EXPECT_TRUE(drift.isZero(0.0));
 }
 
