@@ -64,7 +64,7 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     is_settled = move_as_far_as_free(world, surfaces) <= pass_settled_share * least_spacing_m();
     const bool is_done = is_settled && (is_exact || is_last);
     if (is_done && !least_) break;
-    if (!is_last) continue;
+    if (pass + 1 < coupled_passes) continue;
     const double gained_j = is_any_driven() ? 0.0 : -taken_energy_j(world, passes_);
     if (gained_j <= gained_share_max * kinetic_energy_j(world)) {
       least_.reset();

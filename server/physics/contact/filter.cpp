@@ -218,9 +218,8 @@ class MoveFilter {
 
   std::span<const SurfacePair> pairs_;
   std::span<SurfaceBody> bodies_;
-  std::vector<std::optional<SurfaceDrift>> moves_;  // one a body of a pair
-  std::vector<std::vector<std::uint32_t>>
-      changed_in_;  // one a vertex, of each body: the round that last cut it, or took it along
+  std::vector<std::optional<SurfaceDrift>> moves_;      // one a body of a pair
+  std::vector<std::vector<std::uint32_t>> changed_in_;  // one a vertex, of each body: when its move did
   std::vector<Cut> cuts_;
   std::vector<VertexCut> next_;
   std::vector<FeatureCorners> stopped_;

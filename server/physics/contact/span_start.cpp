@@ -3,6 +3,29 @@
 #include <algorithm>
 
 namespace pneuma::physics {
+namespace {
+
+// To a copy and back: both name these alike.
+template <class From, class To>
+void copy_soft(const From& from, To& to) {
+  to.x = from.x;
+  to.v = from.v;
+  to.gas = from.gas;
+  to.volume_m3 = from.volume_m3;
+  to.pressure_pa = from.pressure_pa;
+  to.inverted = from.inverted;
+}
+
+template <class From, class To>
+void copy_rigid(const From& from, To& to) {
+  to.position = from.position;
+  to.orientation = from.orientation;
+  to.velocity = from.velocity;
+  to.angular_velocity = from.angular_velocity;
+  to.has_moved = from.has_moved;
+}
+
+}  // namespace
 
 template <class Real>
 void SpanStart<Real>::keep(const Moving<Real>& moving, std::uint32_t substeps_left) {
@@ -10,21 +33,13 @@ void SpanStart<Real>::keep(const Moving<Real>& moving, std::uint32_t substeps_le
   events_ = moving.events;
   soft_.resize(std::max(soft_.size(), moving.soft.size()));
   for (std::size_t i = 0; i < moving.soft.size(); ++i) {
-    const SoftState<Real>& state = moving.soft[i];
-    Soft& kept = soft_[i];
-    kept.is_awake = state.is_awake();
-    if (!kept.is_awake) continue;
-    kept.x = state.x;
-    kept.v = state.v;
-    kept.gas = state.gas;
-    kept.volume_m3 = state.volume_m3;
-    kept.pressure_pa = state.pressure_pa;
-    kept.inverted = state.inverted;
+    soft_[i].is_awake = moving.soft[i].is_awake();
+    if (soft_[i].is_awake) copy_soft(moving.soft[i], soft_[i]);
   }
-  rigid_.clear();
-  for (const RigidState& state : moving.rigid) {
-    rigid_.push_back(
-        {state.is_awake(), state.position, state.orientation, state.velocity, state.angular_velocity, state.has_moved});
+  rigid_.resize(moving.rigid.size());
+  for (std::size_t i = 0; i < moving.rigid.size(); ++i) {
+    rigid_[i].is_awake = moving.rigid[i].is_awake();
+    copy_rigid(moving.rigid[i], rigid_[i]);
   }
   colliders_.clear();
   for (const ColliderState& state : moving.colliders) colliders_.push_back({state.position, state.orientation});
@@ -46,25 +61,9 @@ bool SpanStart<Real>::can_restore(const Moving<Real>& moving) const {
 template <class Real>
 void SpanStart<Real>::restore(const Moving<Real>& moving) const {
   for (std::size_t i = 0; i < moving.soft.size(); ++i) {
-    SoftState<Real>& state = moving.soft[i];
-    const Soft& kept = soft_[i];
-    if (!kept.is_awake) continue;
-    state.x = kept.x;
-    state.v = kept.v;
-    state.gas = kept.gas;
-    state.volume_m3 = kept.volume_m3;
-    state.pressure_pa = kept.pressure_pa;
-    state.inverted = kept.inverted;
+    if (soft_[i].is_awake) copy_soft(soft_[i], moving.soft[i]);
   }
-  for (std::size_t i = 0; i < moving.rigid.size(); ++i) {
-    RigidState& state = moving.rigid[i];
-    const Rigid& kept = rigid_[i];
-    state.position = kept.position;
-    state.orientation = kept.orientation;
-    state.velocity = kept.velocity;
-    state.angular_velocity = kept.angular_velocity;
-    state.has_moved = kept.has_moved;
-  }
+  for (std::size_t i = 0; i < moving.rigid.size(); ++i) copy_rigid(rigid_[i], moving.rigid[i]);
   for (std::size_t i = 0; i < moving.colliders.size(); ++i) {
     moving.colliders[i].position = colliders_[i].position;
     moving.colliders[i].orientation = colliders_[i].orientation;
