@@ -31,6 +31,7 @@ class CoupledStep {
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   [[nodiscard]] bool is_any_driven() const;
   [[nodiscard]] double kinetic_energy_j(const CoupledWorld<Real>& world) const;
+  [[nodiscard]] double lift_energy_j(const CoupledWorld<Real>& world) const;
   void keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces, double gained_j);
   void take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void stop_cut(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces);
