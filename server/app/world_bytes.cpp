@@ -117,8 +117,9 @@ base::Result<WorldBytes> WorldEstimates::of(const v1::Scene& source, const physi
     const bool couples = (touches || body.collision.self) && size <= physics::coupled_vertices_max;
     const std::size_t kinds = 1 + (couples ? 1U : 0U) + (integrator == Integrator::implicit_euler ? 0U : 1U);
     implicit_bytes += kinds * (factor_bytes + size * matrix_bytes_per_vertex);
-    if (couples)
-      implicit_bytes += size * size * sizeof(double);  // the columns of its inverse, as contacts ask for them
+    // The columns of its inverse, as contacts ask for them; and those of its rows, where it may lie on something as a
+    // whole. Rows of a closed skin are on less than half of it.
+    if (couples) implicit_bytes += size * size * sizeof(double) * (body.mesh->closed ? 1 : 2);
   }
   std::erase_if(factor_entries_, [&](const auto& known) { return !meshes.contains(known.first); });
   for (const MeshPtr& mesh : meshes) bytes.as_explicit += size_of(*mesh) * mesh_bytes_per_vertex;

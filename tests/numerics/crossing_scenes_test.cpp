@@ -142,6 +142,41 @@ TEST(Crossings, AreNoneInASkinThatCrumplesOnItself) {
   expect_no_crossing(world, 300, 5, "crumple");
 }
 
+// So many rows are more than an implicit step solves with its own: it answers them by the vertices' masses.
+TEST(Crossings, AreNoneInSheetsThatFallOnEachOther) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::tr_bdf2}) {
+    Scene scene;
+    scene.gravity = {0.0, -9.81, 0.0};
+    scene.stepping = {.substeps = 2, .integrator = integrator};
+    const auto mesh = *make_grid(30, 30, 2.0, 2.0);
+    for (int i = 0; i < 2; ++i) {
+      SoftBody sheet;
+      sheet.name = "sheet-" + std::to_string(i);
+      sheet.mesh = mesh;
+      sheet.mass_kg = 1.0;
+      sheet.springs = {.stiffness_n_m = 1e3, .damping_n_s_m = 1.0};
+      sheet.position.y() = 0.02 * (i + 1);
+      sheet.surface.friction = 0.5;
+      scene.soft_bodies.push_back(sheet);
+    }
+    Collider floor;
+    floor.name = "floor";
+    floor.shape = PlaneShape{};
+    scene.colliders.push_back(floor);
+    World world = make_world(std::move(scene));
+    const double start_j = whole_energy_j(world);
+    for (int i = 0; i < 2; ++i) {
+      expect_no_crossing(world, 20, 10, std::string(name_of(integrator)));
+      EXPECT_LE(whole_energy_j(world), 1.01 * start_j) << name_of(integrator);
+    }
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double above_m = world.measure(i).centre_of_mass.y();
+      EXPECT_GE(above_m, 0.0) << name_of(integrator);
+      EXPECT_LT(above_m, 0.015) << name_of(integrator);
+    }
+  }
+}
+
 TEST(Momenta, OfFreeBodiesThatMeetAreKept) {
   for (const Integrator integrator : {Integrator::symplectic_euler, Integrator::implicit_euler}) {
     const BreathingBall ball{

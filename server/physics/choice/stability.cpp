@@ -90,6 +90,10 @@ Points breathing_of_softest(const Mesh& mesh, const Springs& springs, const Shar
 class SkinStiffness {
  public:
   SkinStiffness(const Mesh& mesh, const Springs& springs, const Shares& shares) : mesh_(mesh), shares_(shares) {
+    directions_.reserve(mesh.edges.size());
+    for (const auto& [a, b] : mesh.edges) {
+      directions_.emplace_back((mesh.positions_m[b] - mesh.positions_m[a]).normalized());
+    }
     ForceTerms::for_each([&]<class Term>() {
       if constexpr (!term_parts::NoSkin<Term>) Term::add_to_skin(mesh, springs, skin_);
     });
@@ -150,9 +154,10 @@ class SkinStiffness {
 
  private:
   void add_springs(const Points& u, const SpringTerms& spring, Points& result) const {
-    for (const Edge& edge : mesh_.edges) {
+    for (std::size_t i = 0; i < mesh_.edges.size(); ++i) {
+      const Edge& edge = mesh_.edges[i];
       const auto [a, b] = edge;
-      const Vec3d n = (mesh_.positions_m[b] - mesh_.positions_m[a]).normalized();
+      const Vec3d& n = directions_[i];
       const Vec3d apart = spring.scale(edge) * (u[b] - u[a]);
       const Vec3d pull = spring.across * apart + (spring.along - spring.across) * n.dot(apart) * n;
       result[a] -= pull;
@@ -176,6 +181,7 @@ class SkinStiffness {
 
   const Mesh& mesh_;
   const Shares& shares_;
+  Points directions_;  // one an edge
   SkinMotion skin_;
 };
 

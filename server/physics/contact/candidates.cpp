@@ -403,7 +403,7 @@ Vec3d CandidateFinder::way_apart(const SurfacePair& pair, std::span<const Surfac
     sum += normal;
     all += normal.norm();
   };
-  take_near_faces(ways_of(a), ways_of(b));
+  take_near_faces(start_of(a), start_of(b));
   for_near_faces([&](const FaceBox& face_a, const FaceBox& face_b) {
     const std::uint32_t f = face_a.face;
     const std::uint32_t g = face_b.face;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <ranges>
+#include <utility>
 
 #include "physics/contact/touch_groups.h"
 #include "physics/lanes/body_extents.h"
@@ -72,17 +73,18 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
   const Meetings may(world);
   if (!may.any) return;
   surface_stage_ = may.surfaces ? Stage::soft_contact : Stage::solid_contact;
-  const bool is_lumped = !world.is_implicit() && (may.surfaces || may.solids) && !world.soft.empty();
   if (may.joints) hold_joints(world);
   find_bounds(world);
   forget_touches(world);
   if (may.surfaces) surfaces_.take_meshes(world.colliders, world.substep.dt_s);
   if (may.pairs) meet_bounding_volumes(world);
-  if (is_lumped) meet_lumped(world);
-  if (world.is_implicit()) meet_coupled(world);
+  const bool is_coupled = world.is_implicit() && meet_coupled(world);
+  const bool is_lumped = !is_coupled && (may.surfaces || may.solids) && !world.soft.empty();
+  const ContactWorld<Real> by_masses = world.is_implicit() && is_lumped ? without_coupling(world) : world;
+  if (is_lumped) meet_lumped(by_masses);
   wake_all_touched(world);
   meet_rigid_bodies(world);
-  if (is_lumped) filter_moves(world);
+  if (is_lumped) filter_moves(by_masses);
   if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
 }
 
@@ -158,14 +160,30 @@ void Contacts<Real>::meet_lumped(const ContactWorld<Real>& world) {
   lumped_->answer({world, bounds_, soft_touched_, rigid_touched_, surface_stage_}, surfaces_);
 }
 
+// Answered by itself, as the next substep may be coupled.
 template <class Real>
-void Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
+ContactWorld<Real> Contacts<Real>::without_coupling(const ContactWorld<Real>& world) {
+  ContactWorld<Real> by_masses = world;
+  by_masses.start_m_s = {};
+  by_masses.substep.is_first_of_tick = true;
+  by_masses.substep.substeps_left = 1;
+  world.warm->clear();
+  if (!world.joints.empty()) {
+    hold_joints(by_masses);
+    find_bounds(by_masses);
+  }
+  rigid_solved_.assign(world.rigid.size(), 0);
+  return by_masses;
+}
+
+template <class Real>
+bool Contacts<Real>::meet_coupled(const ContactWorld<Real>& world) {
   const StageTimer timer(world.substep.profile, surface_stage_);
   refit_stale(world);
   rigid_rows_.clear();
   if (!world.rigid.empty()) find_rigid_rows(world);
-  coupled_.run({world, bounds_, soft_touched_, rigid_touched_, rigid_rows_, rigid_solver_.groups(), rigid_solved_},
-               surfaces_);
+  return coupled_.run(
+      {world, bounds_, soft_touched_, rigid_touched_, rigid_rows_, rigid_solver_.groups(), rigid_solved_}, surfaces_);
 }
 
 template <class Real>

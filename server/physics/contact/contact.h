@@ -67,7 +67,8 @@ class Contacts {
   void forget_touches(const ContactWorld<Real>& world);
   void meet_lumped(const ContactWorld<Real>& world);
   void meet_bounding_volumes(const ContactWorld<Real>& world);
-  void meet_coupled(const ContactWorld<Real>& world);
+  [[nodiscard]] bool meet_coupled(const ContactWorld<Real>& world);
+  [[nodiscard]] ContactWorld<Real> without_coupling(const ContactWorld<Real>& world);
   void find_rigid_rows(const ContactWorld<Real>& world);
   void wake_all_touched(const ContactWorld<Real>& world);
   void meet_rigid_bodies(const ContactWorld<Real>& world);

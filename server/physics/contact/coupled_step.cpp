@@ -30,6 +30,9 @@ constexpr double gained_lift_share = 0.1;
 constexpr std::uint32_t coupled_sweeps_max = 30;
 // Of these many rows, a dense program of three times as many unknowns takes a few milliseconds.
 constexpr std::size_t direct_rows_max = 160;
+// What one side of a row changes is what all rows name of its body. Twice as much takes a second a step, and 64 MB. A
+// sheet of 961 vertices that lies on a floor has a fourth of this; three on top of each other have thirty times that.
+constexpr std::size_t coupled_changes_max = std::size_t{1} << 22U;
 // Of the mean edge a substep: what rows may be off by.
 constexpr double coupled_enough_share = 1e-6;
 // The same of rows that are solved together in a pass that another follows, which finds its own place for them anyway.
@@ -47,7 +50,7 @@ constexpr double pressure_share = 0.5;
 }  // namespace
 
 template <class Real>
-void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
+bool CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
   list_resting(passes_, world.substep.dt_s, rests_);
@@ -59,6 +62,12 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
       move_freely(world, surfaces);
       find_coupled_rows(world, surfaces, passes_);
     } while (take_touching(world, surfaces));
+    if (has_too_many_rows()) {
+      least_.reset();
+      passes_.rows = {};  // their room too: there are as many as a crowd may have
+      responses_.clear();
+      return false;
+    }
     leave_out_failed();
     const bool is_last = is_settled || pass + 1 >= coupled_passes;
     const bool is_exact = solve(world, is_last ? coupled_enough_share : coupled_enough_early_share);
@@ -68,20 +77,41 @@ void CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
     if (is_done && !least_) break;
     if (pass + 1 < coupled_passes) continue;
     const double gained_j = is_any_driven() ? 0.0 : -taken_energy_j(world, passes_);
-    if (gained_j <= gained_share_max * kinetic_energy_j(world) + gained_lift_share * lift_energy_j(world)) {
+    const double kinetic_j = kinetic_energy_j(world, passes_);
+    if (gained_j <= gained_share_max * kinetic_j + gained_lift_share * lift_energy_j(world, passes_)) {
       least_.reset();
       break;
     }
-    if (!least_ || gained_j < least_->gained_j) keep_outcome(world, surfaces, gained_j);
+    if (!least_ || gained_j < least_->gained_j()) least_ = PassOutcome::of(passes_, stopped_, gained_j);
     if (is_done) break;
   }
-  take_least(world, surfaces);
+  if (least_) {
+    std::move(*std::exchange(least_, std::nullopt)).put_back(passes_, stopped_);
+    keep_impulses(*world.warm);
+  }
   stop_cut(world, surfaces);
   keep_spins(world, passes_);
   rebound(world, passes_);
   mark_broken(world);
   store(world);
   note(world);
+  responses_.clear();  // large; the next step has its own
+  return true;
+}
+
+template <class Real>
+bool CoupledStep<Real>::has_too_many_rows() {
+  sides_.assign(passes_.bodies.size(), 0);
+  for (const ContactRow& row : passes_.rows) {
+    for (const Support* side : {&row.first, &row.second}) {
+      if (side->body < sides_.size()) ++sides_[side->body];
+    }
+  }
+  std::size_t changes = 0;
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    if (sides_[i] > 0) changes += sides_[i] * std::min(passes_.bodies[i].u.size(), 3 * sides_[i]);
+  }
+  return changes > coupled_changes_max;
 }
 
 template <class Real>
@@ -175,74 +205,6 @@ bool CoupledStep<Real>::take_touching(const CoupledWorld<Real>& world, SurfaceCo
 template <class Real>
 bool CoupledStep<Real>::is_any_driven() const {
   return std::ranges::any_of(passes_.bodies, [](const CoupledBody& body) { return body.in_contact && !body.is_free; });
-}
-
-// Of what is in contact, before the substep or after it, whichever is more.
-template <class Real>
-double CoupledStep<Real>::kinetic_energy_j(const CoupledWorld<Real>& world) const {
-  double sum_j = 0.0;
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    const CoupledBody& body = passes_.bodies[i];
-    if (!body.in_contact) continue;
-    for (std::size_t k = 0; k < body.u.size(); ++k) {
-      sum_j += 0.5 * world.soft[i].mass_kg(k) * std::max(body.u0[k].squaredNorm(), body.u[k].squaredNorm());
-    }
-  }
-  for (std::size_t k = 0; k < world.rigid.size(); ++k) {
-    const Vec3d& before_m_s = world.rigid[k].velocity;
-    const Vec3d& after_m_s = passes_.rigid_velocities_m_s[k];
-    if (before_m_s == after_m_s) continue;
-    sum_j += 0.5 * world.rigid[k].body.mass_kg * std::max(before_m_s.squaredNorm(), after_m_s.squaredNorm());
-  }
-  return sum_j;
-}
-
-// What lifts those in contact by the distance that they keep.
-template <class Real>
-double CoupledStep<Real>::lift_energy_j(const CoupledWorld<Real>& world) const {
-  double sum_j = 0.0;
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    if (!passes_.bodies[i].in_contact) continue;
-    sum_j += passes_.surface(i).shell_m * world.soft[i].body.mass_kg * world.substep.surroundings.gravity.norm();
-  }
-  return sum_j;
-}
-
-template <class Real>
-void CoupledStep<Real>::keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces,
-                                     double gained_j) {
-  least_.emplace();
-  least_->gained_j = gained_j;
-  least_->bodies.resize(passes_.bodies.size());
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    if (!world.bounds[i].active) continue;
-    const SurfaceBody& surface = surfaces.bodies()[i];
-    least_->bodies[i] = {surface.from, surface.to, passes_.bodies[i].u, passes_.bodies[i].stress_n_m};
-  }
-  least_->solids = passes_.solids;
-  least_->rigid_velocities_m_s = passes_.rigid_velocities_m_s;
-  least_->rigid_turnings_rad_s = passes_.rigid_turnings_rad_s;
-  least_->rows = passes_.rows;
-  least_->stopped = stopped_;
-}
-
-template <class Real>
-void CoupledStep<Real>::take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
-  if (!least_) return;
-  for (std::size_t i = 0; i < passes_.bodies.size(); ++i) {
-    if (!world.bounds[i].active) continue;
-    surfaces.bodies()[i].from.swap(least_->bodies[i].places_m);
-    surfaces.bodies()[i].to.swap(least_->bodies[i].ends_m);
-    passes_.bodies[i].u.swap(least_->bodies[i].u);
-    passes_.bodies[i].stress_n_m = least_->bodies[i].stress_n_m;
-  }
-  passes_.solids.swap(least_->solids);
-  passes_.rigid_velocities_m_s.swap(least_->rigid_velocities_m_s);
-  passes_.rigid_turnings_rad_s.swap(least_->rigid_turnings_rad_s);
-  passes_.rows.swap(least_->rows);
-  stopped_ = std::move(least_->stopped);
-  least_.reset();
-  keep_impulses(*world.warm);
 }
 
 // The velocities are those that nothing was cut for. Bodies out of contact keep theirs.
@@ -649,7 +611,7 @@ std::size_t CoupledStep<Real>::bytes() const {
   std::size_t sum = solver_.bytes() + passes_.rows.capacity() * sizeof(ContactRow) +
                     responses_.capacity() * sizeof(Response) + passes_.solid_rows.bytes() +
                     passes_.solid_cutter.bytes() + (x_.capacity() + residual_.capacity()) * sizeof(Vec3d);
-  sum += stopped_.bytes();
+  sum += stopped_.bytes() + sides_.capacity() * sizeof(std::size_t);
   for (const CoupledBody& body : passes_.bodies) {
     sum +=
         (body.start.capacity() + body.x0.capacity() + body.u0.capacity() + body.u.capacity() + body.step.capacity()) *

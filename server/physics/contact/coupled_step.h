@@ -8,6 +8,7 @@
 
 #include "physics/contact/coupled_passes.h"
 #include "physics/contact/groups.h"
+#include "physics/contact/pass_outcome.h"
 #include "physics/contact/response.h"
 #include "physics/contact/stopped_features.h"
 #include "physics/contact/surface_contacts.h"
@@ -18,8 +19,9 @@ namespace pneuma::physics {
 template <class Real>
 class CoupledStep {
  public:
-  /// Changes v and dr of the soft bodies in contact, and the velocities of the rigid ones.
-  void run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  /// Changes v and dr of the soft bodies in contact, and the velocities of the rigid ones. False where there are more
+  /// rows than it solves: then bodies have moved freely, by implicit Euler's step at most, and nothing is answered.
+  [[nodiscard]] bool run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
 
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
   [[nodiscard]] std::size_t bytes() const;
@@ -29,11 +31,8 @@ class CoupledStep {
   void load_bodies(const CoupledWorld<Real>& world);
   void load_solids(const CoupledWorld<Real>& world);
   [[nodiscard]] bool take_touching(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
+  [[nodiscard]] bool has_too_many_rows();
   [[nodiscard]] bool is_any_driven() const;
-  [[nodiscard]] double kinetic_energy_j(const CoupledWorld<Real>& world) const;
-  [[nodiscard]] double lift_energy_j(const CoupledWorld<Real>& world) const;
-  void keep_outcome(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces, double gained_j);
-  void take_least(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
   void stop_cut(const CoupledWorld<Real>& world, const SurfaceContacts<Real>& surfaces);
   void mark_free(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) const;
   [[nodiscard]] double least_spacing_m() const;
@@ -54,29 +53,14 @@ class CoupledStep {
   void note(const CoupledWorld<Real>& world) const;
   [[nodiscard]] Vec3d place_of(const Support& side) const;
 
-  /// Of a pass: where it left everything.
-  struct Outcome {
-    struct Body {
-      std::vector<Vec3d> places_m;
-      std::vector<Vec3d> ends_m;  // without cuts
-      std::vector<Vec3d> u;
-      double stress_n_m = 0.0;
-    };
-    double gained_j = 0.0;
-    std::vector<Body> bodies;
-    std::vector<SolidPlace> solids;
-    std::vector<Vec3d> rigid_velocities_m_s, rigid_turnings_rad_s;
-    std::vector<ContactRow> rows;
-    StoppedFeatures stopped;
-  };
-
   CoupledPasses passes_;
-  StoppedFeatures stopped_;          // in the last pass
-  std::optional<Outcome> least_;     // of the passes that left too much energy, the one that left least
-  std::vector<std::uint8_t> rests_;  // one a soft body: on another, as the step began
+  StoppedFeatures stopped_;           // in the last pass
+  std::optional<PassOutcome> least_;  // of the passes that left too much energy, the one that left least
+  std::vector<std::uint8_t> rests_;   // one a soft body: on another, as the step began
   std::vector<RowGroup> groups_;
   std::vector<Response> responses_;  // soft bodies, rigid ones, colliders, the world
   std::vector<std::uint8_t> yields_;
+  std::vector<std::size_t> sides_;  // one a soft body: the rows that name it
   ImplicitSolver<Real> solver_;
   std::vector<Vec3d> x_, residual_;
   RowCounts counts_;

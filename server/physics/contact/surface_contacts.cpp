@@ -18,8 +18,8 @@ constexpr double move_slack_share = 0.1;
 constexpr double shell_slack_share = 0.5;
 // Of the shell: what moves that must not cross keep to each side (filter.h keeps a tenth).
 constexpr double crossing_share = 0.25;
-// What bodies that touch everywhere need from tick to tick.
-constexpr std::size_t kept_bytes_per_vertex = 8'000;
+// What is kept from tick to tick, here and for rows: no more than a world is estimated to take (app/world_bytes.h).
+constexpr std::size_t kept_bytes_per_vertex = 1'700;
 // In which bodies that were put into each other move by the smaller one's length.
 constexpr double parting_time_s = 0.3;
 

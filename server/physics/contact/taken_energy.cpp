@@ -82,9 +82,40 @@ double taken_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& pass
   return sum_j;
 }
 
+template <class Real>
+double kinetic_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& passes) {
+  double sum_j = 0.0;
+  for (std::size_t i = 0; i < passes.bodies.size(); ++i) {
+    const CoupledBody& body = passes.bodies[i];
+    if (!body.in_contact) continue;
+    for (std::size_t k = 0; k < body.u.size(); ++k) {
+      sum_j += 0.5 * world.soft[i].mass_kg(k) * std::max(body.u0[k].squaredNorm(), body.u[k].squaredNorm());
+    }
+  }
+  for (std::size_t k = 0; k < world.rigid.size(); ++k) {
+    const Vec3d& before_m_s = world.rigid[k].velocity;
+    const Vec3d& after_m_s = passes.rigid_velocities_m_s[k];
+    if (before_m_s == after_m_s) continue;
+    sum_j += 0.5 * world.rigid[k].body.mass_kg * std::max(before_m_s.squaredNorm(), after_m_s.squaredNorm());
+  }
+  return sum_j;
+}
+
+template <class Real>
+double lift_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& passes) {
+  double sum_j = 0.0;
+  for (std::size_t i = 0; i < passes.bodies.size(); ++i) {
+    if (!passes.bodies[i].in_contact) continue;
+    sum_j += passes.surface(i).shell_m * world.soft[i].body.mass_kg * world.substep.surroundings.gravity.norm();
+  }
+  return sum_j;
+}
+
 #define PNEUMA_INSTANTIATE(Real)                                                                       \
   template Vec3d driving_velocity(const ContactRow&, const CoupledWorld<Real>&, const CoupledPasses&); \
-  template double taken_energy_j(const CoupledWorld<Real>&, const CoupledPasses&);
+  template double taken_energy_j(const CoupledWorld<Real>&, const CoupledPasses&);                     \
+  template double kinetic_energy_j(const CoupledWorld<Real>&, const CoupledPasses&);                   \
+  template double lift_energy_j(const CoupledWorld<Real>&, const CoupledPasses&);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

@@ -28,4 +28,12 @@ template <class Real>
 template <class Real>
 [[nodiscard]] double taken_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& passes);
 
+/// Of what is in contact, before the substep or after it, whichever is more (J).
+template <class Real>
+[[nodiscard]] double kinetic_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& passes);
+
+/// What lifts the soft bodies in contact by the distance that they keep (J).
+template <class Real>
+[[nodiscard]] double lift_energy_j(const CoupledWorld<Real>& world, const CoupledPasses& passes);
+
 }  // namespace pneuma::physics

@@ -19,6 +19,7 @@ struct ExtremeCase {
   std::string scene;      // file in tests/numerics/scenes
   std::string criterion;  // "radius within 2 %"
   bool holds = true;      // what is expected today: a row that does not hold yet stands in the page as failing
+  bool alone = false;     // it measures the whole process: no other case may run meanwhile
   /// `quick`: in a few seconds, for the tests; else as long as the case asks for.
   std::function<Result(bool quick)> run;
   /// What Bullet does with the same scene; null where it cannot run it.

@@ -1,3 +1,5 @@
+#include <mutex>
+
 #include "numerics/extremes/extreme_case.h"
 #include "numerics/report/part.h"
 
@@ -25,27 +27,46 @@ std::string summary(std::size_t cases, const std::vector<std::string>& failing, 
   }
   return text +
          ". Each is a scene file of `tests/numerics/scenes`; a case that runs in several ways (integrators, "
-         "precisions) holds where all of them do. A test fails when a row changes. Bullet runs with its own settings "
+         "precisions) holds where all of them do. A test fails where a case comes out otherwise. Bullet runs with its "
+         "own settings "
          "for "
          "the same scene; a dash: it was not run." +
          (quick ? " This is a quick page: long cases ran for some seconds, not for all the time that they name." : "");
 }
 
+std::vector<extremes::Result> results_of(const std::vector<ExtremeCase>& cases, Context& context) {
+  std::vector<extremes::Result> results(cases.size());
+  std::mutex telling;
+  std::size_t done = 0;
+  const auto run = [&](std::size_t i) {
+    results[i] = cases[i].run(context.quick);
+    const std::lock_guard lock(telling);
+    context.progress.advance(static_cast<double>(++done) / static_cast<double>(cases.size()));
+  };
+  context.workers.for_each(cases.size(), [&](std::size_t i) {
+    if (!cases[i].alone) run(i);
+  });
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    if (cases[i].alone) run(i);
+  }
+  return results;
+}
+
 void run_extreme_cases(Context& context) {
   Csv csv = context.csv("extreme_cases", {"number", "case", "criterion", "outcome", "figure", "bullet"});
   const std::vector<ExtremeCase>& cases = extremes::extreme_cases();
+  const std::vector<extremes::Result> results = results_of(cases, context);
   std::vector<std::vector<std::string>> rows;
   std::vector<std::string> failing;
-  for (const ExtremeCase& extreme : cases) {
-    const extremes::Result result = extreme.run(context.quick);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const ExtremeCase& extreme = cases[i];
+    const extremes::Result& result = results[i];
     const std::string outcome = result.holds ? "holds" : "fails";
     const std::string number = std::to_string(extreme.number);
     const std::string bullet = extreme.bullet ? extreme.bullet() : "-";
     if (!result.holds) failing.push_back(number);
     rows.push_back({number, extreme.name, extreme.criterion, outcome, result.figure, bullet});
     csv.row({static_cast<double>(extreme.number), extreme.name, extreme.criterion, outcome, result.figure, bullet});
-    context.outcomes.push_back({std::string("extreme ").append(number), outcome});
-    context.progress.advance(static_cast<double>(rows.size()) / static_cast<double>(cases.size()));
   }
   context.page.heading("Extreme cases");
   context.page.paragraph(summary(cases.size(), failing, context.quick));

@@ -48,6 +48,7 @@ struct Options {
   std::string folder = "report";
   std::string expected;
   std::vector<std::string> only;
+  std::vector<std::string> except;
   bool quick = false;
   bool png = false;
 };
@@ -58,6 +59,8 @@ int run(const Options& options) {
     std::erase_if(parts,
                   [&](const Part& part) { return std::ranges::find(options.only, part.name) == options.only.end(); });
   }
+  std::erase_if(parts,
+                [&](const Part& part) { return std::ranges::find(options.except, part.name) != options.except.end(); });
   const auto expected_s = [&](const Part& part) { return options.quick ? part.quick_s : part.full_s; };
   double total_s = 0.0;
   for (const Part& part : parts) total_s += expected_s(part);
@@ -109,6 +112,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   for (const pneuma::report::Part& part : pneuma::report::all_parts()) names.push_back(part.name);
   app.add_option("--only", options.only, "A part alone (repeatable)")->check(CLI::IsMember(names));
+  app.add_option("--except", options.except, "All but this part (repeatable)")->check(CLI::IsMember(names));
   app.add_flag("--png", options.png, "Each plot as PNG too");
   app.add_option("--expect", options.expected,
                  "Fail where a row's outcome is not the one in this file (outcomes.tsv of a run)")

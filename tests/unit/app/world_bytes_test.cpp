@@ -73,8 +73,6 @@ v1::Scene sheets(Integrator integrator, int count) {
     sheet.mutable_position()->set_x(0.0);
     sheet.mutable_position()->set_z(0.0);
     sheet.mutable_position()->set_y(0.02 * (i + 1));
-    sheet.mutable_orientation()->set_w(std::sqrt(0.5));
-    sheet.mutable_orientation()->set_x(-std::sqrt(0.5));
   }
   return scene;
 }
@@ -83,7 +81,11 @@ struct Case {
   std::string name;
   v1::Scene scene;
   int ticks;
+  bool is_crowd = false;  // within a tick it takes as much as contact ever does
 };
+
+// docker/README.md, "What is promised".
+constexpr std::size_t crowd_bytes_max = 110'000'000;
 
 std::vector<Case> cases() {
   std::vector<Case> all;
@@ -99,7 +101,7 @@ std::vector<Case> cases() {
     all.push_back({name + std::string(", many small ones"), balls(1, integrator, 64), 5});
     all.push_back({name + std::string(", one that meets itself"), balls(3, integrator, 1, 1.9, true), 10});
     all.push_back({name + std::string(", a sheet on a floor"), sheets(integrator, 1), 20});
-    all.push_back({name + std::string(", three sheets"), sheets(integrator, 3), 20});
+    all.push_back({name + std::string(", three sheets"), sheets(integrator, 3), 20, true});
   }
   return all;
 }
@@ -137,9 +139,13 @@ TEST(WorldBytes, AreNoLessThanWhatTheWorldTakes) {
     ASSERT_TRUE(live.ok()) << live.status().message();
     physics::Workers workers(1);
     std::size_t most = bytes_in_use();
+    std::size_t most_within = most;
     for (int i = 0; i < its.ticks; ++i) {
-      while (!live->physics().substep(workers)) most = std::max(most, bytes_in_use());
+      while (!live->physics().substep(workers)) most_within = std::max(most_within, bytes_in_use());
+      most = std::max(most, bytes_in_use());
     }
+    if (!its.is_crowd) most = std::max(most, most_within);
+    EXPECT_LE(most_within - before, crowd_bytes_max);
     const std::size_t estimated = estimate.by(live->physics().integrator());
     EXPECT_GE(estimated, most - before);
     EXPECT_LE(estimated, 30 * (most - before) + 64 * 1024);
