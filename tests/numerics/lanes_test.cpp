@@ -468,10 +468,10 @@ TEST_P(Lanes, GiveTheGoldenHashes) {
   const std::array<std::uint64_t, 8> golden =
       single ? std::array<std::uint64_t, 8>{0x4256f9a977fa03daU, 0x926736e7a741e646U, 0xe34d3a05cef915c8U,
                                             0x81b3443d3843a15aU, 0x79783d030834fddfU, 0x95c530eb437465b8U,
-                                            0x43307d0b749e7ee9U, 0x5bce27e8caf69a45U}
+                                            0x43307d0b749e7ee9U, 0xf0e2051ed73a7a3fU}
              : std::array<std::uint64_t, 8>{0x0d58ed4603b729bfU, 0xc2d351185965f8a8U, 0x2ef9cdbbbdc94e2aU,
                                             0xd0fe041988acb08fU, 0x6810eeada3c05344U, 0x4dc0192540fea37dU,
-                                            0x8b7291eba0af6f64U, 0xc349bc0a137692abU};
+                                            0x8b7291eba0af6f64U, 0x337c68cd0a38aeaeU};
   for (std::size_t i = 0; i < lane_integrators.size(); ++i) {
     EXPECT_EQ(hash_after(fleet(5, lane_integrators[i], GetParam()), 1), golden[i]) << "integrator " << i;
   }

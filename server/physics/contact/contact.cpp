@@ -90,7 +90,9 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
 
 template <class Real>
 void Contacts<Real>::keep_start(const SubstepContext& context, const Moving<Real>& moving) {
-  if (may_meet_surfaces<Real>(moving.soft, moving.colliders)) lumped_->keep_start(context, moving);
+  const bool has_solids = !moving.rigid.empty() || !moving.colliders.empty();
+  if (!moving.soft.empty() && (has_solids || may_meet_surfaces<Real>(moving.soft, moving.colliders)))
+    lumped_->keep_start(context, moving);
 }
 
 template <class Real>

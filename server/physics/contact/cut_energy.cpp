@@ -7,14 +7,9 @@
 namespace pneuma::physics {
 
 template <class Real>
-double stretched_by_cuts_j(const SoftState<Real>& state, const SurfaceBody& body,
-                           std::span<const StoppedFeatures::Vertex> cut) {
+double stretched_by_cuts_j(const SoftState<Real>& state, const SurfaceBody& body, std::span<const Vec3d> missed_m) {
   std::vector<Vec3d> ends_m(body.to.size());
-  std::vector<Vec3d> missed_m(body.to.size(), Vec3d::Zero());
   for (std::uint32_t k = 0; k < ends_m.size(); ++k) ends_m[k] = body.from[k] + body.cut_move_m(k);
-  for (const StoppedFeatures::Vertex& of : cut) {
-    if (!state.is_pinned(of.vertex)) missed_m[of.vertex] = of.missed_m;
-  }
   const Springs& springs = state.body.springs;
   const std::vector<Edge>& edges = state.body.mesh->edges;
   double sum_j = 0.0;
@@ -50,9 +45,8 @@ double kinetic_among_j(std::span<const SoftState<Real>> soft, std::span<const st
   return all_j - 0.5 * momentum_n_s.squaredNorm() / mass_kg;
 }
 
-#define PNEUMA_INSTANTIATE(Real)                                                  \
-  template double stretched_by_cuts_j(const SoftState<Real>&, const SurfaceBody&, \
-                                      std::span<const StoppedFeatures::Vertex>);  \
+#define PNEUMA_INSTANTIATE(Real)                                                                           \
+  template double stretched_by_cuts_j(const SoftState<Real>&, const SurfaceBody&, std::span<const Vec3d>); \
   template double kinetic_among_j(std::span<const SoftState<Real>>, std::span<const std::uint32_t>);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)

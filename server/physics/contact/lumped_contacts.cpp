@@ -63,7 +63,7 @@ std::uint32_t LumpedContacts<Real>::take_back(const Moving<Real>& moving) {
 template <class Real>
 void LumpedContacts<Real>::answer(const Substep& substep, SurfaceContacts<Real>& surfaces) {
   const SubstepContext& context = substep.world.substep;
-  moments_.begin(substep.world.soft.size() + substep.world.rigid.size(), context.is_first_of_tick);
+  moments_.begin<Real>(substep.world.soft, substep.world.rigid, context.is_first_of_tick);
   const bool may_be_taken_back = std::exchange(is_asked_, false);
   if (!may_be_taken_back) start_.forget();
   if (begins_span(context)) begin_span(substep, surfaces, may_be_taken_back ? substeps_max_ : context.substeps_left);
@@ -232,11 +232,18 @@ void LumpedContacts<Real>::cut(const Substep& substep, SurfaceContacts<Real>& su
   const std::span<SoftState<Real>> soft = substep.world.soft;
   load_ends(soft, surfaces);
   mark_free(soft, surfaces);
-  if (stop_missed(substep, surfaces)) load_ends(soft, surfaces);
+  free_ends_m_.clear();
+  if (stop_missed(substep, surfaces)) {
+    free_ends_m_.resize(soft.size());
+    for (const std::uint32_t i : surfaces.loaded()) free_ends_m_[i] = surfaces.bodies()[i].to;
+    load_ends(soft, surfaces);
+  }
+  StoppedFeatures stopped;
   surfaces.update_crossing_candidates(soft, !is_as_begun);
-  if (surfaces.pairs().empty()) return;
-  surfaces.carry(soft.size());
-  StoppedFeatures stopped = surfaces.filter(soft);
+  if (!surfaces.pairs().empty()) {
+    surfaces.carry(soft.size());
+    stopped = surfaces.filter(soft);
+  }
   for (const StoppedFeatures::Vertex& of : stopped.vertices()) {
     if (of.body >= soft.size() || soft[of.body].is_pinned(of.vertex) || !soft[of.body].is_awake()) continue;
     const SurfaceBody& body = surfaces.bodies()[of.body];
@@ -291,18 +298,25 @@ bool LumpedContacts<Real>::is_cut_short(const Substep& substep, const SurfaceCon
   std::map<std::uint32_t, Group> groups;
   const std::span<const SoftState<Real>> soft = substep.world.soft;
   const std::span<const StoppedFeatures::Vertex> vertices = stopped.vertices();
-  for (auto begin = vertices.begin(); begin != vertices.end();) {
-    const std::uint32_t i = begin->body;
-    const auto end = std::find_if(begin, vertices.end(), [i](const auto& of) { return of.body != i; });
-    if (i < soft.size() && soft[i].is_awake()) {
-      const SurfaceBody& body = surfaces.bodies()[i];
-      Group& group = groups[group_of_[i]];
-      group.bodies.push_back(i);
-      group.made_j += stretched_by_cuts_j(soft[i], body, std::span(begin, end));
-      group.lifted_j +=
-          cut_lift_share * body.shell_m * soft[i].body.mass_kg * substep.world.physics().gravity_m_s2.norm();
+  auto next = vertices.begin();
+  std::vector<Vec3d> missed_m;
+  for (const std::uint32_t i : surfaces.loaded()) {
+    const auto begin = std::find_if(next, vertices.end(), [i](const auto& of) { return of.body >= i; });
+    next = std::find_if(begin, vertices.end(), [i](const auto& of) { return of.body > i; });
+    const SurfaceBody& body = surfaces.bodies()[i];
+    const bool is_stopped = begin != next || (!free_ends_m_.empty() && free_ends_m_[i] != body.to);
+    if (!is_stopped || !soft[i].is_awake()) continue;
+    missed_m.assign(body.to.size(), Vec3d::Zero());
+    for (std::size_t k = 0; !free_ends_m_.empty() && k < missed_m.size(); ++k)
+      missed_m[k] = free_ends_m_[i][k] - body.to[k];
+    for (auto of = begin; of != next; ++of) {
+      if (!soft[i].is_pinned(of->vertex)) missed_m[of->vertex] += of->missed_m;
     }
-    begin = end;
+    Group& group = groups[group_of_[i]];
+    group.bodies.push_back(i);
+    group.made_j += stretched_by_cuts_j(soft[i], body, missed_m);
+    group.lifted_j +=
+        cut_lift_share * body.shell_m * soft[i].body.mass_kg * substep.world.physics().gravity_m_s2.norm();
   }
   return std::ranges::any_of(groups, [&](const auto& each) {
     const Group& group = each.second;
@@ -356,10 +370,12 @@ template <class Real>
 std::size_t LumpedContacts<Real>::bytes() const {
   std::size_t of_groups = groups_.capacity() * sizeof(LumpedGroup<Real>);
   for (const LumpedGroup<Real>& group : groups_) of_groups += group.bytes();
+  std::size_t ends = free_ends_m_.capacity() * sizeof(free_ends_m_[0]);
+  for (const auto& of_body : free_ends_m_) ends += of_body.capacity() * sizeof(Vec3d);
   return of_groups + start_.bytes() + awake_.capacity() + rows_.capacity() * sizeof(ContactRow) + solids_.bytes() +
          turns_.bytes() + joined_.bytes() + group_of_.capacity() * sizeof(std::uint32_t) +
          counts_of_groups_.capacity() * sizeof(RowCounts) + slots_.bytes() + warm_.capacity() * sizeof(WarmImpulse) +
-         moments_.bytes() + moments_before_.bytes();
+         moments_.bytes() + moments_before_.bytes() + ends;
 }
 
 template class LumpedContacts<float>;

@@ -88,7 +88,8 @@ class LumpedContacts {
   std::size_t most_rows_ = 0;  // of one group
   std::vector<RowCounts> counts_of_groups_;
   SlotTable slots_;
-  std::vector<WarmImpulse> warm_;  // sorted
+  std::vector<WarmImpulse> warm_;                // sorted
+  std::vector<std::vector<Vec3d>> free_ends_m_;  // of each soft body's vertices, where solids stopped some
   RowMoments moments_;
   RowMoments moments_before_;  // as the span found them
   RowCounts counts_;
