@@ -84,7 +84,7 @@ struct Case {
   bool is_crowd = false;  // within a tick it takes as much as contact ever does
 };
 
-// docker/README.md, "What is promised".
+// docker/README.md, "Promises".
 constexpr std::size_t crowd_bytes_max = 110'000'000;
 
 std::vector<Case> cases() {
