@@ -175,13 +175,15 @@ TEST(StiffPile, ABallThatACapsuleFallsOnGainsNoEnergy) {
   scene.rigid_bodies.push_back(capsule);
   World world = make_world(std::move(scene));
   const double first_j = whole_energy_j(world);
-  double lowest_m = 1.0;
+  bool is_met = false;  // the capsule falls more slowly than by its weight, and higher than the floor would stop it
   for (int tick = 0; tick < 60; ++tick) {
     run_ticks(world, 1);
-    lowest_m = std::min(lowest_m, world.measure(0).centre_of_mass.y());
+    const RigidState& falling = world.rigid_bodies()[0];
+    const bool is_slowed = falling.velocity.y() > 0.5 - pile_pull_m_s2 * world.time_s();
+    is_met = is_met || (is_slowed && falling.position.y() > 0.5);
     ASSERT_LT(whole_energy_j(world), 1.005 * first_j) << "tick " << tick;
   }
-  EXPECT_LT(lowest_m, 0.47) << "it was pressed";
+  EXPECT_TRUE(is_met);
 }
 
 // A span that is stepped again takes more substeps than the tick has.

@@ -80,11 +80,11 @@ void Contacts<Real>::resolve(const ContactWorld<Real>& world) {
   if (may.pairs) meet_bounding_volumes(world);
   const bool is_coupled = world.is_implicit() && meet_coupled(world);
   const bool is_lumped = !is_coupled && (may.surfaces || may.solids) && !world.soft.empty();
-  const ContactWorld<Real> left = world.is_implicit() && !is_coupled ? without_coupling(world) : world;
-  if (is_lumped) meet_lumped(left);
+  const ContactWorld<Real> uncoupled = world.is_implicit() && !is_coupled ? without_coupling(world) : world;
+  if (is_lumped) meet_lumped(uncoupled);
   wake_all_touched(world);
   meet_rigid_bodies(world);
-  if (is_lumped) filter_moves(left);
+  if (is_lumped) filter_moves(uncoupled);
   if (may.surfaces) surfaces_.part(world.soft, world.substep.dt_s);
 }
 

@@ -63,7 +63,7 @@ std::uint32_t LumpedContacts<Real>::take_back(const Moving<Real>& moving) {
 template <class Real>
 void LumpedContacts<Real>::answer(const Substep& substep, SurfaceContacts<Real>& surfaces) {
   const SubstepContext& context = substep.world.substep;
-  moments_.begin<Real>(substep.world.soft, substep.world.rigid, context.is_first_of_tick);
+  moments_.begin(substep.world.soft.size() + substep.world.rigid.size(), context.is_first_of_tick);
   const bool may_be_taken_back = std::exchange(is_asked_, false);
   if (!may_be_taken_back) start_.forget();
   if (begins_span(context)) begin_span(substep, surfaces, may_be_taken_back ? substeps_max_ : context.substeps_left);

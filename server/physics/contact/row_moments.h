@@ -10,33 +10,28 @@
 
 namespace pneuma::physics {
 
-/// What contact turned pairs of bodies by in a tick, to be taken back at its end, by one turn of both: that takes the
-/// least energy. Halves spun a light body that a heavy one pressed to a lump. Soft bodies are counted first, then rigid
-/// ones.
+/// What contact turned pairs of bodies by in a tick, to be taken back at its end: each of a pair gets half. Soft bodies
+/// are counted first, then rigid ones.
 class RowMoments {
  public:
   /// Before the rows of a substep.
-  template <class Real>
-  void begin(std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid, bool is_first_of_tick);
+  void begin(std::size_t body_count, bool is_first_of_tick) {
+    if (is_first_of_tick || moments_n_m_s_.size() != body_count) moments_n_m_s_.assign(body_count, Vec3d::Zero());
+  }
 
   void add(std::size_t first, std::size_t second, const Vec3d& moment_n_m_s) {
-    const double both_kg_m2 = inertias_kg_m2_[first] + inertias_kg_m2_[second];
-    const double share = both_kg_m2 > 0.0 ? inertias_kg_m2_[first] / both_kg_m2 : 0.5;
-    moments_n_m_s_[first] += share * moment_n_m_s;
-    moments_n_m_s_[second] += (1.0 - share) * moment_n_m_s;
+    moments_n_m_s_[first] += 0.5 * moment_n_m_s;
+    moments_n_m_s_[second] += 0.5 * moment_n_m_s;
   }
 
   /// Turns each body as a whole, by its velocities alone. One that is pinned or asleep has no angular momentum to keep.
   template <class Real>
   void turn_back(std::span<SoftState<Real>> soft, std::span<RigidState> rigid) const;
 
-  [[nodiscard]] std::size_t bytes() const {
-    return moments_n_m_s_.capacity() * sizeof(Vec3d) + inertias_kg_m2_.capacity() * sizeof(double);
-  }
+  [[nodiscard]] std::size_t bytes() const { return moments_n_m_s_.capacity() * sizeof(Vec3d); }
 
  private:
-  std::vector<Vec3d> moments_n_m_s_;    // one a body
-  std::vector<double> inertias_kg_m2_;  // likewise, as the tick began: over all axes
+  std::vector<Vec3d> moments_n_m_s_;  // one a body
 };
 
 }  // namespace pneuma::physics

@@ -28,9 +28,7 @@ std::string summary(std::size_t cases, const std::vector<std::string>& failing, 
   return text +
          ". Each is a scene file of `tests/numerics/scenes`; a case that runs in several ways (integrators, "
          "precisions) holds where all of them do. A test fails where a case comes out otherwise. Bullet runs with its "
-         "own settings "
-         "for "
-         "the same scene; a dash: it was not run." +
+         "own settings for the same scene; a dash: it was not run." +
          (quick ? " This is a quick page: long cases ran for some seconds, not for all the time that they name." : "");
 }
 

@@ -60,8 +60,9 @@ v1::Scene balls(std::uint32_t subdivisions, Integrator integrator, int count, do
   return scene;
 }
 
-/// Sheets that lie on a floor, one on the other: all their vertices touch it, or each other.
-v1::Scene sheets(Integrator integrator, int count) {
+/// Sheets that lie on a floor, one on the other: all their vertices touch it, or each other. Or they stand in one
+/// plane, and begin across each other.
+v1::Scene sheets(Integrator integrator, int count, bool stand = false) {
   v1::Scene scene = balls(0, integrator, count);
   scene.mutable_meshes(0)->mutable_grid()->set_columns(30);
   scene.mutable_meshes(0)->mutable_grid()->set_rows(30);
@@ -73,6 +74,9 @@ v1::Scene sheets(Integrator integrator, int count) {
     sheet.mutable_position()->set_x(0.0);
     sheet.mutable_position()->set_z(0.0);
     sheet.mutable_position()->set_y(0.02 * (i + 1));
+    if (!stand) continue;
+    sheet.mutable_orientation()->set_w(std::sqrt(0.5));
+    sheet.mutable_orientation()->set_x(-std::sqrt(0.5));
   }
   return scene;
 }
@@ -102,6 +106,7 @@ std::vector<Case> cases() {
     all.push_back({name + std::string(", one that meets itself"), balls(3, integrator, 1, 1.9, true), 10});
     all.push_back({name + std::string(", a sheet on a floor"), sheets(integrator, 1), 20});
     all.push_back({name + std::string(", three sheets"), sheets(integrator, 3), 20, true});
+    all.push_back({name + std::string(", three sheets that stand"), sheets(integrator, 3, true), 5});
   }
   return all;
 }
