@@ -134,7 +134,8 @@ void Simulation::end_tick() {
   substep_index = 0;
   tick_substeps = 0;
   ++tick;
-  visit([](auto& bodies) {
+  visit([this](auto& bodies) {
+    bodies.carried_out.end(bodies.states, rigid);
     bodies.contacts.end_tick();
     if (bodies.scratch.held() != nullptr && !bodies.scratch.held()->has_team()) bodies.scratch.give_back();
     for (auto& body : bodies.states) {

@@ -8,7 +8,9 @@
 #include "physics/choice/stability.h"
 #include "physics/choice/step_choice.h"
 #include "physics/choice/step_plan.h"
+#include "physics/contact/carried_out.h"
 #include "physics/contact/contact.h"
+#include "physics/contact/gain_watch.h"
 #include "physics/machine/room_pool.h"
 #include "physics/solve_step.h"
 #include "physics/world.h"
@@ -39,6 +41,8 @@ struct SoftBodies {
   std::vector<Profile> profiles;       // one a body, so that workers share none; empty while not profiling
   std::vector<Extents<Real>> extents;  // one a body, of those that are awake: as last looked at
   Contacts<Real> contacts;
+  GainWatch<Real> gains;            // of the substep under way, where the method solves
+  CarriedOut<Real> carried_out;     // of the tick under way
   std::vector<ContactNotes> notes;  // one a body, as its last tick awake ended; empty unless asked for
 };
 
@@ -47,7 +51,8 @@ class Simulation {
  public:
   explicit Simulation(Scene scene, SubstepChoice choice);
 
-  /// As World::substep. Where contact takes a span back, the tick goes on from an earlier substep.
+  /// As World::substep. Where contact takes a span back, the tick goes on from an earlier substep; where it takes back
+  /// a substep that left more energy than there was, the tick goes on in shorter ones.
   bool substep(Workers& workers);
   /// Finds how many substeps the tick takes. Once a tick, before its first substep.
   void begin_tick();
@@ -96,7 +101,7 @@ class Simulation {
 
   std::uint64_t tick = 0;
   std::uint32_t substep_index = 0;  // of the tick under way
-  // Its substeps: as chosen, or more where a gas is pressed; 0 between ticks.
+  // Its substeps: as chosen, or more where a gas is pressed or energy was gained; 0 between ticks.
   std::uint32_t tick_substeps = 0;
   // Time runs at this rate from here on; a product, not a sum, so that it does not drift.
   double time_base_s = 0.0;
@@ -124,6 +129,9 @@ class Simulation {
   // A substep and its parts, substep.cpp.
   template <class Real>
   [[nodiscard]] Moving<Real> moving(SoftBodies<Real>& bodies);
+  template <class Real>
+  [[nodiscard]] bool may_be_taken_back(const SoftBodies<Real>& bodies) const;
+  void step_with_more_care();
   template <class Real>
   [[nodiscard]] bool move_freely(SoftBodies<Real>& bodies, const SubstepContext& context);
   template <class Real>
@@ -155,6 +163,7 @@ class Simulation {
   template <class Real>
   void report_gas(SoftState<Real>& body);
 
+  bool repairs_ = true;         // in the tick under way
   bool plan_is_stale_ = false;  // a body has lost the gas that it was planned with
 };
 

@@ -50,6 +50,10 @@ std::span<SoftState<Real>* const> states_of(SoftBodies<Real>& bodies, const Step
 // Times the substeps that were chosen: so many at most while a gas is pressed.
 constexpr std::uint32_t pressed_substeps_max = 64;
 
+// Each substep becomes so many where it gained energy, and so many at most.
+constexpr std::uint32_t finer_substeps = 4;
+constexpr std::uint32_t finer_substeps_max = 16;
+
 // Cheaper than to ask how fast the volume changes: whether it is much less than the mesh's, or a vertex goes so far in
 // the tick that it may become so.
 template <class Real>
@@ -93,7 +97,9 @@ bool Simulation::substep(Workers& workers) {
   const std::uint32_t substeps_done = visit([&](auto& bodies) {
     if (is_at_rest()) return tick_substeps - substep_index;
     if (is_explicit(choice.integrator) && !bodies.plan.may_touch) return step_freely(bodies, context);
+    const bool is_watched = may_be_taken_back(bodies);
     if (is_explicit(choice.integrator)) bodies.contacts.keep_start(context, moving(bodies));
+    if (is_watched && bodies.next_awake == 0) bodies.gains.begin(context, moving(bodies), joints, warm);
     if (!move_freely(bodies, context)) return std::uint32_t{0};
     meet(bodies, context);
     if (const std::uint32_t left = bodies.contacts.take_back(moving(bodies)); left > 0) {
@@ -101,6 +107,10 @@ bool Simulation::substep(Workers& workers) {
       return std::uint32_t{0};
     }
     move(bodies, context);
+    if (is_watched && !bodies.contacts.had_ways_out() && bodies.gains.take_back(context, moving(bodies), warm)) {
+      step_with_more_care();
+      return std::uint32_t{0};
+    }
     return std::uint32_t{1};
   });
   return end_substeps(substeps_done);
@@ -108,13 +118,36 @@ bool Simulation::substep(Workers& workers) {
 
 template <class Real>
 Moving<Real> Simulation::moving(SoftBodies<Real>& bodies) {
-  return {bodies.states, rigid, colliders, noting ? &touches : nullptr,
-          frozen.size() + gas_events.size() + broken_joints.size()};
+  return {bodies.states,
+          rigid,
+          colliders,
+          noting ? &touches : nullptr,
+
+          frozen.size() + gas_events.size() + broken_joints.size(),
+          bodies.carried_out.velocities_m_s()};
+}
+
+// A free step looks by itself whether it gained (solve_step.cpp), and XPBD keeps no energy.
+template <class Real>
+bool Simulation::may_be_taken_back(const SoftBodies<Real>& bodies) const {
+  if (is_explicit(choice.integrator) || choice.integrator == Integrator::xpbd || !bodies.plan.may_touch) return false;
+  const std::uint32_t most = std::min(finer_substeps_max * choice.substeps, base::substeps_max);
+  return repairs_ || finer_substeps * tick_substeps <= most;
+}
+
+// What overlaps, or has come apart, is what most gains come from: it is left so for the rest of the tick. Shorter
+// substeps alone would close it the faster.
+void Simulation::step_with_more_care() {
+  if (std::exchange(repairs_, false)) return;
+  tick_substeps *= finer_substeps;
+  substep_index *= finer_substeps;
 }
 
 void Simulation::begin_tick() {
   touches.clear();
   tick_substeps = choice.substeps;
+  repairs_ = true;
+  visit([&](auto& bodies) { bodies.carried_out.begin(bodies.states, rigid, colliders); });
   if (choice.gas_give_m4_kg.empty()) return;
   const double chosen_s = period_s() / choice.substeps;
   const double shortest_s = period_s() / std::min(base::substeps_max, pressed_substeps_max * choice.substeps);
@@ -152,6 +185,7 @@ SubstepContext Simulation::context_on(Workers& workers) {
           .surroundings = {scene.gravity, scene.atmosphere},
           .dt_s = period_s() / tick_substeps,
           .is_first_of_tick = substep_index == 0,
+          .repairs = repairs_,
           .substeps_left = tick_substeps - substep_index,
           .workers = &workers,
           .profile = profiling ? &profile : nullptr};
@@ -185,6 +219,7 @@ void Simulation::meet(SoftBodies<Real>& bodies, const SubstepContext& context) {
                            .first_order = first_order(),
                            .warm = &warm,
                            .joints = joints,
+                           .carried_m_s = bodies.carried_out.velocities_m_s(),
                            .notes = context.is_last_of_tick() ? std::span(bodies.notes) : std::span<ContactNotes>(),
                            .touches = noting ? &touches : nullptr,
                            .extents = bodies.extents});

@@ -339,6 +339,7 @@ Profile World::profile() const {
       add_bytes(Stage::sleep, state.place.capacity() * sizeof(Vec3<Real>));
     }
     bodies.contacts.add_bytes(sum);
+    add_bytes(Stage::integrate, bodies.gains.bytes());
     for (const ContactNotes& notes : bodies.notes) {
       add_bytes(Stage::solid_contact, notes.capacity() * sizeof(VertexContact));
     }

@@ -39,6 +39,9 @@ class Contacts {
   /// After resolve(), before anything moves: see LumpedContacts::take_back. Its moves are void where it is not 0.
   [[nodiscard]] std::uint32_t take_back(const Moving<Real>& moving);
 
+  /// In the last substep of an implicit method: see CoupledStep::had_ways_out.
+  [[nodiscard]] bool had_ways_out() const { return coupled_.had_ways_out(); }
+
   /// Gives back what worlds use in turns.
   void end_tick();
 

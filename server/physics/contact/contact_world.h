@@ -39,10 +39,15 @@ struct ContactWorld {
   // Of implicit methods: what rows held as the step before ended, sorted by key; then, as this one did.
   std::vector<WarmImpulse>* warm = nullptr;
   std::span<JointState> joints = {};            // those that break are marked
+  std::span<const Vec3d> carried_m_s = {};      // within their velocities, what takes overlapping bodies apart
   std::span<ContactNotes> notes = {};           // what was answered is appended; or none
   TouchTally* touches = nullptr;                // likewise
   std::span<const Extents<Real>> extents = {};  // of those that are awake, where they are known already
 
+  /// Of a soft body, or of a rigid one as seen by responses: after the soft ones.
+  [[nodiscard]] Vec3d carried(std::size_t body) const {
+    return body < carried_m_s.size() ? carried_m_s[body] : Vec3d(Vec3d::Zero());
+  }
   [[nodiscard]] bool is_implicit() const { return !start_m_s.empty(); }
   [[nodiscard]] SubstepPhysics physics() const {
     return SubstepPhysics::of(substep.surroundings.gravity, substep.dt_s);

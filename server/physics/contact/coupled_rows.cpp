@@ -61,13 +61,14 @@ template <class Real>
 void find_joint_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
   const bool begins = passes.joints_left_m.empty();
   passes.joints_left_m.resize(world.joints.size());
+  const JointStep step{world.substep.dt_s, world.substep.repairs};
   for (std::uint32_t i = 0; i < world.joints.size(); ++i) {
     const JointState& joint = world.joints[i];
     if (!joint.has_soft) continue;
     const EndPlace first = place_of(world, passes, joint, 0);
     const EndPlace second = place_of(world, passes, joint, 1);
-    if (begins) passes.joints_left_m[i] = error_left_m(joint, first, second, world.substep.dt_s);
-    append_joint_rows(joint, i, first, second, passes.joints_left_m[i], world.substep.dt_s, passes.rows);
+    if (begins) passes.joints_left_m[i] = error_left_m(joint, first, second, step);
+    append_joint_rows(joint, i, first, second, passes.joints_left_m[i], step, passes.rows);
   }
 }
 
@@ -138,6 +139,32 @@ void find_solid_rows(const CoupledWorld<Real>& world, std::span<const SurfaceBod
                    [](const ContactRow& row, Takings& rows_of) { rows_of.add(row.first.body, 1); });
 }
 
+// What was put across a mesh still leaves it.
+void part_none(std::span<ContactRow> rows) {
+  for (ContactRow& row : rows) {
+    if (!is_way_out(row)) row.least_m_s = std::min(row.least_m_s, 0.0);
+  }
+}
+
+// Rows of bodies that leave a solid as wholes part by no more than these do in the substep.
+template <class Real>
+void carry_out(const CoupledWorld<Real>& world, CoupledPasses& passes) {
+  const double dt_s = world.substep.dt_s;
+  const std::size_t soft_count = passes.bodies.size();
+  for (ContactRow& row : passes.rows) {
+    if (row.gap_m > 0.0 || row.first.body >= soft_count || row.second.body < soft_count) continue;
+    const Vec3d soft_m_s = world.carried(row.first.body);
+    if (soft_m_s.isZero(0.0) || is_way_out(row)) continue;
+    const SolidPlace& solid = passes.solids[row.second.body - soft_count];
+    const Vec3d gone_m = mean_of(row.first, passes.surface(row.first.body).from) -
+                         mean_of(row.first, passes.bodies[row.first.body].start) -
+                         dt_s * (velocity_at(solid.velocity, solid.angular_velocity, row.second.arm) -
+                                 velocity_at(solid.ahead, solid.ahead_turning, row.second.arm));
+    const Vec3d left_m = dt_s * (soft_m_s - world.carried(row.second.body)) - gone_m;
+    row.least_m_s = std::max(0.0, row.normal.dot(left_m)) / dt_s;
+  }
+}
+
 // Adds the rows of each group of rigid bodies that a row of soft bodies or a joint touches.
 template <class Real>
 void add_rigid_rows(const CoupledWorld<Real>& world, CoupledPasses& passes) {
@@ -175,6 +202,8 @@ void find_coupled_rows(const CoupledWorld<Real>& world, SurfaceContacts<Real>& s
   aim_surface_rows(world, surfaces.meshes(), passes);
   for (SolidPlace& solid : passes.solids) set_way(solid, world.substep.dt_s);
   find_solid_rows(world, surfaces.bodies(), passes);
+  if (!world.substep.repairs) part_none(passes.rows);
+  if (!world.carried_m_s.empty()) carry_out(world, passes);
   find_joint_rows(world, passes);
   add_rigid_rows(world, passes);
 }

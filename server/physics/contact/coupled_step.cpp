@@ -95,6 +95,7 @@ bool CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Rea
   mark_broken(world);
   store(world);
   note(world);
+  had_ways_out_ = std::ranges::any_of(passes_.rows, is_way_out);
   responses_.clear();  // large; the next step has its own
   return true;
 }

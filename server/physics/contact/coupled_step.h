@@ -24,6 +24,8 @@ class CoupledStep {
   [[nodiscard]] bool run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces);
 
   [[nodiscard]] const RowCounts& counts() const { return counts_; }
+  /// Whether a body was on its way out of a mesh that it was put across (mesh_colliders.h).
+  [[nodiscard]] bool had_ways_out() const { return had_ways_out_; }
   [[nodiscard]] std::size_t bytes() const;
 
  private:
@@ -64,6 +66,7 @@ class CoupledStep {
   ImplicitSolver<Real> solver_;
   std::vector<Vec3d> x_, residual_;
   RowCounts counts_;
+  bool had_ways_out_ = false;
 };
 
 }  // namespace pneuma::physics

@@ -19,6 +19,9 @@ constexpr double joint_kept_share = 1.5;
 constexpr double given_way_share = 1.0 - 1e-9;
 // Of the longest length: ends nearer to each other have no direction.
 constexpr double coincident_share = 1e-12;
+// A rope that is too long by more than this share of its longest length, and than the spacing of vertices at an end,
+// was put so.
+constexpr double put_apart_share = 0.1;
 // Rows of joints come after those of contacts.
 constexpr std::uint64_t joint_bit = std::uint64_t{1} << 63U;
 
@@ -88,9 +91,15 @@ Vec3d axis_now(const JointState& joint, const Vec3d& axis, const EndPlace& secon
 /// The rows of one joint under way.
 class JointRows {
  public:
-  JointRows(const JointState& joint, std::uint32_t index, const EndPlace& first, const EndPlace& second, double dt_s,
-            std::vector<ContactRow>& rows)
-      : joint_(joint), index_(index), first_(first), second_(second), dt_s_(dt_s), rows_(rows) {}
+  JointRows(const JointState& joint, std::uint32_t index, const EndPlace& first, const EndPlace& second,
+            const JointStep& step, std::vector<ContactRow>& rows)
+      : joint_(joint),
+        index_(index),
+        first_(first),
+        second_(second),
+        dt_s_(step.dt_s),
+        repairs_(step.repairs),
+        rows_(rows) {}
 
   void add_point(const Vec3d& left_m) {
     ContactRow& row = add(RowKind::tie);
@@ -118,7 +127,7 @@ class JointRows {
         joint_.joint.compliance_m_n > 0.0
             ? std::numeric_limits<double>::infinity()
             : closing_speed_m_s + (first_.ahead_at(first_.at) - second_.ahead_at(second_.at)).norm() / dt_s_;
-    row.least_m_s = std::min(-row.gap_m / dt_s_, closing_m_s);
+    row.least_m_s = std::min(-row.gap_m / dt_s_, repairs_ ? closing_m_s : 0.0);
     bound(row);
   }
 
@@ -137,7 +146,8 @@ class JointRows {
     row.normal = axis;
     row.first.turns = row.second.turns = true;
     const double most_rad = closing_speed_rad_s * dt_s_ + first_.turn_ahead_rad.norm() + second_.turn_ahead_rad.norm();
-    row.free_m_s = (limited(error_rad, most_rad) + first_.turn_ahead_rad - second_.turn_ahead_rad) / dt_s_;
+    row.free_m_s =
+        (limited(error_rad, repairs_ ? most_rad : 0.0) + first_.turn_ahead_rad - second_.turn_ahead_rad) / dt_s_;
   }
 
   // The solver wants one that yields first.
@@ -172,6 +182,7 @@ class JointRows {
   const EndPlace& first_;
   const EndPlace& second_;
   double dt_s_;
+  bool repairs_;
   std::vector<ContactRow>& rows_;
   std::uint64_t parts_ = 0;
   std::size_t next_ = rows_.size();
@@ -265,7 +276,37 @@ double kept_of_end(const JointState& joint, std::size_t which, std::span<const S
   return both_soft && !(meets_others(end) && meets_others(other)) ? 0.0 : shell_m(soft[end.index]);
 }
 
-Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlace& second, double dt_s) {
+template <class Real>
+bool is_apart(const JointState& joint, std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid,
+              std::span<const ColliderState> colliders) {
+  if (std::holds_alternative<SliderJoint>(joint.joint.kind)) return false;  // along its axis it may be
+  double kept_m = 0.0;
+  double shells_m = 0.0;
+  double spacings_m = 0.0;
+  std::array<Vec3d, 2> at;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const JointEnd& end = joint.ends[i];
+    kept_m += kept_of_end<Real>(joint, i, soft, rigid, colliders);
+    at[i] = joint.points_m[i];
+    if (end.of == Anchor::Of::soft) {
+      const SoftState<Real>& body = soft[end.index];
+      at[i].setZero();
+      for (std::uint32_t k = 0; k < end.support.count; ++k)
+        at[i] += end.support.weights[k] * body.position_m(end.support.vertices[k]);
+      shells_m += shell_m(body);
+      spacings_m = std::max(spacings_m, spacing_m(body));
+    } else if (end.of != Anchor::Of::world) {
+      const EndFrame frame = frame_of(end, rigid, colliders);
+      at[i] = frame.position + frame.orientation * joint.points_m[i];
+    }
+  }
+  const double length_m = (at[0] - at[1]).norm();
+  if (const auto* rope = std::get_if<DistanceLimit>(&joint.joint.kind))
+    return length_m > (1.0 + put_apart_share) * rope->longest_m + spacings_m;
+  return length_m > joint_kept_share * kept_m + shells_m;
+}
+
+Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlace& second, const JointStep& step) {
   if (std::holds_alternative<DistanceLimit>(joint.joint.kind)) return Vec3d::Zero();
   Vec3d error_m = first.at - second.at;
   if (const auto* slider = std::get_if<SliderJoint>(&joint.joint.kind)) {
@@ -275,14 +316,15 @@ Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlac
   const double kept_m = first.kept_m + second.kept_m > 0.0 ? joint_kept_share * (first.kept_m + second.kept_m) : 0.0;
   if (size_m <= kept_m) return error_m;
   if (joint.joint.compliance_m_n > 0.0) return limited(error_m, kept_m);
-  const double closed_m = closing_speed_m_s * dt_s + turning_speed_m(first) + turning_speed_m(second);
+  if (!step.repairs) return error_m;
+  const double closed_m = closing_speed_m_s * step.dt_s + turning_speed_m(first) + turning_speed_m(second);
   return limited(error_m, std::max(kept_m, size_m - closed_m));
 }
 
 void append_joint_rows(const JointState& joint, std::uint32_t index, const EndPlace& first, const EndPlace& second,
-                       const Vec3d& left_m, double dt_s, std::vector<ContactRow>& rows) {
+                       const Vec3d& left_m, const JointStep& step, std::vector<ContactRow>& rows) {
   if (!first.yields && !second.yields) return;
-  JointRows parts(joint, index, first, second, dt_s, rows);
+  JointRows parts(joint, index, first, second, step, rows);
   struct Adder {
     const JointState& joint;
     const EndPlace& first;
@@ -323,7 +365,9 @@ bool has_given_way(const ContactRow& row) {
                                        std::span<const ColliderState>);                                             \
   template void tie_bodies<Real>(std::span<JointState>, std::span<SoftState<Real>>, std::span<RigidState>);         \
   template double kept_of_end<Real>(const JointState&, std::size_t, std::span<const SoftState<Real>>,               \
-                                    std::span<const RigidState>, std::span<const ColliderState>);
+                                    std::span<const RigidState>, std::span<const ColliderState>);                   \
+  template bool is_apart<Real>(const JointState&, std::span<const SoftState<Real>>, std::span<const RigidState>,    \
+                               std::span<const ColliderState>);
 PNEUMA_INSTANTIATE(float)
 PNEUMA_INSTANTIATE(double)
 #undef PNEUMA_INSTANTIATE

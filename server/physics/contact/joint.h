@@ -73,13 +73,26 @@ template <class Real>
 [[nodiscard]] double kept_of_end(const JointState& joint, std::size_t which, std::span<const SoftState<Real>> soft,
                                  std::span<const RigidState> rigid, std::span<const ColliderState> colliders);
 
+/// Whether the joint's ends are further apart than its work leaves them, as a scene or an edit may put them. To bring
+/// them together takes energy that the bodies do not have.
+template <class Real>
+[[nodiscard]] bool is_apart(const JointState& joint, std::span<const SoftState<Real>> soft,
+                            std::span<const RigidState> rigid, std::span<const ColliderState> colliders);
+
+/// The substep, as joints see it.
+struct JointStep {
+  double dt_s = 0.0;
+  bool repairs = true;  // ends that are apart come together
+};
+
 /// What is left of a joint's error at the end of a substep that starts with its ends at these places: 0, or where the
 /// ends are further apart than a bounded speed closes in a substep, the rest.
-[[nodiscard]] Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlace& second, double dt_s);
+[[nodiscard]] Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlace& second,
+                                 const JointStep& step);
 
 /// Appends the rows of joint number `index`.
 void append_joint_rows(const JointState& joint, std::uint32_t index, const EndPlace& first, const EndPlace& second,
-                       const Vec3d& left_m, double dt_s, std::vector<ContactRow>& rows);
+                       const Vec3d& left_m, const JointStep& step, std::vector<ContactRow>& rows);
 
 /// Of a row: the number of the joint that it is a part of; nothing of a contact.
 [[nodiscard]] std::optional<std::uint32_t> joint_of(const ContactRow& row);

@@ -93,7 +93,7 @@ void JointContacts<Real>::find_rows(std::span<const JointState> joints, bool onl
     if (only_solid && joints[i].has_soft) continue;
     const EndPlace first = place_of(joints[i], 0, soft, rigid, colliders, dt_s);
     const EndPlace second = place_of(joints[i], 1, soft, rigid, colliders, dt_s);
-    append_joint_rows(joints[i], i, first, second, error_left_m(joints[i], first, second, dt_s), dt_s, rows_);
+    append_joint_rows(joints[i], i, first, second, error_left_m(joints[i], first, second, {dt_s}), {dt_s}, rows_);
     if (rope_softness_1_kg_[i] == 0.0) continue;
     ContactRow across = rows_.back();
     ++across.key.features;

@@ -173,7 +173,7 @@ void LumpedGroup<Real>::list_due(const Substep& substep, const SurfaceContacts<R
     const SubstepRow& brief = brief_[r];
     if (std::min(gaps_m_[r], ends_m_[r]) > brief.near_m && impulse.pressed_n_s == 0.0) continue;
     (!is_of_solid(r) ? due_.skins : solids_.is_rigid(r - skin_rows_) ? due_.rigid : due_.fixed).push_back(r);
-    impulse.least_m_s = -std::max(gaps_m_[r], 0.0) / dt_s;
+    impulse.least_m_s = gaps_m_[r] > 0.0 ? -gaps_m_[r] / dt_s : carried_apart_m_s(substep, r).value_or(0.0);
     fastest_m_s_ = std::max(fastest_m_s_, std::abs(opening_m_s_[r]));
     if (ends_m_[r] >= 0.0 || opening_m_s_[r] >= 0.0) continue;
     const double share = gaps_m_[r] > 0.0 ? gaps_m_[r] / (gaps_m_[r] - ends_m_[r]) : 0.0;
@@ -182,6 +182,19 @@ void LumpedGroup<Real>::list_due(const Substep& substep, const SurfaceContacts<R
     if (impact < 0.0 || hits_solid) impulse.least_m_s = -brief.restitution * impact;
     if (hits_solid) hits_.push_back({r, share});
   }
+}
+
+// Of a body that leaves a solid as a whole: the speed at which the row's two do. Nothing of others.
+template <class Real>
+std::optional<double> LumpedGroup<Real>::carried_apart_m_s(const Substep& substep, std::uint32_t r) const {
+  const ContactWorld<Real>& world = substep.world;
+  if (world.carried_m_s.empty() || !is_of_solid(r)) return {};
+  const Vec3d soft_m_s = world.carried(rows_[r]->first.body);
+  if (soft_m_s.isZero(0.0)) return {};
+  const std::size_t solid = r - skin_rows_;
+  const Vec3d solid_m_s =
+      solids_.is_rigid(solid) ? world.carried(world.soft.size() + solids_.index(solid)) : Vec3d(Vec3d::Zero());
+  return std::max(0.0, solver_.normal(r).dot(soft_m_s - solid_m_s));
 }
 
 // What restitution acts on: not on what gravity adds after the impact.
@@ -333,6 +346,7 @@ void LumpedGroup<Real>::solve_moves(const Substep& substep) {
     for (const std::uint32_t r : *list) {
       double back_m = -back_share * gaps_m_[r];
       if (brief_[r].is_vertex_on_solid) back_m = std::min(-gaps_m_[r], std::max(back_m, brief_[r].out_m));
+      if (const auto carried_m_s = carried_apart_m_s(substep, r)) back_m = dt_s * *carried_m_s;
       least_m_[r] = gaps_m_[r] > 0.0 ? -gaps_m_[r] : back_m;
       if (list == &due_.rigid) least_m_[r] += dt_s * solver_.rigid_velocity_m_s(r).dot(solver_.normal(r));
       any_short = any_short || ends_m_[r] < least_m_[r];

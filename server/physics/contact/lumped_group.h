@@ -91,6 +91,7 @@ class LumpedGroup {
                                       std::uint32_t body);
   [[nodiscard]] bool solve_velocities(const Substep& substep);
   void move_skins_by_velocity(double dt_s);
+  [[nodiscard]] std::optional<double> carried_apart_m_s(const Substep& substep, std::uint32_t r) const;
   void take_back_pushes(const SubstepContext& context);
   // Calls visit(row) for each of these rows whose vertex does not come to its solid in the substep: it was there
   // before.

@@ -18,8 +18,9 @@ struct Moving {
   std::span<SoftState<Real>> soft;
   std::span<RigidState> rigid;
   std::span<ColliderState> colliders;
-  TouchTally* touches = nullptr;  // of the tick; none where nobody asks
-  std::size_t events = 0;         // so many so far: bodies that froze, gases that burst, joints that broke
+  TouchTally* touches = nullptr;            // of the tick; none where nobody asks
+  std::size_t events = 0;                   // so many so far: bodies that froze, gases that burst, joints that broke
+  std::span<const Vec3d> carried_m_s = {};  // CarriedOut's
 };
 
 /// The state of all that moves, between two substeps of a tick.
