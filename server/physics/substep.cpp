@@ -122,15 +122,14 @@ Moving<Real> Simulation::moving(SoftBodies<Real>& bodies) {
           rigid,
           colliders,
           noting ? &touches : nullptr,
-
           frozen.size() + gas_events.size() + broken_joints.size(),
           bodies.carried_out.velocities_m_s()};
 }
 
-// A free step looks by itself whether it gained (solve_step.cpp), and XPBD keeps no energy.
+// Of steps that are solved with their contacts. A free step looks by itself whether it gained (solve_step.cpp).
 template <class Real>
 bool Simulation::may_be_taken_back(const SoftBodies<Real>& bodies) const {
-  if (is_explicit(choice.integrator) || choice.integrator == Integrator::xpbd || !bodies.plan.may_touch) return false;
+  if (bodies.states.empty() || coupled_start_m_s(bodies).empty()) return false;
   const std::uint32_t most = std::min(finer_substeps_max * choice.substeps, base::substeps_max);
   return repairs_ || finer_substeps * tick_substeps <= most;
 }
@@ -147,7 +146,10 @@ void Simulation::begin_tick() {
   touches.clear();
   tick_substeps = choice.substeps;
   repairs_ = true;
-  visit([&](auto& bodies) { bodies.carried_out.begin(bodies.states, rigid, colliders); });
+  {
+    const StageTimer timer(profiling ? &profile : nullptr, Stage::solid_contact);
+    visit([&](auto& bodies) { bodies.carried_out.begin(bodies.states, rigid, colliders); });
+  }
   if (choice.gas_give_m4_kg.empty()) return;
   const double chosen_s = period_s() / choice.substeps;
   const double shortest_s = period_s() / std::min(base::substeps_max, pressed_substeps_max * choice.substeps);

@@ -158,7 +158,10 @@ double gases_j(const World& world) {
 void expect_no_gain(const Pile& pile, std::uint32_t seed) {
   if (pile.scene().soft_bodies.empty()) return;
   auto world = World::create(pile.scene());
-  if (!world.ok()) return;  // more substeps than a tick may have
+  if (!world.ok()) {
+    ASSERT_EQ(pile.scene().stepping.substeps, 0U) << "seed " << seed << ": " << world.status().message();
+    return;  // more substeps than a tick may have
+  }
   const double first_j = whole_energy_j(*world);
   double least_gas_j = gases_j(*world);
   double most_gas_j = least_gas_j;
@@ -207,7 +210,7 @@ TEST(StiffPile, ABallOnARimGainsNoEnergyByOneStepATick) {
   expect_no_gain(pile, 3'258);
 }
 
-// Its steps gain, and are taken again with more care: in more of them than the tick has.
+// Steps of it gain, and are taken again with more care.
 TEST(StiffPile, ATickThatIsTakenAgainHasTheSameBitsOnAnyNumberOfThreads) {
   const Pile pile(3'258);
   World on_one = make_world(pile.scene());

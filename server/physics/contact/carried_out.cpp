@@ -5,6 +5,7 @@
 #include <optional>
 #include <variant>
 
+#include "physics/contact/contact_bounds.h"
 #include "physics/contact/surface_shell.h"
 #include "physics/rigid/contact_surface.h"
 #include "physics/rigid/rigid_mass.h"
@@ -14,7 +15,7 @@
 namespace pneuma::physics {
 namespace {
 
-// Of the spacing of vertices: deeper than rows leave them.
+// Vertices that are deeper than this share of their spacing are deeper than rows leave them.
 constexpr double deep_share = 0.01;
 // The depth of a body is left within this time, at no more than this speed.
 constexpr double out_time_s = 0.3;
@@ -65,7 +66,7 @@ bool may_be_deep(const Shape& shape, const Aabb<double>& box, double offset_m, d
   return ((middle.cwiseAbs() - half).array() < outer.array()).all();
 }
 
-/// Of a box of the world, about it.
+/// About a box of the world.
 Aabb<double> box_in(const Frame& frame, const Aabb<double>& box) {
   const Vec3d middle = frame.to_local(0.5 * (box.min + box.max));
   const Vec3d half = frame.rotation.transpose().cwiseAbs() * (0.5 * (box.max - box.min));
@@ -136,17 +137,22 @@ Vec3d no_faster(const Vec3d& velocity_m_s) {
 }
 
 template <class Real>
-void carry(std::span<SoftState<Real>> soft, std::span<RigidState> rigid, std::span<const Vec3d> velocities_m_s,
-           double times) {
-  if (velocities_m_s.empty()) return;
-  for (std::size_t s = 0; s < soft.size(); ++s) {
-    if (!soft[s].is_awake() || velocities_m_s[s].isZero(0.0)) continue;
-    const Vec3<Real> carried = (times * velocities_m_s[s]).template cast<Real>();
-    for (Vec3<Real>& v : soft[s].v) v += carried;
-  }
-  for (std::size_t r = 0; r < rigid.size(); ++r) {
-    if (rigid[r].is_awake()) rigid[r].velocity += times * velocities_m_s[soft.size() + r];
-  }
+void add_to_all(SoftState<Real>& body, const Vec3d& velocity_m_s) {
+  const Vec3<Real> added = velocity_m_s.template cast<Real>();
+  for (Vec3<Real>& v : body.v) v += added;
+}
+
+// What is left of it. Contact or a joint may have stopped the body beside a fixed solid, and it is not to go back for
+// that.
+Vec3d left_of(const Vec3d& carried_m_s, const Vec3d& velocity_m_s) {
+  const double speed_m_s = carried_m_s.norm();
+  if (speed_m_s == 0.0) return Vec3d::Zero();
+  const Vec3d along = carried_m_s / speed_m_s;
+  return std::clamp(velocity_m_s.dot(along), 0.0, speed_m_s) * along;
+}
+
+Vec3d apart_m_s(const Overlap& of, std::span<const Vec3d> velocities_m_s, std::size_t soft_count) {
+  return velocities_m_s[of.soft] - (of.rigid ? velocities_m_s[soft_count + *of.rigid] : Vec3d(Vec3d::Zero()));
 }
 
 }  // namespace
@@ -159,27 +165,41 @@ void CarriedOut<Real>::begin(std::span<SoftState<Real>> soft, std::span<RigidSta
   const std::vector<Overlap> overlaps = find_overlaps<Real>(soft, rigid, colliders);
   if (overlaps.empty()) return;
   velocities_m_s_.assign(soft.size() + rigid.size(), Vec3d::Zero());
+  leaves_fixed_.assign(soft.size(), 1);
+  for (const Overlap& of : overlaps) {
+    if (of.rigid) leaves_fixed_[of.soft] = 0;
+  }
   for (int round = 0; round < rounds; ++round) {
     for (const Overlap& of : overlaps) {
-      Vec3d& soft_m_s = velocities_m_s_[of.soft];
-      Vec3d* rigid_m_s = of.rigid ? &velocities_m_s_[soft.size() + *of.rigid] : nullptr;
-      const double apart_m_s = of.normal.dot(rigid_m_s != nullptr ? Vec3d(soft_m_s - *rigid_m_s) : soft_m_s);
-      if (apart_m_s >= of.speed_m_s) continue;
+      const double lacking_m_s = of.speed_m_s - of.normal.dot(apart_m_s(of, velocities_m_s_, soft.size()));
+      if (lacking_m_s <= 0.0) continue;
       const double soft_1_kg = 1.0 / soft[of.soft].body.mass_kg;
       const Vec3d solid_1_kg = of.rigid ? inverse_masses_1_kg(rigid[*of.rigid]) : Vec3d(Vec3d::Zero());
       const Vec3d yielding = solid_1_kg.cwiseProduct(of.normal);
-      const double impulse_n_s = (of.speed_m_s - apart_m_s) / (soft_1_kg + of.normal.dot(yielding));
-      soft_m_s += impulse_n_s * soft_1_kg * of.normal;
-      if (rigid_m_s != nullptr) *rigid_m_s -= impulse_n_s * yielding;
+      const double impulse_n_s = lacking_m_s / (soft_1_kg + of.normal.dot(yielding));
+      velocities_m_s_[of.soft] += impulse_n_s * soft_1_kg * of.normal;
+      if (of.rigid) velocities_m_s_[soft.size() + *of.rigid] -= impulse_n_s * yielding;
     }
   }
   for (Vec3d& velocity : velocities_m_s_) velocity = no_faster(velocity);
-  carry<Real>(soft, rigid, velocities_m_s_, 1.0);
+  for (const Overlap& of : overlaps) {  // between walls there is no way out of both
+    if (of.normal.dot(apart_m_s(of, velocities_m_s_, soft.size())) < 0.0) velocities_m_s_[of.soft].setZero();
+  }
+  for (std::size_t s = 0; s < soft.size(); ++s) add_to_all(soft[s], velocities_m_s_[s]);
+  for (std::size_t r = 0; r < rigid.size(); ++r) rigid[r].velocity += velocities_m_s_[soft.size() + r];
 }
 
 template <class Real>
 void CarriedOut<Real>::end(std::span<SoftState<Real>> soft, std::span<RigidState> rigid) {
-  carry<Real>(soft, rigid, velocities_m_s_, -1.0);
+  if (velocities_m_s_.empty()) return;
+  for (std::size_t s = 0; s < soft.size(); ++s) {
+    if (!soft[s].is_awake()) continue;
+    const Vec3d carried_m_s = velocities_m_s_[s];
+    add_to_all(soft[s], Vec3d(leaves_fixed_[s] != 0 ? -left_of(carried_m_s, mean_velocity(soft[s])) : -carried_m_s));
+  }
+  for (std::size_t r = 0; r < rigid.size(); ++r) {
+    if (rigid[r].is_awake()) rigid[r].velocity -= velocities_m_s_[soft.size() + r];
+  }
   velocities_m_s_.clear();
 }
 

@@ -44,7 +44,7 @@ struct ContactWorld {
   TouchTally* touches = nullptr;                // likewise
   std::span<const Extents<Real>> extents = {};  // of those that are awake, where they are known already
 
-  /// Of a soft body, or of a rigid one as seen by responses: after the soft ones.
+  /// How fast a body is carried. Rigid bodies are numbered after the soft ones, as responses are.
   [[nodiscard]] Vec3d carried(std::size_t body) const {
     return body < carried_m_s.size() ? carried_m_s[body] : Vec3d(Vec3d::Zero());
   }

@@ -51,6 +51,7 @@ constexpr double pressure_share = 0.5;
 
 template <class Real>
 bool CoupledStep<Real>::run(const CoupledWorld<Real>& world, SurfaceContacts<Real>& surfaces) {
+  had_ways_out_ = false;
   begin(world, surfaces);
   find_coupled_rows(world, surfaces, passes_);
   list_resting(passes_, world.substep.dt_s, rests_);

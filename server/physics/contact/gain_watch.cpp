@@ -9,15 +9,18 @@
 #include "physics/forces/force_terms.h"
 #include "physics/forces/gas.h"
 #include "physics/forces/measures.h"
+#include "physics/machine/profile.h"
+#include "physics/rigid/rigid_motion.h"
 
 namespace pneuma::physics {
 namespace {
 
-// A substep may gain so much of its kinetic energy, by its method's own error, and what lifts its bodies by a share of
-// the distance that they keep: a heap at rest would have all its substeps stepped again.
-constexpr double gained_share_max = 1e-2;
-constexpr double gained_lift_share = 0.5;
-// Of the energy: what places that are rounded make of it.
+// A substep may gain this share of its kinetic energy, by its method's own error. It may also gain what lifts its
+// bodies by a share of the distance that they keep. Without that, a heap at rest would have all its substeps stepped
+// again.
+constexpr double watched_share_max = 1e-2;
+constexpr double watched_lift_share = 0.5;
+// Rounded places change the energy by so many roundings of it.
 constexpr double roundings = 4.0;
 
 struct MovingEnergy {
@@ -64,9 +67,7 @@ bool is_worked_on(const SubstepContext& context, const Moving<Real>& moving, std
     const auto drives = [&]<class Term>() { return Term::drives(body, context.surroundings); };
     return body.is_awake() && (is_pumped || ForceTerms::any(drives));
   };
-  const auto moves = [](const ColliderState& state) {
-    return !state.collider.velocity.isZero(0.0) || !state.collider.angular_velocity.isZero(0.0);
-  };
+  const auto moves = [](const ColliderState& state) { return is_moving(state.collider); };
   const auto works = [&](const JointState& state) {
     return state.joint.compliance_m_n > 0.0 || is_apart<Real>(state, moving.soft, moving.rigid, moving.colliders);
   };
@@ -92,6 +93,7 @@ template <class Real>
 void GainWatch<Real>::begin(const SubstepContext& context, const Moving<Real>& moving,
                             std::span<const JointState> joints, std::span<const WarmImpulse> warm) {
   start_.forget();
+  const StageTimer timer(context.profile, Stage::integrate);
   if (is_worked_on(context, moving, joints)) return;
   start_.keep(moving, context.substeps_left);
   warm_.assign(warm.begin(), warm.end());
@@ -104,12 +106,13 @@ template <class Real>
 bool GainWatch<Real>::take_back(const SubstepContext& context, const Moving<Real>& moving,
                                 std::vector<WarmImpulse>& warm) {
   if (!start_.can_restore(moving)) return false;
+  const StageTimer timer(context.profile, Stage::integrate);
   const MovingEnergy after = energy_of(context, moving);
   const double gained_j = after.kinetic_j + after.potential_j - energy_j_;
   const double rounded_j = roundings * static_cast<double>(std::numeric_limits<Real>::epsilon()) *
                            (kinetic_j_ + std::abs(after.potential_j));
   const double allowed_j =
-      gained_share_max * std::max(kinetic_j_, after.kinetic_j) + gained_lift_share * after.lift_j + rounded_j;
+      watched_share_max * std::max(kinetic_j_, after.kinetic_j) + watched_lift_share * after.lift_j + rounded_j;
   if (!(gained_j > allowed_j + lifted_j(context, moving))) return false;
   start_.restore(moving);
   warm.assign(warm_.begin(), warm_.end());

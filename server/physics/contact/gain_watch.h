@@ -16,7 +16,7 @@ template <class Real>
 class GainWatch {
  public:
   /// Before the substep. `warm`: what its rows start from. Nothing is watched where something may do work on a body:
-  /// wind, a grab, a gas that flows, a collider that moves, a joint that gives way or that has ends to bring together.
+  /// wind, a grab, a gas that flows, a collider that moves. Nor is a joint that gives way, or whose ends are put apart.
   void begin(const SubstepContext& context, const Moving<Real>& moving, std::span<const JointState> joints,
              std::span<const WarmImpulse> warm);
   /// After everything has moved. Whether bodies had more energy than they began with, and have been put back.

@@ -22,6 +22,8 @@ constexpr double coincident_share = 1e-12;
 // A rope that is too long by more than this share of its longest length, and than the spacing of vertices at an end,
 // was put so.
 constexpr double put_apart_share = 0.1;
+// Ends on rigid bodies are off by this share of the body's size in their work.
+constexpr double solid_off_share = 0.02;
 // Rows of joints come after those of contacts.
 constexpr std::uint64_t joint_bit = std::uint64_t{1} << 63U;
 
@@ -123,11 +125,11 @@ class JointRows {
     row.normal = -apart / length_m;
     row.gap_m = longest_m - length_m;
     row.free_m_s = (first_.ahead_at(first_.at) - second_.ahead_at(second_.at)) / dt_s_;
+    const bool gives_way = joint_.joint.compliance_m_n > 0.0;
     const double closing_m_s =
-        joint_.joint.compliance_m_n > 0.0
-            ? std::numeric_limits<double>::infinity()
-            : closing_speed_m_s + (first_.ahead_at(first_.at) - second_.ahead_at(second_.at)).norm() / dt_s_;
-    row.least_m_s = std::min(-row.gap_m / dt_s_, repairs_ ? closing_m_s : 0.0);
+        gives_way ? std::numeric_limits<double>::infinity()
+                  : closing_speed_m_s + (first_.ahead_at(first_.at) - second_.ahead_at(second_.at)).norm() / dt_s_;
+    row.least_m_s = std::min(-row.gap_m / dt_s_, repairs_ || gives_way ? closing_m_s : 0.0);
     bound(row);
   }
 
@@ -279,31 +281,34 @@ double kept_of_end(const JointState& joint, std::size_t which, std::span<const S
 template <class Real>
 bool is_apart(const JointState& joint, std::span<const SoftState<Real>> soft, std::span<const RigidState> rigid,
               std::span<const ColliderState> colliders) {
-  if (std::holds_alternative<SliderJoint>(joint.joint.kind)) return false;  // along its axis it may be
-  double kept_m = 0.0;
-  double shells_m = 0.0;
-  double spacings_m = 0.0;
+  double allowed_m = 0.0;
+  double spacing_max_m = 0.0;
   std::array<Vec3d, 2> at;
   for (std::size_t i = 0; i < 2; ++i) {
     const JointEnd& end = joint.ends[i];
-    kept_m += kept_of_end<Real>(joint, i, soft, rigid, colliders);
+    allowed_m += joint_kept_share * kept_of_end<Real>(joint, i, soft, rigid, colliders);
     at[i] = joint.points_m[i];
     if (end.of == Anchor::Of::soft) {
       const SoftState<Real>& body = soft[end.index];
       at[i].setZero();
       for (std::uint32_t k = 0; k < end.support.count; ++k)
         at[i] += end.support.weights[k] * body.position_m(end.support.vertices[k]);
-      shells_m += shell_m(body);
-      spacings_m = std::max(spacings_m, spacing_m(body));
+      allowed_m += shell_m(body);
+      spacing_max_m = std::max(spacing_max_m, spacing_m(body));
     } else if (end.of != Anchor::Of::world) {
       const EndFrame frame = frame_of(end, rigid, colliders);
+      if (end.of == Anchor::Of::rigid)
+        allowed_m += solid_off_share * half_extents_m(rigid[end.index].body.shape).norm();
       at[i] = frame.position + frame.orientation * joint.points_m[i];
     }
   }
-  const double length_m = (at[0] - at[1]).norm();
+  Vec3d apart_m = at[0] - at[1];
   if (const auto* rope = std::get_if<DistanceLimit>(&joint.joint.kind))
-    return length_m > (1.0 + put_apart_share) * rope->longest_m + spacings_m;
-  return length_m > joint_kept_share * kept_m + shells_m;
+    return apart_m.norm() > (1.0 + put_apart_share) * rope->longest_m + spacing_max_m;
+  if (const auto* slider = std::get_if<SliderJoint>(&joint.joint.kind)) {
+    apart_m = across(apart_m, frame_of(joint.ends[1], rigid, colliders).orientation * (joint.turn * slider->axis));
+  }
+  return apart_m.norm() > allowed_m;
 }
 
 Vec3d error_left_m(const JointState& joint, const EndPlace& first, const EndPlace& second, const JointStep& step) {

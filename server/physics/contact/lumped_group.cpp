@@ -184,7 +184,7 @@ void LumpedGroup<Real>::list_due(const Substep& substep, const SurfaceContacts<R
   }
 }
 
-// Of a body that leaves a solid as a whole: the speed at which the row's two do. Nothing of others.
+// How fast the row's two part, where the soft body is carried out of a solid. Nothing of other rows.
 template <class Real>
 std::optional<double> LumpedGroup<Real>::carried_apart_m_s(const Substep& substep, std::uint32_t r) const {
   const ContactWorld<Real>& world = substep.world;

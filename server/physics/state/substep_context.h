@@ -21,7 +21,7 @@ struct SubstepContext {
   Surroundings surroundings = {};
   double dt_s = 0.0;
   bool is_first_of_tick = true;     // contact starts from nothing
-  bool repairs = true;              // rows part what overlaps, and close joints that have come apart
+  bool repairs = true;              // rows of implicit steps part what overlaps, and close joints
   std::uint32_t substeps_left = 1;  // of the tick, with this one
   Workers* workers = nullptr;       // null: the calling thread works alone
   Profile* profile = nullptr;       // null: nobody asks where the time goes
