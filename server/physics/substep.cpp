@@ -146,7 +146,7 @@ void Simulation::begin_tick() {
   touches.clear();
   tick_substeps = choice.substeps;
   repairs_ = true;
-  {
+  if (!(rigid.empty() && colliders.empty()) && !is_at_rest()) {
     const StageTimer timer(profiling ? &profile : nullptr, Stage::solid_contact);
     visit([&](auto& bodies) { bodies.carried_out.begin(bodies.states, rigid, colliders); });
   }

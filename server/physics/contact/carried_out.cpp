@@ -33,7 +33,7 @@ struct WayOut {
   double depth_m = 0.0;
 };
 
-struct Solid {
+struct PlacedSolid {
   Frame frame;
   const Shape* shape = nullptr;
   const Surface* surface = nullptr;
@@ -74,7 +74,7 @@ Aabb<double> box_in(const Frame& frame, const Aabb<double>& box) {
 }
 
 template <class Real>
-std::optional<WayOut> way_out(const SoftState<Real>& body, const Aabb<double>& box, const Solid& solid) {
+std::optional<WayOut> way_out(const SoftState<Real>& body, const Aabb<double>& box, const PlacedSolid& solid) {
   const double offset_m = combine(body.body.surface, *solid.surface).thickness_m;
   const double deep_m = deep_share * spacing_m(body);
   if (!may_be_deep(*solid.shape, box_in(solid.frame, box), offset_m, deep_m) ||
@@ -109,7 +109,7 @@ std::vector<Overlap> find_overlaps(std::span<const SoftState<Real>> soft, std::s
                                    std::span<const ColliderState> colliders) {
   std::vector<Overlap> overlaps;
   Aabb<double> box;  // of the soft body
-  const auto look = [&](std::size_t s, const Solid& solid, std::optional<std::size_t> yielding) {
+  const auto look = [&](std::size_t s, const PlacedSolid& solid, std::optional<std::size_t> yielding) {
     const auto way = way_out(soft[s], box, solid);
     if (!way) return;
     overlaps.push_back({s, yielding, way->normal, std::min(way->depth_m / out_time_s, out_speed_max_m_s)});
@@ -120,7 +120,7 @@ std::vector<Overlap> find_overlaps(std::span<const SoftState<Real>> soft, std::s
     for (std::size_t r = 0; r < rigid.size(); ++r) {
       if (rigid[r].frozen) continue;
       const bool yields = rigid[r].is_awake() && is_active(rigid[r]);
-      const Solid solid{Frame(rigid[r].position, rigid[r].orientation), &rigid[r].body.shape, &rigid[r].body.surface};
+      const PlacedSolid solid{Frame(rigid[r].position, rigid[r].orientation), &rigid[r].body.shape, &rigid[r].body.surface};
       look(s, solid, yields ? std::optional(r) : std::nullopt);
     }
     for (const ColliderState& state : colliders) {
