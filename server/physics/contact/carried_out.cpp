@@ -120,7 +120,8 @@ std::vector<Overlap> find_overlaps(std::span<const SoftState<Real>> soft, std::s
     for (std::size_t r = 0; r < rigid.size(); ++r) {
       if (rigid[r].frozen) continue;
       const bool yields = rigid[r].is_awake() && is_active(rigid[r]);
-      const PlacedSolid solid{Frame(rigid[r].position, rigid[r].orientation), &rigid[r].body.shape, &rigid[r].body.surface};
+      const PlacedSolid solid{Frame(rigid[r].position, rigid[r].orientation), &rigid[r].body.shape,
+                              &rigid[r].body.surface};
       look(s, solid, yields ? std::optional(r) : std::nullopt);
     }
     for (const ColliderState& state : colliders) {
