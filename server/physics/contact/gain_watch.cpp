@@ -20,13 +20,15 @@ namespace {
 // again.
 constexpr double watched_share_max = 1e-2;
 constexpr double watched_lift_share = 0.5;
+// Rigid bodies, which may be a thousand times as heavy as what carries them, are lifted by this share of that.
+constexpr double rigid_lift_share = 0.04;
 // Rounded places change the energy by so many roundings of it.
 constexpr double roundings = 4.0;
 
 struct MovingEnergy {
   double kinetic_j = 0.0;
   double potential_j = 0.0;
-  double lift_j = 0.0;  // of the soft bodies, by the distance that they keep
+  double lift_j = 0.0;  // by the distance that soft bodies keep
 };
 
 template <class Real>
@@ -54,8 +56,12 @@ MovingEnergy energy_of(const SubstepContext& context, const Moving<Real>& moving
   for (const SoftState<Real>& body : moving.soft) {
     if (body.is_awake()) add_energy(body, context.surroundings, places, sum);
   }
+  double kept_m = 0.0;
+  for (const SoftState<Real>& body : moving.soft) kept_m = std::max(kept_m, shell_m(body));
   for (const RigidState& body : moving.rigid) {
-    if (body.is_awake()) add_energy(body, context.surroundings, sum);
+    if (!body.is_awake()) continue;
+    add_energy(body, context.surroundings, sum);
+    sum.lift_j += rigid_lift_share * kept_m * body.body.mass_kg * context.surroundings.gravity.norm();
   }
   return sum;
 }
