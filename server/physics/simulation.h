@@ -52,7 +52,7 @@ class Simulation {
   explicit Simulation(Scene scene, SubstepChoice choice);
 
   /// As World::substep. Where contact takes a span back, the tick goes on from an earlier substep; where it takes back
-  /// a substep that left more energy than there was, the tick goes on in shorter ones.
+  /// a substep that left more energy than there was, it goes on with more care.
   bool substep(Workers& workers);
   /// Finds how many substeps the tick takes. Once a tick, before its first substep.
   void begin_tick();

@@ -175,6 +175,23 @@ void expect_no_gain(const Pile& pile, std::uint32_t seed) {
   EXPECT_TRUE(world->take_frozen().empty()) << "seed " << seed;
 }
 
+// Ticks of it take more substeps than were chosen.
+void expect_same_bits_in_more_substeps(const Pile& pile) {
+  World on_one = make_world(pile.scene());
+  World on_two = make_world(pile.scene());
+  Workers one(1);
+  Workers two(2);
+  std::uint32_t most = 0;
+  for (int tick = 0; tick < 60; ++tick) {
+    on_one.step_tick(one);
+    std::uint32_t substeps = 1;
+    while (!on_two.substep(two)) ++substeps;
+    most = std::max(most, substeps);
+    ASSERT_EQ(on_one.state_hash(), on_two.state_hash()) << tick;
+  }
+  EXPECT_GT(most, on_two.substeps());
+}
+
 class StiffPiles : public testing::TestWithParam<std::uint32_t> {};
 
 TEST_P(StiffPiles, GainNoEnergy) {
@@ -213,19 +230,7 @@ TEST(StiffPile, ABallOnARimGainsNoEnergyByOneStepATick) {
 // Steps of it gain, and are taken again with more care.
 TEST(StiffPile, ATickThatIsTakenAgainHasTheSameBitsOnAnyNumberOfThreads) {
   const Pile pile(3'258);
-  World on_one = make_world(pile.scene());
-  World on_two = make_world(pile.scene());
-  Workers one(1);
-  Workers two(2);
-  std::uint32_t most = 0;
-  for (int tick = 0; tick < 60; ++tick) {
-    on_one.step_tick(one);
-    std::uint32_t substeps = 1;
-    while (!on_two.substep(two)) ++substeps;
-    most = std::max(most, substeps);
-    ASSERT_EQ(on_one.state_hash(), on_two.state_hash()) << tick;
-  }
-  EXPECT_GT(most, on_two.substeps());
+  expect_same_bits_in_more_substeps(pile);
 }
 
 // A capsule of 10 kg falls 2 m on it. Its rows are found once a tick, and the vertices that it pressed against others
@@ -271,19 +276,7 @@ TEST(StiffPile, ABallThatACapsuleFallsOnGainsNoEnergy) {
 TEST(StiffPile, SteppedAgainHasTheSameBitsOnAnyNumberOfThreads) {
   const Pile pile(751);
   for (const SoftBody& body : pile.scene().soft_bodies) ASSERT_FALSE(body.gas) << "a pressed gas takes more as well";
-  World on_one = make_world(pile.scene());
-  World on_two = make_world(pile.scene());
-  Workers one(1);
-  Workers two(2);
-  std::uint32_t most = 0;
-  for (int tick = 0; tick < 60; ++tick) {
-    on_one.step_tick(one);
-    std::uint32_t substeps = 1;
-    while (!on_two.substep(two)) ++substeps;
-    most = std::max(most, substeps);
-    ASSERT_EQ(on_one.state_hash(), on_two.state_hash()) << tick;
-  }
-  EXPECT_GT(most, on_two.substeps());
+  expect_same_bits_in_more_substeps(pile);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, StiffPiles, testing::Range(0U, tens_of_scenes()));
